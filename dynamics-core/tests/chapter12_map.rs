@@ -18,11 +18,13 @@ const HEADINGS: [(&str, core::ops::RangeInclusive<u32>); 3] =
     [("Equations", 1..=535), ("Examples", 323..=347), ("Exercises", 1..=38)];
 
 /// Crates that an entry may name, and the folders of their modules. `dynamics-core` hands the modules of `src/dynamics` on as its own.
-const CRATES: [(&str, &str); 4] = [
+const CRATES: [(&str, &str); 6] = [
     ("dynamics_core", "dynamics-core/src"),
     ("dynamics_core", "dynamics-core/src/dynamics"),
     ("robot_compiler", "robot-compiler/src"),
     ("host_sim", "host-sim/src"),
+    ("sim", "host-sim/sim/src"),
+    ("studies", "host-sim/studies/src"),
 ];
 
 /// Keywords before an item's name at its definition.

@@ -2,10 +2,10 @@
 
 use clap::Parser;
 use host_sim::cli::{self, Cli, Command};
-use host_sim::study::trade::chip::EmulatedChip;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use studies::trade::chip::EmulatedChip;
 
 fn main() -> ExitCode {
     // Scripts read the messages too and search them for a line number: no line is broken in the middle.
@@ -37,7 +37,6 @@ fn main() -> ExitCode {
         Command::Replay(args) => cli::replay::run(&args),
         Command::Bound(args) => cli::bound::run(&args).map(|()| 0),
         Command::Extremes(args) => cli::extremes::run(&args).map(|()| 0),
-        Command::Campaign(args) => cli::campaign::run(&args, &stop_on_interrupt()),
         Command::Sweep(args) => cli::sweep::run(&args, &stop_on_interrupt()),
         Command::Merge(args) => cli::merge::run(&args),
         Command::Trade(args) => cli::trade::run(&args, &EmulatedChip, &stop_on_interrupt()).map(|()| 0),

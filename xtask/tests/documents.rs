@@ -5,12 +5,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Pages and comments that speak of what has not been measured: where a reader would look for a claim.
-const FOLDERS: [&str; 11] = [
+const FOLDERS: [&str; 14] = [
     "docs",
     "firmware/src",
     "link/joint-io/src",
     "link/session/src",
     "host-sim/src",
+    "host-sim/sim/src",
+    "host-sim/board/src",
+    "host-sim/studies/src",
     "xtask/src",
     "xtask/image/src",
     "xtask/bench/src",

@@ -3,15 +3,15 @@
 use crate::cli::chain::ChainArgs;
 use crate::cli::document;
 use crate::cli::names::named;
-use crate::cli::output::print;
-use crate::cli::progress::progress_bar;
-use crate::failure::Failure;
-use crate::study::bound::{Question, answer, load, markdown, work};
-use crate::study::robot_or_scene::RobotOrScene;
 use clap::Args;
 use robot_compiler::kernel::Level;
 use robot_compiler::with_dof;
+use sim::failure::Failure;
+use sim::terminal::print;
+use sim::terminal::progress_bar;
 use std::path::PathBuf;
+use studies::bound::{Question, answer, load, markdown, work};
+use studies::robot_or_scene::RobotOrScene;
 
 const EXAMPLES: &str = "\
 Examples:

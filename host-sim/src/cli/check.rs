@@ -2,13 +2,13 @@
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::gravity::GravityArgs;
-use crate::cli::output::{json, print};
-use crate::failure::{FAULT, Failure};
-use crate::study::check::answer_in;
-use crate::study::robot_or_scene::scene_about;
 use clap::Args;
 use robot_compiler::check::{Draft, Severity};
+use sim::failure::{FAULT, Failure};
+use sim::terminal::{json, print};
 use std::path::PathBuf;
+use studies::check::answer_in;
+use studies::robot_or_scene::scene_about;
 
 const EXAMPLES: &str = "\
 Examples:

@@ -2,17 +2,17 @@
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::force::ForceArgs;
-use crate::cli::output::{json, print};
 use crate::cli::trade::{AxisArgs, folder, measured};
-use crate::failure::{Failure, in_file};
-use crate::study::trade::baseline::Baseline;
-use crate::study::trade::chip::Chip;
-use crate::study::trade::product::choices;
-use crate::study::trade::request::{Budget, Request, Share};
 use clap::Args;
+use sim::failure::{Failure, in_file};
+use sim::terminal::{json, print};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use studies::trade::baseline::Baseline;
+use studies::trade::chip::Chip;
+use studies::trade::product::choices;
+use studies::trade::request::{Budget, Request, Share};
 
 const EXAMPLES: &str = "\
 The choices, and what is measured of them, are those of `trade`, whose measurements are used where they are known. The cheapest is the one

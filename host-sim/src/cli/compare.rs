@@ -1,11 +1,12 @@
 //! `compare`: two runs on one page.
 
 use crate::cli::force::ForceArgs;
-use crate::cli::output::{files, print, write_report};
-use crate::failure::Failure;
-use crate::study::compare::{Side, page};
+use crate::cli::output::{files, write_report};
 use clap::Args;
+use sim::failure::Failure;
+use sim::terminal::print;
 use std::path::PathBuf;
+use studies::compare::{Side, page};
 
 const EXAMPLES: &str = "\
 Both arms stand on one stage, the second as a ghost; curves lie over each other on one time axis; tables hold both summaries and

@@ -1,28 +1,28 @@
 //! `connect`: operate the arm of a scene, at a board on a serial port or in a drill.
 
-use crate::chip::{Chip, build_firmware, hello};
 use crate::cli::force::ForceArgs;
 use crate::cli::key;
 use crate::cli::names::Target;
-use crate::failure::{self, Failure, in_file};
-use crate::output::Output;
-use crate::run::simulate;
-use crate::session::drill::{OnChip, OnDesk};
-use crate::session::frame_log::Head;
-use crate::session::operate::console::Console;
-use crate::session::operate::converse::converse;
-use crate::session::operate::device::{Device, DeviceError};
-use crate::session::operate::drill_device::DrillDevice;
-use crate::session::operate::on_wire::OnWire;
-use crate::session::operate::report::Report;
-use crate::session::operate::simulated_board::{Places, SimulatedBoard};
-use crate::session::operate::wire::Disturbance;
-use crate::session::operate::{Operator, Presses, Stop};
-use crate::session::serial::{BAUD, SerialLink};
+use board::chip::{Chip, build_firmware, hello};
+use board::session::drill::{OnChip, OnDesk};
+use board::session::frame_log::Head;
+use board::session::operate::console::Console;
+use board::session::operate::converse::converse;
+use board::session::operate::device::{Device, DeviceError};
+use board::session::operate::drill_device::DrillDevice;
+use board::session::operate::on_wire::OnWire;
+use board::session::operate::report::Report;
+use board::session::operate::simulated_board::{Places, SimulatedBoard};
+use board::session::operate::wire::Disturbance;
+use board::session::operate::{Operator, Presses, Stop};
+use board::session::serial::{BAUD, SerialLink};
 use clap::{ArgGroup, Args};
 use console::style;
 use link::{Pacing, Trust};
 use robot_compiler::{SceneFile, with_dof};
+use sim::failure::{self, Failure, in_file};
+use sim::output::Output;
+use sim::run::simulate;
 use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "\

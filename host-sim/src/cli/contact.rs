@@ -2,13 +2,13 @@
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::gravity::GravityArgs;
-use crate::cli::output::{json, print};
-use crate::failure::Failure;
-use crate::study::contact::{Known, Question, answer};
-use crate::study::robot_or_scene::say_mounting;
 use clap::Args;
 use robot_compiler::{Robot, with_dof};
+use sim::failure::Failure;
+use sim::terminal::{json, print};
 use std::path::PathBuf;
+use studies::contact::{Known, Question, answer};
+use studies::robot_or_scene::say_mounting;
 
 const EXAMPLES: &str = "\
 What is computed:

@@ -1,8 +1,8 @@
 //! Options that correct the columns of a log.
 
-use crate::failure::Failure;
 use clap::Args;
 use identification::correction::Correction;
+use sim::failure::Failure;
 
 /// Signs, scales, order and delay of a log's columns. Joints are counted from 1, as in the robot file.
 #[derive(Clone, Debug, Default, Args)]

@@ -1,13 +1,13 @@
 //! `doctor`: is everything there, and what to do about what is not.
 
-use crate::chip;
 use crate::cli::key;
-use crate::failure::{self, Failure};
-use crate::session::doctor::{self, Check, State, Use};
+use board::chip;
+use board::session::doctor::{self, Check, State, Use};
 use clap::Args;
 use link::{Hello, Pacing};
 use robot_compiler::{SceneFile, with_dof};
 use serde::Serialize;
+use sim::failure::{self, Failure};
 use std::io::{self, Write};
 use std::path::PathBuf;
 

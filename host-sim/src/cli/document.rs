@@ -1,7 +1,7 @@
 //! Pages of the documentation whose tables the commands write themselves.
 
-use crate::failure::Failure;
 use robot_compiler::emit::page::Page;
+use sim::failure::Failure;
 use std::path::Path;
 
 /// The page that `--write` names, with a place for each of these.

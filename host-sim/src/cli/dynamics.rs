@@ -2,17 +2,17 @@
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::names::{Presence, named};
-use crate::failure::Failure;
-use crate::study::dynamics::answer_all;
-use crate::study::robot_or_scene::say_mounting;
 use clap::Args;
 use dynamics_core::Model;
 use robot_compiler::names::name;
 use robot_compiler::scene::ScalarChoice;
 use robot_compiler::{Robot, with_dof};
+use sim::failure::Failure;
 use std::fs::File;
 use std::io::{BufRead, BufReader, BufWriter, Write, stdin, stdout};
 use std::path::{Path, PathBuf};
+use studies::dynamics::answer_all;
+use studies::robot_or_scene::say_mounting;
 
 const EXAMPLES: &str = r#"Each input line is an object; all keys but q may be left out (zero, and gravity [0, 0, -9.81]):
   {"q":[..], "qd":[..], "qdd":[..], "tau":[..], "wrench_tip":[fx,fy,fz,mx,my,mz], "gravity":[gx,gy,gz]}

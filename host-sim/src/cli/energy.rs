@@ -1,19 +1,20 @@
 //! `energy`: run a scene and account for the energy.
 
 use crate::cli::force::ForceArgs;
-use crate::cli::output::{files, json, print};
+use crate::cli::output::files;
 use crate::cli::run::{exit_code, set_duration};
-use crate::failure::{Failure, in_file};
-use crate::run::files::file_name;
-use crate::run::plot;
-use crate::study::energy::{Account, account};
-use crate::study::path_work::path_work;
 use clap::Args;
 use robot_compiler::{SceneFile, with_dof};
+use sim::failure::{Failure, in_file};
+use sim::run::files::file_name;
+use sim::run::plot;
+use sim::terminal::{json, print};
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, stdin};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use studies::energy::{Account, account};
+use studies::path_work::path_work;
 
 const EXAMPLES: &str = "\
 What is computed:

@@ -2,14 +2,14 @@
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::force::ForceArgs;
-use crate::cli::output::{json, print};
-use crate::cli::progress::progress_bar;
-use crate::failure::{Failure, in_file};
-use crate::study::excite::{Kind, Surroundings, Wishes, design};
-use crate::study::robot_or_scene::RobotOrScene;
 use clap::Args;
 use robot_compiler::with_dof;
+use sim::failure::{Failure, in_file};
+use sim::terminal::progress_bar;
+use sim::terminal::{json, print};
 use std::path::PathBuf;
+use studies::excite::{Kind, Surroundings, Wishes, design};
+use studies::robot_or_scene::RobotOrScene;
 
 const EXAMPLES: &str = "\
 Examples:

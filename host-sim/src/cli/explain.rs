@@ -1,13 +1,13 @@
 //! `explain`: what each term of a scene's model costs, and what goes wrong without it.
 
-use crate::cli::output::{json, print};
-use crate::failure::Failure;
-use crate::study::explain::explain;
-use crate::study::trade::chip::Chip;
 use clap::Args;
 use robot_compiler::{SceneFile, with_dof};
+use sim::failure::Failure;
+use sim::terminal::{json, print};
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
+use studies::explain::explain;
+use studies::trade::chip::Chip;
 
 const EXAMPLES: &str = "\
 For every term of the model (gravity, payload, tip wrench, rotors, velocity terms, friction feedforward):

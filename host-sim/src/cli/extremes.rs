@@ -2,11 +2,12 @@
 
 use crate::cli::document;
 use crate::cli::force::ForceArgs;
-use crate::cli::output::{json, print, write_report};
-use crate::failure::Failure;
-use crate::study::extremes::{Report, time, write_plots};
+use crate::cli::output::write_report;
 use clap::Args;
+use sim::failure::Failure;
+use sim::terminal::{json, print};
 use std::path::PathBuf;
+use studies::extremes::{Report, time, write_plots};
 
 const EXAMPLES: &str = "\
 Groups:

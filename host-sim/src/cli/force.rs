@@ -1,7 +1,7 @@
 //! Overwriting files that exist, on the command line.
 
-use crate::output::Output;
 use clap::Args;
+use sim::output::Output;
 
 /// Whether files that exist may be overwritten.
 #[derive(Clone, Copy, Debug, Default, Args)]

@@ -4,17 +4,17 @@ use crate::cli::chain::ChainArgs;
 use crate::cli::corrections::CorrectionArgs;
 use crate::cli::force::ForceArgs;
 use crate::cli::gravity::GravityArgs;
-use crate::cli::output::{json, print};
-use crate::failure::{FAULT, Failure, in_file};
-use crate::study::identify::{LogOptions, Outcome, Subject, held, prediction, report, verdict};
-use crate::study::robot_or_scene::say_mounting;
 use clap::Args;
 use identification::identify::Settings;
 use identification::log::{ColumnNames, Log};
 use identification::verdict::{Grade, Reason, Verdict};
 use nalgebra::Vector3;
 use robot_compiler::Robot;
+use sim::failure::{FAULT, Failure, in_file};
+use sim::terminal::{json, print};
 use std::path::PathBuf;
+use studies::identify::{LogOptions, Outcome, Subject, held, prediction, report, verdict};
+use studies::robot_or_scene::say_mounting;
 
 const EXAMPLES: &str = "\
 Examples:

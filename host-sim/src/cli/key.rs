@@ -1,9 +1,9 @@
 //! `key`: the key that a host and a board share.
 
-use crate::failure::Failure;
-use crate::key::{self, KeyError};
+use board::key::{self, KeyError};
 use clap::{Args, Subcommand};
 use link::{Key, key_page};
+use sim::failure::Failure;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `key`.

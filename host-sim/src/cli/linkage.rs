@@ -2,19 +2,20 @@
 
 use crate::cli::force::ForceArgs;
 use crate::cli::names::named;
-use crate::cli::output::{files, json, print};
-use crate::failure::{self, Failure, number};
-use crate::output::Output;
-use crate::run::files::file_name;
-use crate::study::linkage::files::{write_run, write_turn};
-use crate::study::linkage::report::{describe_range, run_table, turn_table};
-use crate::study::linkage::run::{self as free, Start};
-use crate::study::linkage::turn::{self, Range};
+use crate::cli::output::files;
 use clap::Args;
 use dynamics_core::linkage::{Branch, Linkage, LinkageError};
 use robot_compiler::LinkageFile;
 use robot_compiler::names::name;
+use sim::failure::{self, Failure, number};
+use sim::output::Output;
+use sim::run::files::file_name;
+use sim::terminal::{json, print};
 use std::path::{Path, PathBuf};
+use studies::linkage::files::{write_run, write_turn};
+use studies::linkage::report::{describe_range, run_table, turn_table};
+use studies::linkage::run::{self as free, Start};
+use studies::linkage::turn::{self, Range};
 
 const EXAMPLES: &str = "\
 Examples:

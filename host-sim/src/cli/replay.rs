@@ -1,10 +1,10 @@
 //! `replay`: a record of `connect` through the same session on the desk.
 
-use crate::failure::{self, Failure};
-use crate::session::frame_log::{Head, Log};
-use crate::session::replay::{Replay, replay};
+use board::session::frame_log::{Head, Log};
+use board::session::replay::{Replay, replay};
 use clap::Args;
 use robot_compiler::{SceneFile, with_dof};
+use sim::failure::{self, Failure};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 

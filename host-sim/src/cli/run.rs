@@ -2,14 +2,7 @@
 
 use crate::cli::force::ForceArgs;
 use crate::cli::names::{Target, named};
-use crate::cli::output::{files, json, print};
-use crate::cli::progress::progress_bar;
-use crate::failure::{self, Failure, number};
-use crate::run::closed_loop::End;
-use crate::run::files::{file_name, write, write_report};
-use crate::run::mcap_file;
-use crate::run::simulate::{self, Run};
-use crate::study::robot_or_scene::say_mounting;
+use crate::cli::output::files;
 use clap::Args;
 use dynamics_core::control::Law;
 use dynamics_core::trig::Method;
@@ -18,8 +11,16 @@ use robot_compiler::check::{Severity, scene_findings};
 use robot_compiler::names::name;
 use robot_compiler::scene::{ScalarChoice, TeachSpec};
 use robot_compiler::{SceneFile, with_dof};
+use sim::failure::{self, Failure, number};
+use sim::run::closed_loop::End;
+use sim::run::files::{file_name, write, write_report};
+use sim::run::mcap_file;
+use sim::run::simulate::{self, Run};
+use sim::terminal::progress_bar;
+use sim::terminal::{json, print};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use studies::robot_or_scene::say_mounting;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -115,7 +116,7 @@ pub fn run(args: &RunArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     let progress = if args.json || args.quiet { ProgressBar::hidden() } else { progress_bar(None, "ticks") };
     let run = with_dof!(scene.robot.dof(), N => match args.target {
         Target::Desk => simulate::on_desk::<N>(&scene, stop, &progress),
-        Target::Qemu => crate::chip::on_chip::run::<N>(&scene, stop, &progress),
+        Target::Qemu => board::chip::on_chip::run::<N>(&scene, stop, &progress),
     })?;
     let mut written = write(&run, &scene.name, &folder)?;
     if let Some(path) = &args.mcap {

@@ -2,13 +2,13 @@
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::names::Presence;
-use crate::cli::output::{json, print};
-use crate::failure::Failure;
-use crate::study::robot_or_scene::scene_about;
-use crate::study::terms::{Method, Question, describe, terms};
 use clap::Args;
 use robot_compiler::with_dof;
+use sim::failure::Failure;
+use sim::terminal::{json, print};
 use std::path::PathBuf;
+use studies::robot_or_scene::scene_about;
+use studies::terms::{Method, Question, describe, terms};
 
 const EXAMPLES: &str = "\
 Printed, for  D(q) qdd + C(q, qd) qd + G(q) = tau + J^T w  (eq. 12.217):

@@ -4,23 +4,23 @@ use crate::cli::chain::ChainArgs;
 use crate::cli::document;
 use crate::cli::force::ForceArgs;
 use crate::cli::names::named;
-use crate::cli::output::{json, print};
-use crate::cli::progress::progress_bar;
-use crate::failure::{Failure, in_file};
-use crate::output::Output;
-use crate::run::files::file_name;
-use crate::study::trade::baseline::Baseline;
-use crate::study::trade::chip::Chip;
-use crate::study::trade::choice::{Choice, Every, TermSet};
-use crate::study::trade::product::{Axes, choices};
-use crate::study::trade::{Trade, Workshop, trade};
 use clap::{Args, ValueEnum};
 use dynamics_core::trig::Method;
 use robot_compiler::kernel::Level;
 use robot_compiler::scene::ScalarChoice;
+use sim::failure::{Failure, in_file};
+use sim::output::Output;
+use sim::run::files::file_name;
+use sim::terminal::progress_bar;
+use sim::terminal::{json, print};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use studies::trade::baseline::Baseline;
+use studies::trade::chip::Chip;
+use studies::trade::choice::{Choice, Every, TermSet};
+use studies::trade::product::{Axes, choices};
+use studies::trade::{Trade, Workshop, trade};
 
 const EXAMPLES: &str = "\
 Every combination of the choices below is a scene file of its own; so is the scene's own choice, and each that differs from it in one

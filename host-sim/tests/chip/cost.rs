@@ -1,7 +1,7 @@
 //! Cost of the tick on the chip for many scenes: the desk's bits, and the firmware's instruction count.
 
 use crate::pinned;
-use host_sim::chip::cost::{Cost, measure};
+use board::chip::cost::{Cost, measure};
 use indicatif::ProgressBar;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;

@@ -1,9 +1,9 @@
 //! The closed loop through the real firmware under its safety state machine: home, confirm, arm, run a motion, stop.
 //! Every status of the chip equals the desk's to the last bit.
 
+use board::chip::{Chip, ChipError, build_firmware, build_firmware_by_dma, hello};
+use board::session::drill::{Drill, OnChip, OnDesk, without_cost};
 use dynamics_core::{Measurement, Reference, Sensed};
-use host_sim::chip::{Chip, ChipError, build_firmware, build_firmware_by_dma, hello};
-use host_sim::session::drill::{Drill, OnChip, OnDesk, without_cost};
 use link::{Actuation, Frame, Lines, Pacing, Point, Request, Status};
 use robot_compiler::SceneFile;
 use std::path::{Path, PathBuf};

@@ -1,8 +1,8 @@
 //! A processor that cannot go on turns the drives off and ends, after an undefined instruction as after a stack
 //! overflow. The emulator's program is the real one with the first instructions of its tick replaced.
 
+use board::chip::{Chip, ChipError, build_firmware, hello};
 use dynamics_core::{Measurement, Reference, Sensed};
-use host_sim::chip::{Chip, ChipError, build_firmware, hello};
 use link::Pacing;
 use object::{Object as _, ObjectSection as _, ObjectSymbol as _};
 use robot_compiler::SceneFile;

@@ -1,8 +1,8 @@
 //! External reference torques (`robots/golden/`) compared with the firmware's on the emulated chip, in single
 //! precision.
 
+use board::chip::{Chip, build_firmware, hello};
 use dynamics_core::{Command, Measurement, Reference, Sensed};
-use host_sim::chip::{Chip, build_firmware, hello};
 use link::Pacing;
 use robot_compiler::SceneFile;
 use serde_json::Value;

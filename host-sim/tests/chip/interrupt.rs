@@ -1,14 +1,14 @@
 //! The whole interrupt of a choice, as trade, choose and explain compute it: against the interrupt of the choice's own
 //! firmware, and against the bounds of `cargo xtask budget`.
 
-use host_sim::chip::interrupt::{Interrupt, measure};
-use host_sim::study::trade::baseline::Baseline;
-use host_sim::study::trade::chip::{CLOCK, Chip as _, EmulatedChip, Surroundings};
-use host_sim::study::trade::choice::{Choice, TermSet};
+use board::chip::interrupt::{Interrupt, measure};
 use robot_compiler::Ends;
 use robot_compiler::kernel::Level;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use studies::trade::baseline::Baseline;
+use studies::trade::chip::{CLOCK, Chip as _, EmulatedChip, Surroundings};
+use studies::trade::choice::{Choice, TermSet};
 
 /// Largest difference between the sum and the interrupt of the choice's own firmware: caches and registers differ.
 const WITHIN: f64 = 0.02;

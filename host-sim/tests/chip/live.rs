@@ -1,14 +1,14 @@
 //! Live terms in the chip: gravity, payload, tip wrench and rotors that come over the link, not from the firmware's
 //! build.
 
+use board::chip::{Chip, ChipError, build_firmware, hello};
 use dynamics_core::{Command, Inertia, Live, Measurement, Reference, Sensed};
-use host_sim::chip::{Chip, ChipError, build_firmware, hello};
-use host_sim::run::closed_loop::End;
-use host_sim::run::simulate;
-use host_sim::run::target::{Beside, Parity, Ticked, Torques};
 use indicatif::ProgressBar;
 use link::{Pacing, Refusal};
 use robot_compiler::SceneFile;
+use sim::run::closed_loop::End;
+use sim::run::simulate;
+use sim::run::target::{Beside, Parity, Ticked, Torques};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
@@ -35,7 +35,7 @@ fn largest(values: &[f64]) -> f64 {
 #[test]
 fn a_closed_loop_with_every_term_live_has_identical_bits_and_follows_its_reference() {
     let (stop, bar) = (AtomicBool::new(false), ProgressBar::hidden());
-    let run = host_sim::chip::on_chip::run::<N>(&scene(), &stop, &bar).unwrap();
+    let run = board::chip::on_chip::run::<N>(&scene(), &stop, &bar).unwrap();
     assert_eq!(run.end, End::Complete);
     assert!(run.summary.faults.is_empty());
     assert_eq!(run.summary.parity, Some(Parity { ticks: TICKS, mismatches: 0 }));

@@ -1,7 +1,7 @@
 //! A kernel that the scene places in static RAM is linked there, runs there, and gives the same bits.
 
+use board::chip::{Chip, build_firmware, hello};
 use dynamics_core::{Command, Measurement, Reference, Sensed};
-use host_sim::chip::{Chip, build_firmware, hello};
 use link::Pacing;
 use object::{Object as _, ObjectSymbol as _};
 use robot_compiler::SceneFile;

@@ -1,7 +1,7 @@
 //! A chip that is too slow for its own timer reports it and brakes; a fast enough one keeps driving.
 
+use board::chip::{Chip, ChipReply, build_firmware, hello};
 use dynamics_core::{Command, Fault, Measurement, Reference, Sensed};
-use host_sim::chip::{Chip, ChipReply, build_firmware, hello};
 use link::Pacing;
 use robot_compiler::SceneFile;
 use std::path::Path;

@@ -1,8 +1,8 @@
 //! The parity gate: the emulated chip and the desk give identical bits.
 
+use board::chip::{Chip, build_firmware, hello};
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{Command, Controller, Dynamics, Measurement, Reference, Sensed};
-use host_sim::chip::{Chip, build_firmware, hello};
 use link::Pacing;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};

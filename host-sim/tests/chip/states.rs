@@ -4,13 +4,13 @@
 //! link. All four compare their count with the same constant.
 
 use crate::pinned::assert_pinned;
+use board::chip::{Chip, build_firmware, hello};
 use dynamics_core::{Command, Measurement, Reference, Sensed};
-use host_sim::chip::{Chip, build_firmware, hello};
-use host_sim::run::simulate::{self, Desk};
 use link::Pacing;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use robot_compiler::SceneFile;
+use sim::run::simulate::{self, Desk};
 use std::path::Path;
 
 /// Number of joints.

@@ -3,8 +3,6 @@
 use crate::program;
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{SinCos, Trig};
-use host_sim::study::bound::{Bounds, Effort, Region, TRIG_ERROR, TorqueError, random_states, search};
-use host_sim::study::posture_search::positions;
 use indicatif::ProgressBar;
 use rayon::prelude::{IntoParallelIterator, ParallelIterator};
 use robot_compiler::kernel::Level;
@@ -13,6 +11,8 @@ use robot_compiler::{Robot, SceneFile};
 use serde_json::Value;
 use std::path::Path;
 use std::process::Output;
+use studies::bound::{Bounds, Effort, Region, TRIG_ERROR, TorqueError, random_states, search};
+use studies::posture_search::positions;
 
 use crate::program::at_the_top;
 use crate::wrong_rounding::{FreeProducts, QuarterUnit};

@@ -6,16 +6,16 @@ use crate::program::{at_the_top, told};
 use crate::reference;
 use crate::reference::relative;
 use dynamics_core::JointSpec;
-use host_sim::plant::{Arm, Diverged};
-use host_sim::run::closed_loop::End;
-use host_sim::run::simulate::{self, Run};
-use host_sim::study::dynamics::{Answer, Question, answer};
-use host_sim::study::statics;
 use indicatif::ProgressBar;
 use nalgebra::{SVector, Vector3};
 use robot_compiler::{Robot, SceneFile, with_dof};
+use sim::plant::{Arm, Diverged};
+use sim::run::closed_loop::End;
+use sim::run::simulate::{self, Run};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use studies::dynamics::{Answer, Question, answer};
+use studies::statics;
 
 const G: f64 = 9.81;
 

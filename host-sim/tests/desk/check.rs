@@ -1,12 +1,12 @@
 //! Would a physicist believe a robot file: the command, and the loads behind it.
 
 use crate::program::{at_its_fixtures, told};
-use host_sim::study::check::{Answer, answer};
 use robot_compiler::Ends;
 use robot_compiler::check::{Draft, Severity};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use studies::check::{Answer, answer};
 
 const TRAPS: &str = "tests/fixtures/traps.urdf";
 

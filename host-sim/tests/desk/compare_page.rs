@@ -3,15 +3,15 @@
 use crate::browser::{Browser, WEBGL};
 use crate::program::{at_the_top, told};
 use crate::report_page::{BYTES_MAX, READY, run, scene, write};
-use host_sim::run::report::page;
-use host_sim::run::simulate::{self, Run};
-use host_sim::run::summary::engineering;
-use host_sim::study::compare::{self, Side};
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
 use serde_json::json;
+use sim::run::report::page;
+use sim::run::simulate::{self, Run};
+use sim::run::summary::engineering;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use studies::compare::{self, Side};
 
 /// A folder with the report of a run, changed by `change`.
 fn folder(name: &str, scene: &str, change: fn(&mut SceneFile)) -> (PathBuf, Run) {

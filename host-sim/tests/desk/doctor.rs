@@ -2,7 +2,7 @@
 #![cfg(unix)]
 
 use crate::program::{at_the_top, told};
-use host_sim::chip::hello;
+use board::chip::hello;
 use link::{Access, BoardChannel, Decoder, Frame, Hello, Key, NonceSource, PROTOCOL_VERSION, Pacing};
 use robot_compiler::SceneFile;
 use serde_json::Value;
@@ -231,7 +231,7 @@ fn firmware_of_this_scene_is_known_by_its_hash_and_is_not_started() {
 fn whom_the_board_trusts_is_told_and_its_key_is_checked_without_a_session() {
     let tools = Tools::complete("trust");
     let path = tools.0.join("arm.key");
-    host_sim::key::save(&Key::new(KEY), &path).unwrap();
+    board::key::save(&Key::new(KEY), &path).unwrap();
     let path = path.to_str().unwrap();
     let asked = |access, more: &[&str]| {
         let board = Board::start(like_the_firmware(built(), access));

@@ -3,8 +3,8 @@
 use crate::reference::{Golden, Reference, relative};
 use dynamics_core::trig::Libm;
 use dynamics_core::{Model, Real, Trig};
-use host_sim::plant::Arm;
-use host_sim::study::dynamics::{Answer, Question, answer};
+use sim::plant::Arm;
+use studies::dynamics::{Answer, Question, answer};
 
 fn model<const N: usize>(arm: &Arm<N>) -> Model<f64, N> {
     Model::new_unphysical(&arm.joints, &arm.tool).unwrap()

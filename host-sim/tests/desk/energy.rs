@@ -2,13 +2,13 @@
 #![allow(clippy::float_cmp, reason = "what is not there is exactly zero")]
 
 use crate::program::{at_its_fixtures, new, told};
-use host_sim::study::energy::{Account, account};
 use nalgebra::Vector3;
 use robot_compiler::scene::Integrator;
 use robot_compiler::{SceneFile, with_dof};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use studies::energy::{Account, account};
 
 fn here(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)

@@ -2,9 +2,9 @@
 //! on failing for its reason until it is removed from the list here.
 
 use crate::program::at_the_top;
-use host_sim::study::extremes::{Cell, Kind, Report, control, inputs, integrators, masses, stability, time};
 use serde_json::Value;
 use std::process::Output;
+use studies::extremes::{Cell, Kind, Report, control, inputs, integrators, masses, stability, time};
 
 /// Cells that fail today.
 const FAILING: [(&str, &str); 8] = [

@@ -1,15 +1,15 @@
 //! Logs that `identify` reads from files of this program, and what it says of logs that are not what they should be.
 
 use crate::program::{at_the_top, new, told};
-use host_sim::run::mcap_file::messages::Text;
-use host_sim::run::mcap_file::writer::Writer;
-use host_sim::study::identify::{LogOptions, Subject};
 use identification::log::Log;
 use nalgebra::Vector3;
 use robot_compiler::Ends;
 use serde_json::Value;
+use sim::run::mcap_file::messages::Text;
+use sim::run::mcap_file::writer::Writer;
 use std::fs;
 use std::path::{Path, PathBuf};
+use studies::identify::{LogOptions, Subject};
 
 const ROBOT: &str = "robots/planar2r.toml";
 

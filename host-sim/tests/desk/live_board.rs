@@ -2,10 +2,8 @@
 //! a scene's simulated arm as its joints.
 #![allow(unreachable_pub, reason = "a part of a test")]
 
+use board::session::drill::{Uncounted, desk_session};
 use dynamics_core::Sensed;
-use host_sim::plant::sensor::Sample;
-use host_sim::run::simulate;
-use host_sim::session::drill::{Uncounted, desk_session};
 use link::{Access, BoardChannel, Frame, Key, NonceSource, Pacing};
 use robot_compiler::SceneFile;
 use serialport::{SerialPort as _, TTYPort};
@@ -14,6 +12,8 @@ use session::meter::Meter;
 use session::readings::Lines;
 use session::readings::{JointFaults, Readings};
 use session::{Drives, Reaction};
+use sim::plant::sensor::Sample;
+use sim::run::simulate;
 use std::io::{Read as _, Write as _};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -44,7 +44,7 @@ impl LiveBoard {
         drop(host);
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);
-        let own = host_sim::key::new().unwrap();
+        let own = board::key::new().unwrap();
         let key = key_file(&own);
         let thread = std::thread::spawn(move || run::<N>(&scene, &own, board, &flag));
         Self { port, key, stop, thread: Some(thread) }
@@ -67,7 +67,7 @@ fn key_file(key: &Key) -> PathBuf {
     static COUNT: AtomicU32 = AtomicU32::new(0);
     let name = format!("newtau-board-{}-{}.key", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
     let path = std::env::temp_dir().join(name);
-    host_sim::key::save(key, &path).unwrap();
+    board::key::save(key, &path).unwrap();
     path
 }
 
@@ -77,8 +77,8 @@ fn run<const N: usize>(scene: &SceneFile, key: &Key, mut port: TTYPort, stop: &A
     let mut world = simulate::world::<N>(scene).unwrap();
     let meter = Meter::new(Uncounted);
     let mut channel = BoardChannel::new(Access::Key(Box::leak(Box::new(*key.bytes()))));
-    let own = host_sim::chip::hello(scene, &model, Pacing::LockStep);
-    let nonce = || Some((host_sim::key::random().unwrap(), NonceSource::Generator));
+    let own = board::chip::hello(scene, &model, Pacing::LockStep);
+    let nonce = || Some((board::key::random().unwrap(), NonceSource::Generator));
     let mut heard = Instant::now();
     while !stop.load(Ordering::Relaxed) {
         let mut answers = Vec::new();

@@ -2,20 +2,14 @@
 //! links in a fraction of the time and disk space of thirty.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
-mod batch;
 mod bound;
 mod browser;
-mod campaign;
-mod campaign_drives;
 mod chapter12;
 mod check;
-mod closed_loop;
-mod collision;
 mod command_line;
 mod compare_page;
 mod contact;
 mod doctor;
-mod drives;
 mod dynamics;
 mod energy;
 mod excite;
@@ -27,21 +21,16 @@ mod friction;
 mod heat;
 mod identify;
 mod identify_logs;
-mod judge;
 mod kernel_command;
 mod linkage;
 mod live_board;
 mod operate;
 mod outputs;
 mod pages;
-mod plant;
-mod plant_elasticity;
-mod plant_integrators;
-mod plant_rotor_coupling;
 #[path = "../program/mod.rs"]
 mod program;
 mod push;
-mod rates;
+#[path = "../../sim/tests/simulation/reference.rs"]
 mod reference;
 mod report_page;
 #[path = "../../../robot-compiler/tests/common/rooms.rs"]
@@ -49,9 +38,7 @@ mod room_names;
 mod rooms;
 #[path = "../../../robot-compiler/tests/common/skipping.rs"]
 mod skipping;
-mod split;
 mod statics;
-mod stiction;
 mod study_page;
 mod sweep;
 mod sweep_bad;

@@ -2,7 +2,7 @@
 
 use crate::live_board::LiveBoard;
 use crate::program::{at_the_top, new, told};
-use host_sim::session::frame_log::{Entry, Log, Way, Writer};
+use board::session::frame_log::{Entry, Log, Way, Writer};
 use link::convert::joints;
 use link::{Actuation, Frame};
 use robot_compiler::SceneFile;

@@ -1,14 +1,14 @@
 //! The time of a push is counted from the start of the simulated arm, in `run` and on the board of `connect` alike: also while brakes hold it.
 
-use host_sim::run::simulate;
-use host_sim::session::operate::device::Device as _;
-use host_sim::session::operate::simulated_board::{Places, SimulatedBoard};
-use host_sim::session::operate::wire::Disturbance;
+use board::session::operate::device::Device as _;
+use board::session::operate::simulated_board::{Places, SimulatedBoard};
+use board::session::operate::wire::Disturbance;
 use indicatif::ProgressBar;
 use link::{Frame, Pacing, Parts, Request, SensedLines, Status, Watch};
 use nalgebra::Vector3;
 use robot_compiler::SceneFile;
 use robot_compiler::scene::Push;
+use sim::run::simulate;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
@@ -46,7 +46,7 @@ fn measured(pushed: bool, arm: u32) -> Vec<(u32, SensedLines)> {
     let model = scene.robot.model::<2>().unwrap();
     let (world, nowhere) = (simulate::world::<2>(&scene).unwrap(), Places { host: false, buses: false });
     let mut board = SimulatedBoard::new((&scene, &model), world, Disturbance::default(), nowhere, false);
-    board.send(&Frame::Hello(host_sim::chip::hello(&scene, &model, Pacing::Live))).unwrap();
+    board.send(&Frame::Hello(board::chip::hello(&scene, &model, Pacing::Live))).unwrap();
     board.send(&Frame::Watch(Watch { every: 1, parts: Parts::SENSED })).unwrap();
     let mut measured = Vec::new();
     let mut driven = false;

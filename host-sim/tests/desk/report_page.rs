@@ -1,12 +1,12 @@
 //! Reports in a real browser: they load, play and scrub, and show the numbers of the run.
 
 use crate::browser::{Browser, FLAT, WEBGL};
-use host_sim::run::report::{SUMMARY, page};
-use host_sim::run::simulate::{self, Run};
-use host_sim::run::summary::engineering;
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
 use serde_json::{Value, json};
+use sim::run::report::{SUMMARY, page};
+use sim::run::simulate::{self, Run};
+use sim::run::summary::engineering;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 

@@ -6,13 +6,13 @@ use crate::reference::relative;
 use dynamics_core::Model;
 use dynamics_core::kinematics::tip_pose;
 use dynamics_core::trig::{Libm, Trig};
-use host_sim::study::dynamics;
-use host_sim::study::statics::Axes;
-use host_sim::study::statics::{Answer, Question, answer};
 use nalgebra::Vector3;
 use robot_compiler::{Robot, with_dof};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
+use studies::dynamics;
+use studies::statics::Axes;
+use studies::statics::{Answer, Question, answer};
 
 const PLANAR: &str = "tests/fixtures/planar.toml";
 
@@ -93,7 +93,7 @@ fn a_load_is_a_tip_wrench_of_its_weight_and_in_base_axes_the_base_carries_it_all
     let mass: f64 = robot.joints.iter().map(|joint| joint.spec.body.mass).sum::<f64>() + robot.tool.body.mass + 2.0;
     assert!(relative(&base.joints[0].force, &[0.0, 0.0, 9.81 * mass]) < 1e-14, "{:?}", base.joints[0]);
     for (a, b) in base.joints.iter().zip(&ask(&robot, &loaded).joints) {
-        let sizes = |joint: &host_sim::study::statics::JointAnswer| {
+        let sizes = |joint: &studies::statics::JointAnswer| {
             [joint.actuator, joint.radial, joint.axial.unwrap_or(0.0), joint.tilting, joint.twisting.unwrap_or(0.0)]
         };
         assert!(relative(&sizes(a), &sizes(b)) < 1e-13, "{a:?} {b:?}");

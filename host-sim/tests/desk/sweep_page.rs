@@ -4,14 +4,14 @@
 use crate::browser::{Browser, FLAT};
 use crate::pages::{WINDOWS, handed_over, open, rows};
 use crate::sweep::{cells, folder};
-use host_sim::study::parallel::Jobs;
-use host_sim::study::sweep::Prepared;
-use host_sim::study::sweep::results::Results;
-use host_sim::study::sweep::store::{self, Progress, STUDY, Shard};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use studies::parallel::Jobs;
+use studies::sweep::Prepared;
+use studies::sweep::results::Results;
+use studies::sweep::store::{self, Progress, STUDY, Shard};
 
 /// Title of the table of worst runs, and of that of runs that failed.
 pub(crate) const WORST: &str = "The worst runs, and the command that repeats each in full";

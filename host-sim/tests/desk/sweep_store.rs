@@ -2,15 +2,15 @@
 
 use crate::program::{at_its_fixtures, printed, told};
 use crate::sweep::folder;
-use host_sim::failure::Failure;
-use host_sim::output::Output;
-use host_sim::study::parallel::Jobs;
-use host_sim::study::sweep::Prepared;
-use host_sim::study::sweep::store::{self, Manifest, Progress, Shard};
 use sha2::{Digest, Sha256};
+use sim::failure::Failure;
+use sim::output::Output;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use studies::parallel::Jobs;
+use studies::sweep::Prepared;
+use studies::sweep::store::{self, Manifest, Progress, Shard};
 
 fn study(runs: u64) -> Prepared {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/study.toml");

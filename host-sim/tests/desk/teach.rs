@@ -1,14 +1,14 @@
 //! An arm that is led by hand: the YAM with simulated drives, pushed at its gripper and let go.
 
-use host_sim::run::closed_loop::End;
-use host_sim::run::simulate::{self, Run};
-use host_sim::study::taught::{Path, taught};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use robot_compiler::SceneFile;
 use robot_compiler::scene::MotionSpec;
+use sim::run::closed_loop::End;
+use sim::run::simulate::{self, Run};
 use std::path::Path as FilePath;
 use std::sync::atomic::AtomicBool;
+use studies::taught::{Path, taught};
 
 const DOF: usize = 6;
 

@@ -5,22 +5,22 @@
     reason = "a test that fails should stop there; costs are made up of whole numbers"
 )]
 
+use board::chip::interrupt::Interrupt;
 use dynamics_core::control::Between;
 use dynamics_core::trig::Method;
-use host_sim::chip::interrupt::Interrupt;
-use host_sim::failure::Failure;
-use host_sim::study::trade::baseline::Baseline;
-use host_sim::study::trade::chip::{CLOCK, Chip, Cost};
-use host_sim::study::trade::choice::{Choice, Every, TermSet};
-use host_sim::study::trade::request::{Budget, Share};
-use host_sim::study::trade::{Point, Trade, Workshop, trade};
 use indicatif::ProgressBar;
 use robot_compiler::kernel::Level;
 use robot_compiler::scene::{KernelChoice, ScalarChoice};
 use robot_compiler::{Ends, SceneFile};
+use sim::failure::Failure;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use studies::trade::baseline::Baseline;
+use studies::trade::chip::{CLOCK, Chip, Cost};
+use studies::trade::choice::{Choice, Every, TermSet};
+use studies::trade::request::{Budget, Share};
+use studies::trade::{Point, Trade, Workshop, trade};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 

@@ -2,11 +2,11 @@
 
 use crate::program::{at_its_fixtures, printed, told};
 use crate::reference::relative;
-use host_sim::study::trade::baseline::Baseline;
 use robot_compiler::Ends;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use studies::trade::baseline::Baseline;
 
 /// Six joints and a gripper with two fingers.
 const GRIPPER: &str = "../robot-compiler/tests/data/gripper.urdf";

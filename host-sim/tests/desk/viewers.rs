@@ -2,23 +2,21 @@
 
 use crate::program::{at_the_top, new, printed, told};
 use crate::skipping::skipped;
+use board::session::frame_log::{Entry, Log};
 use dynamics_core::kinematics::tip_pose;
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, InverseDynamics as _, Trig as _};
-use host_sim::run::mcap_file::messages::{
-    FrameTransforms, JointStates, LinkFrame, Message as _, Text, Tick, Time, finite,
-};
-use host_sim::run::mcap_file::reader::{Item, Reader};
-use host_sim::run::mcap_file::run::{ModelTerms, write_to};
-use host_sim::run::record::Record;
-use host_sim::run::simulate::{live_inputs, on_desk};
-use host_sim::session::frame_log::{Entry, Log};
 use indicatif::ProgressBar;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use robot_compiler::scene::joints;
 use robot_compiler::{Ends, Robot, SceneFile};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
+use sim::run::mcap_file::messages::{FrameTransforms, JointStates, LinkFrame, Message as _, Text, Tick, Time, finite};
+use sim::run::mcap_file::reader::{Item, Reader};
+use sim::run::mcap_file::run::{ModelTerms, write_to};
+use sim::run::record::Record;
+use sim::run::simulate::{live_inputs, on_desk};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::AtomicBool;

@@ -6,7 +6,7 @@
 //!
 //! | check, in this order | by |
 //! |---|---|
-//! | a port that opens, firmware that answers, its protocol version, robot hash, joints and rate | [`host_sim::session::doctor`] |
+//! | a port that opens, firmware that answers, its protocol version, robot hash, joints and rate | [`::board::session::doctor`] |
 //! | in every tick: cycles, and a plausible count | [`BadCounter`] |
 //! | in every tick: the bits that the desk's own controller computes | [`Failure::Differ`] |
 
@@ -14,14 +14,14 @@ use crate::Failure;
 use crate::random_motion::Tick;
 use crate::report::{OnBoard, Spread};
 use crate::ticks::hello;
+use ::board::chip::ChipError;
+use ::board::session::doctor::{self, State};
+use ::board::session::serial::{BAUD, SerialError, SerialLink};
 use dynamics_core::Fault;
-use host_sim::chip::ChipError;
-use host_sim::run::simulate;
-use host_sim::session::doctor::{self, State};
-use host_sim::session::serial::{BAUD, SerialError, SerialLink};
 use link::codec::{FrameTooLong, Received};
 use link::{Cost, Encoder, Frame, Hello, Key, Pacing, Refusal};
 use robot_compiler::SceneFile;
+use sim::run::simulate;
 use std::time::{Duration, Instant};
 
 /// Timeout of an answer. On the wire a tick is some 2 ms, and an adapter may keep bytes for 16 ms more.

@@ -11,11 +11,11 @@ use crate::program;
 use crate::random_motion::Tick;
 use crate::report::Late;
 use crate::ticks::{PATIENCE, QEMU, hello, tell_live};
+use ::board::chip::{Chip, Emulator};
 use chip_image::cycles::steps::{self, Detail, Event, Step};
 use dynamics_core::Command;
-use host_sim::chip::{Chip, Emulator};
-use host_sim::run::simulate;
 use robot_compiler::SceneFile;
+use sim::run::simulate;
 use std::io::BufReader;
 use std::path::Path;
 

@@ -45,7 +45,7 @@ pub enum Failure {
     },
     /// The chip is not usable.
     #[error(transparent)]
-    Chip(#[from] host_sim::chip::ChipError),
+    Chip(#[from] ::board::chip::ChipError),
     /// The emulator's log is not usable.
     #[error(transparent)]
     Log(#[from] chip_image::cycles::trace::Error),
@@ -88,7 +88,7 @@ pub enum Failure {
     },
     /// The port failed while it was open.
     #[error(transparent)]
-    Port(#[from] host_sim::session::serial::SerialError),
+    Port(#[from] ::board::session::serial::SerialError),
 }
 
 impl Failure {
@@ -96,8 +96,8 @@ impl Failure {
     #[must_use]
     pub const fn code(&self) -> u8 {
         match self {
-            Self::Scene(_) | Self::Board { .. } | Self::Counter(_) => host_sim::failure::INPUT,
-            _ => host_sim::failure::OUTSIDE,
+            Self::Scene(_) | Self::Board { .. } | Self::Counter(_) => sim::failure::INPUT,
+            _ => sim::failure::OUTSIDE,
         }
     }
 }

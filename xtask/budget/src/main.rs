@@ -125,7 +125,7 @@ fn run(what: &What) -> Result<String, Failure> {
         }
         What::Board { scene, port, key, ticks, instructions } => {
             let scene = load(scene)?;
-            let key = key.as_deref().map(host_sim::key::load).transpose();
+            let key = key.as_deref().map(::board::key::load).transpose();
             let key = key.map_err(|error| Failure::Scene(error.to_string()))?;
             let measured = with_dof!(scene.robot.dof(), N => {
                 random_motion::undisturbed::<N>(&scene, SEED, *ticks)

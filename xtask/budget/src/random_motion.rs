@@ -5,10 +5,10 @@
 
 use crate::Failure;
 use dynamics_core::{Command, Measurement, Reference, Sensed};
-use host_sim::run::simulate;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use robot_compiler::SceneFile;
+use sim::run::simulate;
 
 /// Inputs of one tick.
 pub type Tick<const N: usize> = (Reference<f32, N>, Measurement<f32, N>);

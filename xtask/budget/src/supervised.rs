@@ -5,10 +5,10 @@
 use crate::Failure;
 use crate::random_motion::{self, Tick};
 use crate::report::Supervised;
-use host_sim::run::simulate;
-use host_sim::session::drill::{Drill, OnChip, OnDesk};
+use ::board::session::drill::{Drill, OnChip, OnDesk};
 use link::{Actuation, Cost, Frame, Lines, Point, Request, Status, TickCost};
 use robot_compiler::SceneFile;
+use sim::run::simulate;
 
 /// Ticks before the arm runs: home, confirm, arm, and the time in which torque rises on engaged brakes.
 pub const TICKS_BEFORE: usize = 4 + ARMING;

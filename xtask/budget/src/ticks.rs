@@ -3,13 +3,13 @@
 use crate::random_motion::Tick;
 use crate::stack_paint::StackPaint;
 use crate::{Failure, program, report, supervised};
+use ::board::chip::{self, Chip, Emulator, Timeouts};
+use ::board::session::drill::OnChip;
 use chip_image::ImageError;
 use dynamics_core::Command;
-use host_sim::chip::{self, Chip, Emulator, Timeouts};
-use host_sim::run::simulate;
-use host_sim::session::drill::OnChip;
 use link::{Hello, Pacing};
 use robot_compiler::SceneFile;
+use sim::run::simulate;
 use std::path::Path;
 use std::time::Duration;
 

@@ -2,7 +2,7 @@
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
-use host_sim::session::drill::{Uncounted, desk_session};
+use ::board::session::drill::{Uncounted, desk_session};
 use link::{Access, BoardChannel, Cost, Fault, Frame, Pacing, Refusal};
 use robot_compiler::SceneFile;
 use serde_json::Value;
@@ -146,7 +146,7 @@ fn run<const N: usize, M: Counter>(
     let meter = Meter::new(counter);
     // The bench, as a board without a key has it.
     let (mut channel, mut bytes) = (BoardChannel::new(Access::NoKey), [0; 512]);
-    let own = host_sim::chip::hello(scene, &scene.robot.model::<N>().unwrap(), Pacing::LockStep);
+    let own = ::board::chip::hello(scene, &scene.robot.model::<N>().unwrap(), Pacing::LockStep);
     while !stop.load(Ordering::Relaxed) {
         let Ok(count) = port.read(&mut bytes) else {
             // Nothing has arrived, or the other end is closed and the read returns at once.

@@ -1,0 +1,338 @@
+//! Cost of a control tick on the chip, for many scenes: instructions, flash, RAM.
+//!
+//! Each controller is built into its own program. The program runs it in the emulator, in the scene's scalar, over the
+//! same ticks of the scenes' motion ([`robot_compiler::emit::cost::inputs`]). The desk's controller gets the same
+//! ticks, and must give the same bits.
+//!
+//! Each program holds one controller only, because controllers in one program share functions. The compiler then no
+//! longer inlines these into each tick with its numbers: a tick of 1,298 instructions took 2,228 in a program with nine
+//! others.
+
+use crate::chip::run_cost;
+use dynamics_core::{Command, Fault, Model, Real};
+use indicatif::ProgressBar;
+use miette::IntoDiagnostic as _;
+use robot_compiler::emit::cost::{Input, RUN_UP, difference, inputs};
+use robot_compiler::scene::ScalarChoice;
+use robot_compiler::{SceneFile, with_dof};
+use serde::{Deserialize, Serialize};
+use sim::failure::Failure;
+use sim::run::simulate;
+use sim::run::target::Torques;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+
+/// Number of scenes that are built and run at once. Between batches, `stop` is checked and the progress is shown.
+const BATCH: usize = 8;
+
+/// Instructions of the ticks that drive; all zero if no tick drives.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Instructions {
+    /// Fewest in a tick.
+    pub min: u64,
+    /// Most in a tick.
+    pub max: u64,
+    /// Mean over the ticks.
+    pub mean: f64,
+}
+
+/// Cycles of the ticks that drive: the likely number by `cargo xtask firmware cost`, with the core's caches as the
+/// earlier ticks left them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Cycles {
+    /// Most in a tick.
+    pub max: f64,
+    /// Mean over the ticks.
+    pub mean: f64,
+}
+
+/// A tick that braked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Braked {
+    /// The first such tick, counted from 0 with the run-up.
+    pub tick: usize,
+    /// The stable number of its fault.
+    pub code: u8,
+    /// The joint at fault, counted from 0, if the fault belongs to one joint.
+    pub joint: Option<u8>,
+}
+
+impl Braked {
+    /// The fault; `None` if this version does not know its number.
+    #[must_use]
+    pub fn fault(&self) -> Option<Fault> {
+        Fault::from_code(self.code, self.joint.unwrap_or_default())
+    }
+}
+
+/// Place of the tick in the measuring program.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Tick {
+    /// The function's symbol. A tick begins at its first instruction and ends where it returns to, behind the calling
+    /// instruction.
+    pub symbol: String,
+    /// Address of its first instruction.
+    pub address: u64,
+    /// Length of the function alone, bytes.
+    pub bytes: u64,
+    /// Path of the program.
+    pub program: PathBuf,
+}
+
+/// Cost of a control tick of a scene.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cost {
+    /// Instructions, over the counted ticks.
+    pub instructions: Instructions,
+    /// Cycles from flash, over the same ticks: an estimate.
+    pub cycles: Cycles,
+    /// Bytes of the tick, its callees and the constants that they read. A part that several scenes share counts in full
+    /// for each.
+    pub flash_bytes: u64,
+    /// Bytes of the controller and, if the kernel runs from RAM, of its kernel.
+    pub ram_bytes: u64,
+    /// Whether every command equals the desk's, bit by bit.
+    pub matches_desk: bool,
+    /// The first tick that braked, if one did. Ticks that braked are not counted.
+    pub fault: Option<Braked>,
+    /// Place of the tick.
+    pub tick: Tick,
+}
+
+/// Measure a tick of each scene, in the order of the files.
+///
+/// # Errors
+/// [`Failure::Input`] for a scene that cannot be read or moved, with its file and line. Also for scenes that differ in
+/// robot, rate, motion, duration or sensors, because their costs are not comparable. [`Failure::Target`], with the
+/// scene, if a program cannot be built or run. [`Failure::Interrupted`] if `stop` is set meanwhile.
+pub fn measure(scenes: &[PathBuf], stop: &AtomicBool, progress: &ProgressBar) -> Result<Vec<Cost>, Failure> {
+    let absolute = |path: &PathBuf| path.canonicalize().unwrap_or_else(|_| path.clone());
+    let files: Vec<SceneFile> =
+        scenes.iter().map(|path| SceneFile::load(&absolute(path)).map_err(Failure::input)).collect::<Result<_, _>>()?;
+    comparable(&files)?;
+    progress.set_length(files.len() as u64);
+    let mut costs = Vec::with_capacity(files.len());
+    for batch in files.chunks(BATCH) {
+        if stop.load(Ordering::Relaxed) {
+            return Err(Failure::Interrupted);
+        }
+        costs.extend(measure_batch(batch).map_err(|failure| {
+            // Ctrl-C reaches the compiler too.
+            if stop.load(Ordering::Relaxed) { Failure::Interrupted } else { failure }
+        })?);
+        progress.inc(batch.len() as u64);
+    }
+    Ok(costs)
+}
+
+fn comparable(files: &[SceneFile]) -> Result<(), Failure> {
+    let Some(first) = files.first() else { return Ok(()) };
+    for file in files {
+        if let Some(what) = difference(first, file) {
+            return Err(Failure::Input(miette::miette!(
+                help = "expected scenes of one robot, rate, motion, duration and sensors",
+                "{}: {what}: not that of {}",
+                file.path.display(),
+                first.path.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// A list of scene files for the build; the file is deleted on drop.
+struct List(PathBuf);
+
+impl List {
+    fn new(scenes: &[SceneFile]) -> std::io::Result<Self> {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let path = std::env::temp_dir().join(format!("newtau-{}-{count}.scenes", std::process::id()));
+        let lines: String = scenes.iter().map(|scene| format!("{}\n", scene.path.display())).collect();
+        std::fs::write(&path, lines)?;
+        Ok(Self(path))
+    }
+}
+
+impl Drop for List {
+    fn drop(&mut self) {
+        std::fs::remove_file(&self.0).ok();
+    }
+}
+
+fn measure_batch(scenes: &[SceneFile]) -> Result<Vec<Cost>, Failure> {
+    let desk: Vec<Vec<String>> =
+        scenes.iter().map(|scene| with_dof!(scene.robot.dof(), N => commands::<N>(scene))).collect::<Result<_, _>>()?;
+    let list = List::new(scenes).map_err(Failure::Output)?;
+    let said = run_cost(&list.0).map_err(|error| Failure::Target(miette::Report::from_err(error)))?;
+    let measured: Vec<Measured> =
+        said.lines().map(serde_json::from_str).collect::<Result<_, _>>().into_diagnostic().map_err(Failure::Target)?;
+    if measured.len() != desk.len() {
+        let count = measured.len();
+        return Err(Failure::Target(miette::miette!("{count} programs were measured; expected {}", desk.len())));
+    }
+    measured.into_iter().zip(&desk).map(|(measured, desk)| cost(measured, desk).map_err(Failure::Target)).collect()
+}
+
+/// The desk's commands in the chip's text format, tick by tick.
+fn commands<const N: usize>(scene: &SceneFile) -> Result<Vec<String>, Failure> {
+    match scene.control.scalar {
+        ScalarChoice::F32 => commands_in::<f32, N>(scene, &mut simulate::desk(scene, &model(scene)?)),
+        ScalarChoice::F64 => commands_in::<f64, N>(scene, &mut simulate::desk(scene, &model(scene)?)),
+    }
+}
+
+fn model<const N: usize>(scene: &SceneFile) -> Result<Model<f64, N>, Failure> {
+    scene.robot.model::<N>().map_err(Failure::input)
+}
+
+fn commands_in<S: Real, const N: usize>(
+    scene: &SceneFile,
+    controller: &mut impl Torques<S, N>,
+) -> Result<Vec<String>, Failure> {
+    let model = model(scene)?;
+    let inputs = inputs(scene, &model)
+        .map_err(|error| Failure::Input(miette::miette!("{}: the motion cannot be: {error}", scene.path.display())))?;
+    controller.set_live(&simulate::live_inputs(scene, &model)).map_err(Failure::Target)?;
+    let command = |input: &Input<N>| {
+        let ticked = controller.tick(&input.reference.cast(), &input.measurement()).map_err(Failure::Target)?;
+        Ok(words(&ticked.command))
+    };
+    inputs.iter().map(command).collect()
+}
+
+/// A command in the chip's text format.
+fn words<S: Real, const N: usize>(command: &Command<S, N>) -> String {
+    match command {
+        Command::Drive { torque, limits } => {
+            let torques: String = torque.iter().map(|torque| format!(",{:016x}", torque.to_f64().to_bits())).collect();
+            let limits: String = limits.iter().map(|limits| format!(",{}", limits.bits())).collect();
+            format!("drive{torques}{limits}")
+        }
+        Command::Brake(fault) => {
+            let joint = fault.joint().map(|joint| joint.to_string()).unwrap_or_default();
+            format!("brake,{},{joint}", fault.code())
+        }
+    }
+}
+
+/// The answer of `cargo xtask firmware cost` for a scene.
+#[derive(Debug, Deserialize)]
+struct Measured {
+    tick: Tick,
+    controller_bytes: u64,
+    flash_bytes: u64,
+    sram_bytes: u64,
+    ticks: Vec<Ticked>,
+}
+
+/// One call of the tick.
+#[derive(Debug, Deserialize)]
+struct Ticked {
+    instructions: u64,
+    cycles: u64,
+    command: String,
+}
+
+/// Cost from the measured ticks; `desk` holds the desk's commands.
+fn cost(measured: Measured, desk: &[String]) -> miette::Result<Cost> {
+    let Measured { tick, controller_bytes, flash_bytes, sram_bytes, ticks } = measured;
+    if ticks.len() != desk.len() {
+        return Err(miette::miette!("{} ticks were measured; expected {}", ticks.len(), desk.len()));
+    }
+    let mut counts = Vec::new();
+    let mut fault = None;
+    for (at, ticked) in ticks.iter().enumerate() {
+        if let Some(reason) = ticked.command.strip_prefix("brake,") {
+            fault = fault.or(Some(braked(at, reason)?));
+        } else if at >= RUN_UP {
+            counts.push(ticked.instructions);
+        }
+    }
+    let mean = |all: &[u64]| all.iter().sum::<u64>() as f64 / all.len().max(1) as f64;
+    let cycles: Vec<u64> = ticks.iter().skip(RUN_UP).map(|ticked| ticked.cycles).collect();
+    Ok(Cost {
+        instructions: Instructions {
+            min: counts.iter().copied().min().unwrap_or_default(),
+            max: counts.iter().copied().max().unwrap_or_default(),
+            mean: mean(&counts),
+        },
+        cycles: Cycles { max: cycles.iter().copied().max().unwrap_or_default() as f64, mean: mean(&cycles) },
+        flash_bytes,
+        ram_bytes: controller_bytes + sram_bytes,
+        matches_desk: ticks.iter().zip(desk).all(|(ticked, desk)| ticked.command == *desk),
+        fault,
+        tick,
+    })
+}
+
+/// Parse `CODE,JOINT`.
+fn braked(tick: usize, reason: &str) -> miette::Result<Braked> {
+    let fields = reason.split_once(',').and_then(|(code, joint)| Some((code.parse().ok()?, joint)));
+    let (code, joint) = fields.ok_or_else(|| miette::miette!("tick {tick} braked for {reason:?}"))?;
+    Ok(Braked { tick, code, joint: joint.parse().ok() })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::float_cmp, reason = "a test that fails should stop there; halves are exact")]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    /// A scene: its first tick gave this command, its run-up took 9 instructions a tick, and its counted ticks took 10,
+    /// 13 ..
+    fn measured(first: &str, count: usize) -> Measured {
+        let instructions = |at: usize| if at < RUN_UP { 9 } else { 10 + 3 * (at - RUN_UP) };
+        let command = |at: usize| if at == 0 { first } else { "drive,1,0" };
+        let tick = |at| serde_json::json!({ "instructions": instructions(at), "cycles": at, "command": command(at) });
+        let ticks: Vec<_> = (0..count).map(tick).collect();
+        let tick = serde_json::json!({ "symbol": "tick_0", "address": 0x0800_0000, "bytes": 8, "program": "cost.elf" });
+        serde_json::from_value(serde_json::json!({
+            "tick": tick, "controller_bytes": 200, "flash_bytes": 300, "sram_bytes": 40, "ticks": ticks
+        }))
+        .unwrap()
+    }
+
+    fn desk() -> Vec<String> {
+        vec!["drive,1,0".to_owned(); RUN_UP + 2]
+    }
+
+    #[test]
+    fn ticks_after_the_run_up_are_counted_and_compared() {
+        let cost = cost(measured("drive,1,0", RUN_UP + 2), &desk()).unwrap();
+        assert_eq!(cost.instructions, Instructions { min: 10, max: 13, mean: 11.5 });
+        assert_eq!(cost.cycles, Cycles { max: RUN_UP as f64 + 1.0, mean: RUN_UP as f64 + 0.5 });
+        assert_eq!((cost.flash_bytes, cost.ram_bytes), (300, 240));
+        assert!(cost.matches_desk && cost.fault.is_none());
+    }
+
+    #[test]
+    fn a_tick_that_differs_or_brakes_is_told() {
+        let first = |command: &str| cost(measured(command, RUN_UP + 2), &desk()).unwrap();
+        assert!(!first("drive,2,0").matches_desk);
+        let braked = first("brake,5,2");
+        assert_eq!(braked.fault, Some(Braked { tick: 0, code: 5, joint: Some(2) }));
+        assert_eq!(braked.fault.unwrap().fault(), Some(Fault::VelocityOutOfBounds { joint: 2 }));
+        assert!(!braked.matches_desk);
+        assert_eq!(first("brake,3,").fault.unwrap().joint, None);
+    }
+
+    #[test]
+    fn a_program_that_stops_early_or_says_nonsense_is_an_error() {
+        assert!(cost(measured("drive,1,0", RUN_UP), &desk()).is_err());
+        assert!(cost(measured("brake,x,", RUN_UP + 2), &desk()).is_err());
+    }
+
+    #[test]
+    fn scenes_whose_ticks_are_not_the_same_are_refused_by_name() {
+        let load = |name: &str| {
+            SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../scenes/{name}.toml"))).unwrap()
+        };
+        let (puma, planar) = (load("puma560_pick"), load("planar2r_swing"));
+        let mut lesser = puma.clone();
+        lesser.model.friction = false;
+        assert!(comparable(&[puma.clone(), lesser]).is_ok());
+        let said = comparable(&[puma, planar]).unwrap_err().report().to_string();
+        assert!(said.contains("planar2r_swing.toml: robot: not that of "), "{said}");
+    }
+}

@@ -1,0 +1,45 @@
+//! The whole interrupt of a tick under supervision, as the firmware runs it in the emulated chip.
+
+use crate::chip::run_interrupt;
+use miette::IntoDiagnostic as _;
+use serde::{Deserialize, Serialize};
+use sim::failure::Failure;
+use std::path::Path;
+
+/// Longest interrupt of a firmware's supervised ticks: readings, trajectory, safety state machine, controller, black box,
+/// outputs, and entry and exit of the handler. The core's own stacking of registers is not in it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Interrupt {
+    /// Instructions.
+    pub instructions: f64,
+    /// Cycles from flash: an estimate.
+    pub cycles: f64,
+}
+
+/// Measure the interrupt of a scene's firmware, over a few ticks of a running arm. Installs the tools that this needs.
+///
+/// # Errors
+/// [`Failure::Target`], with the scene, if its firmware cannot be built or run.
+pub fn measure(scene: &Path) -> Result<Interrupt, Failure> {
+    let said = run_interrupt(scene).map_err(|error| Failure::Target(miette::Report::from_err(error)))?;
+    let Traced { running: Running { instructions, cycles: Estimate { likely } } } =
+        serde_json::from_str(&said).into_diagnostic().map_err(Failure::Target)?;
+    Ok(Interrupt { instructions: instructions as f64, cycles: likely as f64 })
+}
+
+/// The answer of `cargo xtask firmware interrupt`.
+#[derive(Deserialize)]
+struct Traced {
+    running: Running,
+}
+
+#[derive(Deserialize)]
+struct Running {
+    instructions: u64,
+    cycles: Estimate,
+}
+
+#[derive(Deserialize)]
+struct Estimate {
+    likely: u64,
+}

@@ -1,0 +1,283 @@
+//! A live session in the emulated chip: its own timer, its own joints (which rest at zero), a host that falls silent, a flood, and a hello
+//! that ends the session.
+//!
+//! The emulator's wire has no rate of its own: how many bytes it carries in a tick depends on the machine under it. So times are counted from
+//! the tick that a status names as the first after a frame was taken.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
+
+use super::{Chip, build_firmware, hello};
+use dynamics_core::safety::Rules;
+use link::{
+    Actuation, Encoder, Frame, Hello, Pacing, Parts, Point, Reference, Refusal, Request, Status, Verdict, Watch,
+};
+use robot_compiler::SceneFile;
+use std::path::Path;
+
+const ARMED: u8 = 2;
+const ARMING: u8 = 6;
+const RUNNING: u8 = 3;
+const HOLDING: u8 = 4;
+const DISARMING: u8 = 8;
+const FAULT: u8 = 5;
+
+/// The next status in one of these states; the others on the way are left out.
+fn until(chip: &mut Chip, wanted: impl Fn(&Status) -> bool) -> Status {
+    for _ in 0..100_000 {
+        match chip.receive("a status").unwrap() {
+            Frame::Status(status) if wanted(&status) => return status,
+            Frame::Status(status) => assert_eq!(status.refused, None, "{status:?}"),
+            Frame::Answer(_) => {}
+            other => panic!("{other:?}"),
+        }
+    }
+    panic!("100,000 ticks without it");
+}
+
+/// A chip with its host in a live session.
+struct LiveChip {
+    chip: Chip,
+    /// Its hello in lock step.
+    bench: Hello,
+    rules: Rules<f64, 2>,
+}
+
+impl LiveChip {
+    fn start() -> Self {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/planar2r_swing.toml");
+        let scene = SceneFile::load(&path).unwrap();
+        let model = scene.robot.model::<2>().unwrap();
+        let bench = hello(&scene, &model, Pacing::LockStep);
+        let mut chip = Chip::start(&build_firmware(&path).unwrap(), bench).unwrap();
+        chip.change_pacing(Hello { pacing: Pacing::Live, ..bench }).unwrap();
+        chip.send(&Frame::Live(link::Live::new(&scene.live::<2>(&model).cast::<f32>()).unwrap())).unwrap();
+        chip.send(&Frame::Watch(Watch { every: 1, parts: Parts::TORQUE })).unwrap();
+        Self { chip, bench, rules: scene.safety_rules::<2>(&model) }
+    }
+
+    /// Armed; returns the tick that took the request as well: the last thing that its host said.
+    fn armed() -> (Self, Status) {
+        let mut live = Self::start();
+        live.ask(Request::Home, |status| status.state == 1);
+        live.ask(Request::Confirm, |status| status.state == 0 && status.homed);
+        let status = live.ask(Request::Arm, |status| status.state == ARMING);
+        until(&mut live.chip, |status| status.state == ARMED);
+        (live, status)
+    }
+
+    /// On a trajectory of one point, where it is.
+    fn running() -> Self {
+        let (mut live, _) = Self::armed();
+        let reference = Reference::new(&dynamics_core::Reference { q: [0.0_f32; 2], qd: [0.0; 2], qdd: [0.0; 2] });
+        live.chip.send(&Frame::Point(Point { ticks: 0, reference })).unwrap();
+        live.ask(Request::Run, |status| status.state == RUNNING);
+        live
+    }
+
+    fn ask(&mut self, request: Request, wanted: impl Fn(&Status) -> bool) -> Status {
+        self.chip.send(&Frame::request(request as u8, request)).unwrap();
+        let status = until(&mut self.chip, wanted);
+        assert_eq!(status.refused, None, "{request:?}");
+        status
+    }
+
+    /// The next status under a flood: refusals are what it asks for.
+    fn status(&mut self) -> Status {
+        loop {
+            match self.chip.receive("a status").unwrap() {
+                Frame::Status(status) => return status,
+                Frame::Refusal(Refusal::Undecodable(_) | Refusal::Unauthentic { .. })
+                | Frame::Challenge(_)
+                | Frame::Answer(_) => {}
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+}
+
+/// Bytes of a stranger, some 100: as many as a board's wire carries in a tick.
+type Flood = fn(&LiveChip, u32) -> Vec<u8>;
+
+/// No byte of it ends a packet.
+fn garbage(_: &LiveChip, seed: u32) -> Vec<u8> {
+    (0..100_u32).map(|i| ((seed * 100 + i).wrapping_mul(2_654_435_761) >> 24) as u8 | 1).collect()
+}
+
+fn shortest_packets(_: &LiveChip, _: u32) -> Vec<u8> {
+    [1, 0].repeat(50)
+}
+
+/// Valid packets of somebody without the key.
+fn open_packets(live: &LiveChip, _: u32) -> Vec<u8> {
+    let mut encoder = Encoder::new();
+    let frames = [Frame::Alive, Frame::request(1, Request::Arm), Frame::Hello(live.bench), Frame::Join([7; 16])];
+    frames.iter().flat_map(|frame| encoder.encode(frame).unwrap()).collect()
+}
+
+/// Packets of the session itself again.
+fn replayed_packets(live: &LiveChip, _: u32) -> Vec<u8> {
+    live.chip.sent[live.chip.sent.len() - 100..].to_vec()
+}
+
+const FLOODS: [(&str, Flood); 4] = [
+    ("garbage", garbage),
+    ("shortest packets", shortest_packets),
+    ("open packets", open_packets),
+    ("replayed packets", replayed_packets),
+];
+
+/// Whatever comes that is not of the session, the host counts as silent: the arm holds, and at last stops, each in its tick.
+#[test]
+fn a_flood_does_not_pass_for_a_host() {
+    for (name, flood) in FLOODS {
+        let (mut live, mut last) = LiveChip::armed();
+        let rules = live.rules;
+        let mut holds = None;
+        let mut said = 0;
+        for round in 0..rules.heartbeat_max + rules.hold_max + 1000 {
+            let bytes = flood(&live, round);
+            live.chip.emulator.write(&bytes).unwrap();
+            let status = live.status();
+            said += 1;
+            if status.taken != last.taken {
+                assert!(holds.is_none(), "{name}: a frame was taken: {status:?}");
+                last = status;
+                continue;
+            }
+            match (status.state, holds) {
+                (ARMED, None) | (HOLDING | DISARMING, Some(_)) => {}
+                (HOLDING, None) => {
+                    assert_eq!((status.tick - last.tick, status.cause), (rules.heartbeat_max + 1, 2), "{name}");
+                    holds = Some(status.tick);
+                }
+                (FAULT, Some(tick)) => {
+                    assert_eq!((status.tick - tick, status.cause), (rules.hold_max + rules.brake_delay, 10), "{name}");
+                    break;
+                }
+                _ => panic!("{name}: {status:?}"),
+            }
+        }
+        println!("{name}: {said} statuses");
+        assert!(holds.is_some_and(|tick| said > tick - last.tick), "{name}: it never held");
+    }
+}
+
+/// The tick after a request to hold is taken is the first of the stop, whatever precedes or follows the request.
+#[test]
+fn a_hold_in_a_flood_is_honoured_in_the_tick_after_it_is_taken() {
+    for (name, flood) in FLOODS {
+        let mut live = LiveChip::running();
+        let mut before = live.status();
+        for round in 0..20 {
+            let bytes = flood(&live, round);
+            live.chip.emulator.write(&bytes).unwrap();
+            before = live.status();
+            assert_eq!(before.state, RUNNING, "{name}");
+        }
+        // A zero ends whatever came.
+        live.chip.emulator.write(&[0]).unwrap();
+        live.chip.send(&Frame::request(200, Request::Hold)).unwrap();
+        let sent = before.tick;
+        let status = (20..2000).map(|round| {
+            let bytes = flood(&live, round);
+            live.chip.emulator.write(&bytes).unwrap();
+            live.status()
+        });
+        let status = status.into_iter().find(|status| status.taken != before.taken || status.state != RUNNING).unwrap();
+        println!("{name}: {} ticks after it was sent", status.tick - sent);
+        assert_eq!((status.state, status.cause, status.taken), (HOLDING, 1, before.taken.wrapping_add(1)), "{name}");
+    }
+}
+
+/// A hello that ends the live session is answered, a status says that the drives do the safe action, and the watchdog resets the chip, which
+/// then can be joined anew.
+#[test]
+fn a_hello_that_ends_a_live_session_is_followed_by_a_status_and_a_reset() {
+    for pacing in [Pacing::Drill, Pacing::LockStep, Pacing::Timer] {
+        let mut live = LiveChip::running();
+        let (chip, bench) = (&mut live.chip, live.bench);
+        let theirs = Hello { pacing, ..bench };
+        chip.send(&Frame::Hello(theirs)).unwrap();
+        loop {
+            match chip.receive("the chip's answer to a hello").unwrap() {
+                // Of the session before.
+                Frame::Status(_) => {}
+                frame => break assert_eq!(frame, Frame::Hello(theirs)),
+            }
+        }
+        match chip.receive("a status").unwrap() {
+            Frame::Status(Status { tick: 0, state: 0, homed: false, actuation: Some(actuation), .. }) => {
+                assert!(!matches!(actuation, Actuation::Drive { .. }), "{pacing:?}: {actuation:?}");
+            }
+            other => panic!("{pacing:?}: {other:?}"),
+        }
+        assert_eq!(
+            chip.receive("the hello of a chip that has started anew").unwrap(),
+            Frame::Hello(bench),
+            "{pacing:?}"
+        );
+        chip.join_anew().unwrap();
+        chip.change_pacing(Hello { pacing: Pacing::Drill, ..bench }).unwrap();
+    }
+}
+
+/// The chip arms by its own timer and joints. Its host says nothing more: it holds, and at last stops, each in its tick.
+#[test]
+fn a_live_arm_whose_host_falls_silent_holds_and_then_stops_in_the_stated_ticks() {
+    // The host's last frame caused that tick.
+    let (mut live, armed) = LiveChip::armed();
+    let holds = until(&mut live.chip, |status| status.state == HOLDING);
+    assert_eq!((holds.tick - armed.tick, holds.cause), (live.rules.heartbeat_max + 1, 2));
+    let stops = until(&mut live.chip, |status| status.state == FAULT);
+    // The brakes engage before the torque ends.
+    assert!(live.rules.brake_delay > 0);
+    assert_eq!((stops.tick - holds.tick, stops.cause), (live.rules.hold_max + live.rules.brake_delay, 10));
+}
+
+/// Requests that come together: whichever ticks they fall into, the stop acts, and each request is answered once.
+#[test]
+fn of_requests_that_come_together_the_stop_acts_and_each_is_answered_once() {
+    let mut live = LiveChip::running();
+    let asked = [Request::Run, Request::Disarm, Request::Hold, Request::Stop, Request::Run, Request::Hold];
+    for (number, request) in (100..).zip(asked) {
+        live.chip.send(&Frame::request(number, request)).unwrap();
+    }
+    let (mut answers, mut stopped) = (Vec::new(), 0);
+    // Some ticks more: an answer must not come again.
+    while answers.len() < asked.len() || stopped < 50 {
+        match live.chip.receive("answers").unwrap() {
+            Frame::Answer(answer) => answers.push((answer.number, answer.verdict)),
+            Frame::Status(status) if stopped > 0 || status.state == FAULT => {
+                assert_eq!((status.state, status.cause), (FAULT, 9));
+                assert!(!matches!(status.actuation, Some(Actuation::Drive { .. })), "{status:?}");
+                stopped += 1;
+            }
+            Frame::Status(_) => {}
+            other => panic!("{other:?}"),
+        }
+        assert!(stopped < 1000, "{answers:?}");
+    }
+    answers.sort_by_key(|(number, _)| *number);
+    let numbers: Vec<u8> = answers.iter().map(|(number, _)| *number).collect();
+    assert_eq!(numbers, [100, 101, 102, 103, 104, 105], "{answers:?}");
+    assert_eq!(answers[3].1, Verdict::Accepted, "the stop");
+    assert!(answers[4..].iter().all(|(_, verdict)| *verdict != Verdict::Accepted), "{answers:?}");
+}
+
+/// The last point is in motion, and no other comes: the arm holds in the tick after it.
+#[test]
+fn a_live_arm_whose_points_run_out_in_motion_holds() {
+    let (mut live, _) = LiveChip::armed();
+    let point = |ticks, q: f32, qd: f32| {
+        let reference = Reference::new(&dynamics_core::Reference { q: [q, 0.0], qd: [qd, 0.0], qdd: [0.0; 2] });
+        Frame::Point(Point { ticks, reference })
+    };
+    let (ticks, speed) = (20_u16, 0.02);
+    let way = 0.5 * speed * f32::from(ticks) / live.bench.rate_hz;
+    live.chip.send(&point(0, 0.0, 0.0)).unwrap();
+    live.chip.send(&point(ticks, way, speed)).unwrap();
+    let running = live.ask(Request::Run, |status| status.state == RUNNING);
+    let holds = until(&mut live.chip, |status| status.state != RUNNING);
+    assert_eq!((holds.state, holds.cause), (HOLDING, 3));
+    // The first tick of the run is at the first point, `ticks` later one is at the last.
+    assert_eq!(holds.tick - running.tick, u32::from(ticks) + 1, "{holds:?}");
+}

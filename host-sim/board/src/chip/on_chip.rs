@@ -1,0 +1,68 @@
+//! A run with the chip in the loop, and with the desk's own controller beside it on the same inputs.
+
+use crate::chip::{Chip, build_firmware_with, hello};
+use dynamics_core::{Live, Measurement, Reference};
+use indicatif::ProgressBar;
+use link::Pacing;
+use miette::IntoDiagnostic;
+use robot_compiler::SceneFile;
+use robot_compiler::emit::CHOICES;
+use robot_compiler::scene::ScalarChoice;
+use sim::failure::Failure;
+use sim::run::simulate::{self, Run};
+use sim::run::summary::Instructions;
+use sim::run::target::{Beside, Ticked, Torques};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+impl<const N: usize> Torques<f32, N> for Chip {
+    fn set_live(&mut self, live: &Live<f32, N>) -> miette::Result<()> {
+        Chip::set_live(self, live).into_diagnostic()
+    }
+
+    fn tick(
+        &mut self,
+        reference: &Reference<f32, N>,
+        measurement: &Measurement<f32, N>,
+    ) -> miette::Result<Ticked<f32, N>> {
+        let reply = Chip::tick(self, reference, measurement).into_diagnostic()?;
+        Ok(Ticked { command: reply.command, instructions: reply.instructions.map(u64::from) })
+    }
+}
+
+/// Build the firmware for a scene, start it in the emulator, and close the loop through it.
+///
+/// The firmware is built from the scene's file, with the law and the sine and cosine method of `scene`. No other
+/// setting of a tick may have changed since the file was read; the exchanged hellos would reveal such a change.
+///
+/// # Errors
+/// A scene that cannot be run; a firmware that cannot be built; an emulator that cannot be started or does not agree.
+pub fn run<const N: usize>(scene: &SceneFile, stop: &AtomicBool, progress: &ProgressBar) -> Result<Run, Failure> {
+    let mut scene = scene.clone();
+    scene.control.scalar = ScalarChoice::F32;
+    let model = scene.robot.model::<N>().map_err(Failure::input)?;
+    // Report an impossible motion before the compiler starts.
+    simulate::world::<N>(&scene)?;
+    let target = |error| Failure::Target(miette::Report::from_err(error));
+    progress.set_message("building the firmware");
+    let program = build(&scene).map_err(|failure| {
+        // Ctrl-C reaches the compiler too.
+        if stop.load(Ordering::Relaxed) { Failure::Interrupted } else { failure }
+    })?;
+    progress.set_message("");
+    let chip = Chip::start(&program, hello(&scene, &model, Pacing::LockStep)).map_err(target)?;
+    let mut both = Beside::new(chip, simulate::desk::<f32, N>(&scene, &model));
+    let mut run = simulate::with(&scene, "qemu", &mut both, stop, progress)?;
+    run.summary.parity = Some(both.parity());
+    run.summary.instructions_per_tick = both.instructions().map(|(min, max)| Instructions { min, max });
+    Ok(run)
+}
+
+/// Build the firmware of the scene's file, with the law and the sine and cosine method of `scene` if they were changed.
+fn build(scene: &SceneFile) -> Result<PathBuf, Failure> {
+    let file = SceneFile::load(&scene.path).map_err(Failure::input)?;
+    let ((law, trig), (law_there, trig_there)) = (scene.control.names(), file.control.names());
+    let changed = CHOICES.into_iter().zip([(law, law_there), (trig, trig_there)]);
+    let changed = changed.filter(|(_, (here, there))| here != there).map(|(variable, (here, _))| (variable, here));
+    build_firmware_with(&scene.path, changed).map_err(|error| Failure::Target(miette::Report::from_err(error)))
+}

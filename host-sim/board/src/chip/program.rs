@@ -1,0 +1,106 @@
+//! Builds of the firmware for a scene.
+
+use super::ChipError;
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// Build the firmware with a scene's arm and controller. Returns the path of the program.
+///
+/// Installs missing tools for building and emulating, and reports that on standard error.
+///
+/// # Errors
+/// cargo cannot be started, or the build fails; the error holds the build's output.
+pub fn build_firmware(scene: &Path) -> Result<PathBuf, ChipError> {
+    build_firmware_with(scene, [])
+}
+
+/// As [`build_firmware`], with another law or another sine and cosine method than the scene file's: pairs of
+/// [`robot_compiler::emit::CHOICES`] and names.
+///
+/// # Errors
+/// As [`build_firmware`].
+pub fn build_firmware_with<'a>(
+    scene: &Path,
+    choices: impl IntoIterator<Item = (&'a str, &'a str)>,
+) -> Result<PathBuf, ChipError> {
+    let scene = scene.canonicalize().unwrap_or_else(|_| scene.to_owned());
+    last_line(&xtask(["firmware", "build", "--message-path", "--emulator", "--scene"], &scene, choices)?)
+}
+
+/// As [`build_firmware`], with the link of the boards that have a DMA: a stand-in moves its bytes.
+///
+/// # Errors
+/// As [`build_firmware`].
+pub fn build_firmware_by_dma(scene: &Path) -> Result<PathBuf, ChipError> {
+    let scene = scene.canonicalize().unwrap_or_else(|_| scene.to_owned());
+    last_line(&xtask(["firmware", "build", "--message-path", "--emulator", "--dma-stand-in", "--scene"], &scene, [])?)
+}
+
+fn last_line(text: &str) -> Result<PathBuf, ChipError> {
+    match text.lines().last() {
+        Some(path) => Ok(PathBuf::from(path)),
+        None => Err(ChipError::Build { output: String::new() }),
+    }
+}
+
+/// Build and run the program that measures a tick, for each scene of a list. Returns the output of
+/// `cargo xtask firmware cost`: a JSON object on one line for each scene.
+///
+/// # Errors
+/// As [`build_firmware`]; a measuring program that fails.
+pub(crate) fn run_cost(list: &Path) -> Result<String, ChipError> {
+    xtask(["firmware", "cost", "--scenes"], list, [])
+}
+
+/// Build a scene's firmware and trace its supervised ticks. Returns the output of `cargo xtask firmware interrupt`: one
+/// JSON object.
+///
+/// # Errors
+/// As [`build_firmware`]; a motion that the scene's controller does not follow.
+pub(crate) fn run_interrupt(scene: &Path) -> Result<String, ChipError> {
+    let scene = scene.canonicalize().unwrap_or_else(|_| scene.to_owned());
+    xtask(["firmware", "interrupt", "--scene"], &scene, [])
+}
+
+/// Standard output of an xtask command; an error holds its standard error.
+fn xtask<'a, const M: usize>(
+    arguments: [&str; M],
+    file: &Path,
+    environment: impl IntoIterator<Item = (&'a str, &'a str)>,
+) -> Result<String, ChipError> {
+    let cargo = PathBuf::from(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    let mut child = Command::new(&cargo)
+        .args(["run", "--quiet", "--release", "--package", "xtask", "--"])
+        .args(arguments)
+        .arg(file)
+        .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+        .envs(environment)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(|source| ChipError::CannotStart { program: cargo, source })?;
+    let messages = child.stderr.take().map(|pipe| std::thread::spawn(move || relay(pipe)));
+    let output = child.wait_with_output()?;
+    let messages = messages.and_then(|thread| thread.join().ok()).unwrap_or_default();
+    if output.status.success() {
+        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+    } else {
+        Err(ChipError::Build { output: messages.trim_end().to_owned() })
+    }
+}
+
+/// Collect all messages of a build. Messages about installations are printed at once; the others matter only if the
+/// build fails.
+fn relay(pipe: impl Read) -> String {
+    let mut all = String::new();
+    for line in BufReader::new(pipe).lines().map_while(Result::ok) {
+        if line.starts_with("setup: ") {
+            eprintln!("{line}");
+        }
+        all += &line;
+        all.push('\n');
+    }
+    all
+}

@@ -1,0 +1,12 @@
+//! Boards and their operator: the emulated chip, the serial port, the firmware's session on the desk.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`chip`] | the firmware in an emulated STM32F405, driven in lock step |
+//! | [`session`] | the firmware under its safety state machine, and its hosts: drill, operator, replay, serial port |
+//! | [`key`] | keys of the link |
+#![forbid(unsafe_code)]
+
+pub mod chip;
+pub mod key;
+pub mod session;

@@ -1,0 +1,352 @@
+//! An operator's data about a scene's arm.
+//!
+//! The operator's code is the same for every arm: only [`Joints`] and [`Course`] depend on the number of joints, and
+//! are compiled for each number.
+
+use super::Stop;
+use super::motion_queue::way;
+use super::torque_cause::DriveNumbers;
+use super::torque_check::hidden;
+use crate::session::frame_log::Head;
+use crate::session::frame_log::recorder::Recorded;
+use dynamics_core::control::trajectory::{Bounds, Motion, MotionError};
+use dynamics_core::control::{ControllerConfig, Encoder, Law};
+use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
+use dynamics_core::safety::SafeAction;
+use dynamics_core::trig::Libm;
+use dynamics_core::{
+    Dynamics, Inertia, InertiaBounds, InverseDynamics as _, JointKind, Live, Model, Reference, Term, Trig as _,
+};
+use identification::arm::Chain;
+use identification::identify::TORQUE_CUTOFF;
+use identification::log::Log;
+use identification::payload::{Known, Payload};
+use identification::prepare::Filters;
+use joint_io::frames::Frames as _;
+use link::convert::{AsymmetricInertia, array};
+use link::{Hello, Sensed};
+use robot_compiler::drive::Protocol;
+use robot_compiler::scene::joints;
+use robot_compiler::{RobotJoint, SceneFile};
+use sim::run::wrench::tip_wrench;
+use std::fmt;
+use std::rc::Rc;
+use std::time::Duration;
+
+/// How far torques that drives were told are trusted, as a share.
+const TORQUE_DEVIATION: f64 = 0.02;
+
+/// A motion of an arm with any number of joints.
+pub trait Course: fmt::Debug {
+    /// Duration, s.
+    fn duration(&self) -> f64;
+
+    /// Reference at `t` (s) after the start.
+    fn at(&self, t: f64) -> link::Reference;
+
+    /// Reference at the end, to the last bit.
+    fn end(&self) -> link::Reference;
+
+    /// Positions at the start and at the end, rad or m.
+    fn ends(&self) -> [Vec<f64>; 2];
+
+    /// Greatest speed of each joint, rad/s or m/s.
+    fn peak_velocity(&self) -> Vec<f64>;
+
+    /// The same path, so many times as slow: speeds go with `1 / factor`, accelerations with its square. `None` for a factor that is not
+    /// above 1 and finite.
+    fn slowed(&self, factor: f64) -> Option<Rc<dyn Course>>;
+}
+
+impl<const N: usize> Course for Motion<f64, N> {
+    fn duration(&self) -> f64 {
+        Motion::duration(self)
+    }
+
+    fn at(&self, t: f64) -> link::Reference {
+        link::Reference::new(&self.sample(t).cast::<f32>())
+    }
+
+    fn end(&self) -> link::Reference {
+        link::Reference::new(&Motion::end(self).cast::<f32>())
+    }
+
+    fn ends(&self) -> [Vec<f64>; 2] {
+        [self.start().q.to_vec(), Motion::end(self).q.to_vec()]
+    }
+
+    fn peak_velocity(&self) -> Vec<f64> {
+        self.peaks().velocity.to_vec()
+    }
+
+    fn slowed(&self, factor: f64) -> Option<Rc<dyn Course>> {
+        let slower = (factor > 1.0).then(|| self.stretched(factor * (1.0 + Bounds::<f64, N>::MARGIN)))?;
+        slower.ok().map(|motion| Rc::new(motion) as Rc<dyn Course>)
+    }
+}
+
+/// Operations that depend on the number of joints.
+pub(super) trait Joints: fmt::Debug {
+    /// Positions in rad or m; `None` for another number of joints.
+    fn positions(&self, sensed: &Sensed) -> Option<Vec<f64>>;
+
+    /// Reference at rest at these positions.
+    fn at_rest(&self, q: &[f64]) -> link::Reference;
+
+    /// Motion from rest to rest: in this time, s, or as fast as the bounds allow.
+    fn way(&self, from: &[f64], to: &[f64], time: Option<f64>) -> Result<Rc<dyn Course>, MotionError>;
+
+    /// Live inputs of the arm, with another payload (in the tip frame) if one is given. This is the one place where a payload is
+    /// moved from the tip frame to the last link's frame, which the board uses.
+    fn live(&self, payload: Option<Inertia<f32>>) -> Result<link::Live, AsymmetricInertia>;
+
+    /// Payload of the scene, in the tip frame.
+    fn payload(&self) -> Inertia<f32>;
+
+    /// A body given in the tip frame, in the last link's frame.
+    fn in_last_link(&self, in_tip: &Inertia<f64>) -> Inertia<f64>;
+
+    /// A body given in the last link's frame, in the tip frame.
+    fn in_tip(&self, in_last_link: &Inertia<f64>) -> Inertia<f64>;
+
+    /// Torque of this motion by the model that the controller has, N m or N. The payload is in the tip frame.
+    fn inverse_dynamics(&self, q: &[f64], qd: &[f64], qdd: &[f64], payload: Option<Inertia<f32>>) -> Vec<f64>;
+
+    /// Payload that explains a log, against the model, in the last link's frame; viscous and Coulomb friction of each joint.
+    fn weigh(&self, log: &Log, friction: &[(f64, f64)]) -> Payload;
+
+    /// Force (N) and moment (N m) at the tip, in base axes, that these external torques stand for; the smallest of several. `None`
+    /// where the arm is singular.
+    fn tip_wrench(&self, q: &[f64], external: &[f32]) -> Option<[f64; 6]>;
+}
+
+#[derive(Debug)]
+struct OfScene<const N: usize> {
+    /// Live inputs of the arm, as sent to the board: the payload is in the last link's frame.
+    live: Live<f32, N>,
+    /// The scene's payload, in the tip frame.
+    payload: Inertia<f32>,
+    /// Bounds of the operator's own motions.
+    bounds: Bounds<f64, N>,
+    encoder: [Encoder<f64>; N],
+    dynamics: Dynamics<f64, N>,
+}
+
+impl<const N: usize> OfScene<N> {
+    /// Live inputs with this payload, given in the tip frame; with the scene's for `None`.
+    fn live_with(&self, payload: Option<Inertia<f32>>) -> Live<f32, N> {
+        // Symmetric to the bit: the link carries six entries of the tensor.
+        let moved = payload.map(|payload| self.in_last_link(&payload.cast()).cast().symmetric());
+        Live { payload: moved.unwrap_or(self.live.payload), ..self.live }
+    }
+}
+
+impl<const N: usize> Joints for OfScene<N> {
+    fn positions(&self, sensed: &Sensed) -> Option<Vec<f64>> {
+        match sensed {
+            Sensed::State { q, .. } => array::<f32, N>(q).ok().map(|q| q.map(f64::from).to_vec()),
+            Sensed::Counts(counts) => {
+                let counts = array::<i32, N>(counts).ok()?;
+                Some(counts.iter().zip(&self.encoder).map(|(count, encoder)| encoder.position(*count)).collect())
+            }
+        }
+    }
+
+    fn at_rest(&self, q: &[f64]) -> link::Reference {
+        link::Reference::new(&Reference::<f64, N>::at_rest(joints(q)).cast::<f32>())
+    }
+
+    fn way(&self, from: &[f64], to: &[f64], time: Option<f64>) -> Result<Rc<dyn Course>, MotionError> {
+        Ok(Rc::new(way::<N>(joints(from), joints(to), time, &self.bounds)?))
+    }
+
+    fn live(&self, payload: Option<Inertia<f32>>) -> Result<link::Live, AsymmetricInertia> {
+        link::Live::new(&self.live_with(payload))
+    }
+
+    fn payload(&self) -> Inertia<f32> {
+        self.payload
+    }
+
+    fn in_last_link(&self, in_tip: &Inertia<f64>) -> Inertia<f64> {
+        let tip = self.dynamics.model().tip();
+        in_tip.in_parent(&tip.rotation, &tip.translation)
+    }
+
+    fn in_tip(&self, in_last_link: &Inertia<f64>) -> Inertia<f64> {
+        let link = self.dynamics.model().tip().inverse();
+        in_last_link.in_parent(&link.rotation, &link.translation)
+    }
+
+    fn inverse_dynamics(&self, q: &[f64], qd: &[f64], qdd: &[f64], payload: Option<Inertia<f32>>) -> Vec<f64> {
+        let (q, qd, qdd): ([f64; N], [f64; N], [f64; N]) = (joints(q), joints(qd), joints(qdd));
+        let live = self.live_with(payload).cast();
+        self.dynamics.inverse_dynamics(&Libm.sin_cos_all(&q), &q, &qd, &qdd, &live).to_vec()
+    }
+
+    fn weigh(&self, log: &Log, friction: &[(f64, f64)]) -> Payload {
+        let chain = Chain::new(*self.dynamics.model(), self.live.gravity.map(f64::from));
+        let filters = Filters { motion: TORQUE_CUTOFF, torque: TORQUE_CUTOFF };
+        let known = Known::of_numbers(&chain, &chain.parameters(), friction, filters);
+        known.payload(&chain, std::slice::from_ref(log), (1.0, TORQUE_DEVIATION))
+    }
+
+    fn tip_wrench(&self, q: &[f64], external: &[f32]) -> Option<[f64; 6]> {
+        let (q, external): ([f64; N], [f64; N]) =
+            (joints(q), joints(&external.iter().copied().map(f64::from).collect::<Vec<_>>()));
+        tip_wrench(self.dynamics.model(), &q, &external)
+    }
+}
+
+/// The terms that `terms = "auto"` left out of the scene's model, and the motion on which it judged them.
+fn left_out(scene: &SceneFile) -> Option<String> {
+    let given_up = scene.model.given_up();
+    let auto = scene.model.auto.as_ref().filter(|_| !given_up.is_empty())?;
+    let names: Vec<&str> = given_up.iter().map(|term| term.name()).collect();
+    let percent = 100.0 * auto.tolerance;
+    Some(format!(
+        "model without {}: left out by `terms = \"auto\"`, judged on the motion of {} alone ({percent} % of each torque limit); `jog` and \
+         `goto` may go where more is missing",
+        names.join(", "),
+        scene.name
+    ))
+}
+
+/// An operator's data about a scene's arm.
+#[derive(Debug)]
+pub(super) struct Arm {
+    /// What a record says of the arm.
+    pub(super) recorded: Recorded,
+    pub(super) hello: Hello,
+    /// The payload last sent to the board, in the tip frame, if it differs from the scene's.
+    pub(super) payload: Option<Inertia<f32>>,
+    /// True if the board's model uses a live payload.
+    pub(super) payload_is_live: bool,
+    /// Bounds of the board on a payload, in the last link's frame.
+    pub(super) payload_bounds: InertiaBounds<f64>,
+    /// True if the scene lets gains, frictions and the control law be changed.
+    pub(super) tunable: bool,
+    pub(super) motion: Rc<dyn Course>,
+    /// Number of repetitions of the motion.
+    pub(super) times: u32,
+    pub(super) limbs: Box<dyn Joints>,
+    /// Names of the joints, and the units of position and force.
+    pub(super) joints: Vec<(String, &'static str, &'static str)>,
+    pub(super) period: f64,
+    /// What the model of the board leaves out, and how that was judged; `None` if `terms = "auto"` left nothing out.
+    pub(super) left_out: Option<String>,
+    /// Whether the board estimates external torques.
+    pub(super) estimates: bool,
+    /// Longest silence of the host that the board accepts.
+    pub(super) heartbeat: Duration,
+    /// Interval at which the live inputs are sent again, if the board limits their age.
+    pub(super) live_every: Option<Duration>,
+    /// True if brakes hold the arm when no torque acts.
+    pub(super) has_brakes: bool,
+    /// Pose in which the arm needs no torque, rad or m, if the scene or the robot file gives one.
+    pub(super) rest: Option<Vec<f64>>,
+    /// Share of velocity and torque limits that the board allows between homing and `full-range`, if it limits the first motion.
+    pub(super) first_motion: Option<f64>,
+    /// The control law, as last set by this operator.
+    pub(super) law: Law,
+    /// Velocity limit of each joint, rad/s or m/s.
+    pub(super) velocity: Vec<f64>,
+    /// Torque limit of each joint, N m or N.
+    pub(super) torque: Vec<f64>,
+    /// Lowest and highest position of each joint, rad or m.
+    pub(super) range: Vec<(f64, f64)>,
+    /// What friction and noise may hide of each joint's torque, N m or N.
+    pub(super) hidden: Vec<f64>,
+    /// Viscous and Coulomb friction of each joint.
+    pub(super) friction: Vec<(f64, f64)>,
+    /// Numbers of each joint's drive that a wrong torque can show.
+    pub(super) drives: Vec<DriveNumbers>,
+    /// For each joint, true if the board follows its motor's heat; empty for an arm without drives.
+    pub(super) has_heat: Vec<bool>,
+    /// The drives' own words for their errors.
+    pub(super) words: Option<fn(u8) -> &'static str>,
+}
+
+impl Arm {
+    pub(super) fn new<const N: usize>(
+        scene: &SceneFile,
+        plays: &SceneFile,
+        model: &Model<f64, N>,
+        head: Head,
+        hello: Hello,
+    ) -> Result<Self, Stop> {
+        let motion = plays.trajectory(model).map_err(|error| Stop::Input(format!("the motion cannot be: {error}")))?;
+        let whole = |duration: f64| (duration / motion.duration() + 1e-9).floor().clamp(1.0, 1e6) as u32;
+        let times = if plays.motion.repeats() { scene.duration.map_or(1, whole) } else { 1 };
+        let ControllerConfig { encoder, limits, .. } = scene.controller_config(model);
+        let rules = scene.safety_rules(model);
+        let deceleration = rules.joints.map(|joint| joint.deceleration);
+        let units = |kind| match kind {
+            JointKind::Revolute => ("rad", "N m"),
+            JointKind::Prismatic => ("m", "N"),
+        };
+        let named = scene.robot.joints.iter().map(|joint| {
+            let (place, force) = units(joint.spec.kind);
+            (joint.name.clone(), place, force)
+        });
+        let of_friction = |joint: &RobotJoint| {
+            hidden(joint.friction.map_or(0.0, |friction| friction.starting()), joint.spec.limits.torque)
+        };
+        let rubs = |joint: &RobotJoint| joint.friction.map_or((0.0, 0.0), |rubs| (rubs.viscous, rubs.coulomb));
+        let bounds = Bounds::from_limits(&limits).with_acceleration(deceleration);
+        Ok(Self {
+            recorded: Recorded { head, robot: scene.robot.clone(), encoders: encoder.to_vec() },
+            hello,
+            payload: None,
+            payload_is_live: matches!(scene.model.payload, Term::Live),
+            payload_bounds: rules.payload,
+            tunable: scene.control.tunable,
+            motion: Rc::new(motion),
+            times,
+            limbs: Box::new(OfScene {
+                live: scene.live(model).cast(),
+                payload: scene.plant.payload.map_or_else(Inertia::zero, |body| {
+                    Inertia::from_mass_centre(body.mass, &body.com, &body.inertia).cast().symmetric()
+                }),
+                bounds,
+                encoder,
+                dynamics: Dynamics::new(*model, scene.scene(model)),
+            }),
+            joints: named.collect(),
+            period: scene.period(),
+            left_out: left_out(scene),
+            estimates: scene.collision.is_some(),
+            heartbeat: Duration::from_secs_f64(scene.safety.heartbeat),
+            // A quarter of the limit, so that three of four may be lost.
+            live_every: (rules.live_max > 0)
+                .then(|| Duration::from_secs_f64(0.25 * f64::from(rules.live_max) * scene.period())),
+            has_brakes: matches!(scene.safety.safe_action, SafeAction::Brake),
+            rest: rules.rest.map(|rest| rest.to_vec()),
+            first_motion: rules.first_motion,
+            law: scene.control.law,
+            velocity: limits.map(|limits| limits.velocity).to_vec(),
+            torque: limits.map(|limits| limits.torque).to_vec(),
+            range: limits.map(|limits| limits.position).to_vec(),
+            hidden: scene.robot.joints.iter().map(of_friction).collect(),
+            friction: scene.robot.joints.iter().map(rubs).collect(),
+            drives: scene.robot.joints.iter().map(DriveNumbers::of).collect(),
+            has_heat: has_heat(scene),
+            words: scene.protocol().map(words_of),
+        })
+    }
+}
+
+/// For each joint with a drive, true if the robot file knows the numbers of its motor's heat.
+fn has_heat(scene: &SceneFile) -> Vec<bool> {
+    let driven = scene.robot.joints.iter().filter(|joint| joint.drive.is_some());
+    driven.map(|joint| joint.heat.rules(scene.period()).is_some()).collect()
+}
+
+/// The words of a kind of drive for its errors.
+fn words_of(protocol: Protocol) -> fn(u8) -> &'static str {
+    match protocol {
+        Protocol::MiniCheetah => MiniCheetah::words,
+        Protocol::Damiao => Damiao::words,
+        Protocol::RobStride => RobStride::words,
+    }
+}

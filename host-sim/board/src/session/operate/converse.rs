@@ -1,0 +1,144 @@
+//! The operator's main loop: executes every line of a console.
+
+use super::command::{Command, parse};
+use super::console::{Console, Line};
+use super::ending::{Consent, Released};
+use super::{Operator, Stop};
+use std::time::Duration;
+
+/// Decision that waits for the user: what follows if the joints may sink, or the limits of the first motion may be lifted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Pending {
+    Disarm,
+    Quit,
+    FullRange,
+}
+
+/// Executes commands line by line, until the end. The arm is left as `docs/operate.md` says: see `Operator::release`.
+pub fn converse(operator: &mut Operator, console: &mut Console) -> Result<(), Stop> {
+    // In a drill, time stands still while a pipe is silent: the result does not depend on the speed of the writer.
+    const PATIENCE: Duration = Duration::from_millis(20);
+    let person = console.is_a_person();
+    let consent = if person { Consent::Ask } else { Consent::Rule };
+    // True if Ctrl-C was pressed with no line typed since.
+    let mut pressed = false;
+    let mut pending = None;
+    loop {
+        let passes = operator.is_live() || (person && operator.is_moving());
+        let wait = if passes { Duration::ZERO } else { PATIENCE };
+        let done = match console.next(wait) {
+            Line::End => return operator.end(),
+            Line::None if passes => operator.idle().map(|()| None),
+            Line::None => operator.unless_interrupted().map(|()| None),
+            Line::Text(line) => {
+                pressed = false;
+                operator.report().still();
+                let answered = pending.take();
+                match (answered, line.trim()) {
+                    (Some(Pending::FullRange), "y" | "yes") => operator.full_range().map(|()| None),
+                    (Some(Pending::FullRange), "n" | "no" | "") => {
+                        operator.say("full-range", "the limits of the first motion stay in force").map(|()| None)
+                    }
+                    (Some(pending), "y" | "yes") => release(operator, pending, Consent::Given).map(Some),
+                    (Some(pending), "p" | "park") if pending != Pending::FullRange && operator.can_park() => {
+                        operator.park().and_then(|()| release(operator, pending, consent)).map(Some)
+                    }
+                    (Some(_), "n" | "no" | "") => operator.say("disarm", "the arm stays held").map(|()| None),
+                    _ => parse(&line, &operator.joint_names()).map_err(Stop::Input).and_then(|command| match command {
+                        Command::Disarm(now) => {
+                            release(operator, Pending::Disarm, if now { Consent::Given } else { consent }).map(Some)
+                        }
+                        Command::Quit(now) => {
+                            release(operator, Pending::Quit, if now { Consent::Given } else { consent }).map(Some)
+                        }
+                        Command::FullRange if person && operator.is_limited() => {
+                            pending = Some(Pending::FullRange);
+                            operator.ask_for_full_range().map(|()| None)
+                        }
+                        Command::FullRange => operator.full_range().map(|()| None),
+                        command => operator.obey(command).map(|()| None),
+                    }),
+                }
+            }
+        };
+        match done {
+            Ok(None) => {}
+            Ok(Some((Pending::Quit, Released::Done))) => return Ok(()),
+            Ok(Some((after, Released::Asked))) => pending = Some(after),
+            // A script has no more to say after `quit`.
+            Ok(Some((Pending::Quit, Released::Held))) if !person => return operator.keep_holding(),
+            Ok(Some(_)) => {}
+            // A user at a terminal reads the error and goes on.
+            Err(Stop::Input(problem)) if person => operator.complain(&problem)?,
+            Err(Stop::Pressed) => {
+                pending = None;
+                operator.stop()?;
+                if !person {
+                    // The lines that follow would move the arm again.
+                    return operator.keep_holding().and(Err(Stop::Interrupted));
+                }
+            }
+            Err(Stop::Interrupted) if person && !pressed => {
+                pressed = true;
+                operator.interrupted();
+                match release(operator, Pending::Disarm, Consent::Ask) {
+                    Ok((after, Released::Asked)) => pending = Some(after),
+                    Ok(_) => {}
+                    Err(Stop::Pressed) => operator.stop()?,
+                    Err(stop) => return Err(stop),
+                }
+            }
+            Err(stop) => return Err(stop),
+        }
+    }
+}
+
+/// Removes the torque, as far as the consent allows.
+fn release(operator: &mut Operator, pending: Pending, consent: Consent) -> Result<(Pending, Released), Stop> {
+    Ok((pending, operator.release(consent, pending == Pending::Quit)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::converse;
+    use crate::session::drill::OnDesk;
+    use crate::session::frame_log::Head;
+    use crate::session::operate::console::Console;
+    use crate::session::operate::drill_device::DrillDevice;
+    use crate::session::operate::report::Report;
+    use crate::session::operate::{Operator, Presses};
+    use robot_compiler::SceneFile;
+    use sim::run::simulate;
+    use std::path::Path;
+
+    /// True if the limits of the first motion are in force after a user at a terminal has typed these lines.
+    fn limited_after(lines: &[&str]) -> bool {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/yam_move.toml");
+        let scene = SceneFile::load(&path).unwrap();
+        let model = scene.robot.model::<6>().unwrap();
+        let device = DrillDevice::new(OnDesk::start(&scene, &model), simulate::world::<6>(&scene).unwrap());
+        let head = Head { hash: scene.hash(&model), scene: path, text: String::new() };
+        let report = Report::new(false);
+        let mut operator =
+            Operator::new(Box::new(device), (&scene, &scene), &model, head, report, Presses::default()).unwrap();
+        operator.begin().unwrap();
+        converse(&mut operator, &mut Console::typed(lines)).unwrap();
+        operator.is_limited()
+    }
+
+    #[test]
+    fn a_user_at_a_terminal_is_asked_before_the_limits_of_the_first_motion_are_lifted() {
+        let ready = ["home", "confirm"];
+        let after = |more: &[&str]| limited_after(&[&ready, more].concat());
+        assert!(!limited_after(&[]) && after(&[]), "homing begins the first motion");
+        for kept in
+            [&["full-range"][..], &["full-range", "n"], &["full-range", ""], &["full-range", "status", "y"], &["y"]]
+        {
+            assert!(after(kept), "{kept:?}");
+        }
+        for lifted in [&["full-range", "y"][..], &["full-range", "p", "full-range", "yes"]] {
+            assert!(!after(lifted), "{lifted:?}");
+        }
+        assert!(after(&["full-range", "y", "home", "confirm"]), "another homing limits the arm again");
+    }
+}

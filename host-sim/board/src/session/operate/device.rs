@@ -1,0 +1,172 @@
+//! Destination of an operator's frames. This interface holds the differences between a board on a serial port and a
+//! drill.
+
+use crate::chip::ChipError;
+use crate::session::frame_log::Way;
+use crate::session::frame_log::recorder::Recorder;
+use crate::session::serial::SerialError;
+use link::{Frame, Pacing, Sensed, Trouble};
+use sim::plant::Diverged;
+use std::io;
+use std::time::Duration;
+
+/// A board, or a drill in its place.
+pub trait Device {
+    /// The pacing: the event that starts a tick.
+    fn pacing(&self) -> Pacing;
+
+    /// Send a frame.
+    ///
+    /// # Errors
+    /// The board cannot be reached, or a record cannot be written.
+    fn send(&mut self, frame: &Frame) -> Result<(), DeviceError>;
+
+    /// Let time pass, and show the board that the host is alive. Returns the frames received meanwhile. In a drill one
+    /// tick passes; on a wire it takes a few milliseconds at most.
+    ///
+    /// # Errors
+    /// As [`Device::send`]; also a simulated arm that has diverged.
+    fn pass(&mut self) -> Result<Vec<Frame>, DeviceError>;
+
+    /// What the first simulated drive with a fault has reported, if this program simulates them.
+    fn trouble(&self) -> Option<Trouble> {
+        None
+    }
+
+    /// The last reading, if this program makes the readings.
+    fn reading(&self) -> Option<&Sensed> {
+        None
+    }
+
+    /// Time since the device was opened: simulated time, where time is simulated.
+    fn now(&self) -> Duration;
+
+    /// True if arm and time are simulated.
+    fn is_simulated(&self) -> bool {
+        self.pacing() == Pacing::Drill
+    }
+
+    /// True if the cable between host and board is cut, in a simulation.
+    fn is_cut(&self) -> bool {
+        false
+    }
+
+    /// Presses or releases the emergency stop of a simulated board. Returns false where the board has its own, or where it is one of
+    /// the lines that the operator sends.
+    fn press(&mut self, _pressed: bool) -> bool {
+        false
+    }
+
+    /// Cuts a cable, or plugs it in again.
+    ///
+    /// # Errors
+    /// The reason why this cable cannot be cut here.
+    fn cut(&mut self, _what: Cut, _cut: bool) -> Result<(), String> {
+        Err("only a simulated link can be cut: start `connect` with `--target desk --simulate-link`".into())
+    }
+
+    /// The listener to every frame.
+    fn tap(&mut self) -> &mut Tap;
+}
+
+/// A cable that can be cut in a simulation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cut {
+    /// Between host and board.
+    Host,
+    /// A bus at the board, counted from 0.
+    Bus(usize),
+    /// Of one joint's drive, counted from 0.
+    Drive(usize),
+}
+
+/// Reason why a board cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum DeviceError {
+    /// The emulated chip failed.
+    #[error(transparent)]
+    Chip(#[from] ChipError),
+    /// The serial port failed.
+    #[error(transparent)]
+    Serial(#[from] SerialError),
+    /// The simulated arm diverged.
+    #[error("the simulated arm cannot be followed further: {0}")]
+    Diverged(Diverged),
+    /// The board is silent.
+    #[error("the board is silent: no {what} came within {time:?}")]
+    Silent {
+        /// The awaited answer.
+        what: &'static str,
+        /// Length of the wait.
+        time: Duration,
+    },
+    /// The board has restarted and has lost this session.
+    #[error("the board has started anew: its zeros and its trajectory are gone; connect again")]
+    StartedAnew,
+    /// The record of the session cannot be written.
+    #[error("the record cannot be written: {0}")]
+    Record(#[from] io::Error),
+}
+
+/// Listener to every frame: counts the sent frames as the board does, and writes all frames to a file if one is open.
+#[derive(Debug, Default)]
+pub struct Tap {
+    sent: u16,
+    /// Frames that the board reported as lost, and frames of the board that were lost.
+    lost: (u64, u64),
+    log: Option<Recorder>,
+}
+
+impl Tap {
+    /// Frames sent since the last hello, those that were lost on the way too, modulo 65,536.
+    #[must_use]
+    pub fn sent(&self) -> u16 {
+        self.sent
+    }
+
+    /// Whether a record is open.
+    #[must_use]
+    pub fn is_recording(&self) -> bool {
+        self.log.is_some()
+    }
+
+    /// Start a record, or none; the previous record is closed.
+    ///
+    /// # Errors
+    /// The buffered bytes of the previous record cannot be written.
+    pub fn record(&mut self, log: Option<Recorder>) -> io::Result<()> {
+        match core::mem::replace(&mut self.log, log) {
+            Some(before) => before.close(),
+            None => Ok(()),
+        }
+    }
+
+    /// Count and record a sent frame.
+    pub(super) fn hear_sent(&mut self, at: Duration, frame: &Frame) -> io::Result<()> {
+        // A board restarts its count after a hello.
+        self.sent = if matches!(frame, Frame::Hello(_)) { 0 } else { self.sent.wrapping_add(1) };
+        self.keep(Way::Sent, 0, at, frame)
+    }
+
+    /// Number of frames that the board reported as lost on the way to it, and of the board's frames that were lost.
+    #[must_use]
+    pub fn lost(&self) -> (u64, u64) {
+        self.lost
+    }
+
+    /// Record a received frame.
+    pub(super) fn hear_received(&mut self, missed: u8, at: Duration, frame: &Frame) -> io::Result<()> {
+        if let Frame::Refusal(link::Refusal::Lost { missed }) = frame {
+            self.lost.0 += u64::from(*missed);
+        }
+        self.lost.1 += u64::from(missed);
+        self.keep(Way::Received, missed, at, frame)
+    }
+
+    fn keep(&mut self, way: Way, missed: u8, at: Duration, frame: &Frame) -> io::Result<()> {
+        match &mut self.log {
+            Some(log) => log.push(way, missed, at, frame),
+            None => Ok(()),
+        }
+    }
+}

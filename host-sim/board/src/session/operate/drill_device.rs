@@ -1,0 +1,131 @@
+//! A drill as a device: the scene's simulated arm in place of the joints, and this program in place of the board's
+//! lines.
+//!
+//! Time is simulated: it passes only while the operator waits, one control period at a time, so that a script has the
+//! same result on every machine. Behind ideal drives the simulated arm is driven while torque acts, and braked otherwise, for any safe
+//! action. Simulated drives begin switched off, are switched on by the first torque, and do the safe action otherwise; their faults and
+//! temperature are told to the target beside the operator's lines.
+
+use super::device::{Device, DeviceError, Tap};
+use crate::chip::ChipError;
+use crate::session::drill::Drill;
+use joint_io::higher;
+use link::convert::array;
+use link::{Actuation, Frame, Lines, Pacing, Sensed, Trouble};
+use sim::run::world::{Sensing, World};
+use std::time::Duration;
+
+/// A drill with a simulated arm.
+#[derive(Debug)]
+pub struct DrillDevice<const N: usize, D> {
+    target: D,
+    world: World<N>,
+    tick: u32,
+    reading: Option<Sensed>,
+    /// The operator's lines, and those that the target knows.
+    lines: (Lines, Lines),
+    /// Frames of the black box, dumped before the next tick.
+    past: Vec<Frame>,
+    /// What a simulated drive with a fault has reported last.
+    trouble: Option<Trouble>,
+    tap: Tap,
+}
+
+impl<const N: usize, D: Drill> DrillDevice<N, D> {
+    /// A target that has agreed on a hello, and the simulated arm for it.
+    #[must_use]
+    pub fn new(target: D, mut world: World<N>) -> Self {
+        world.ask();
+        let lines = (Lines::CALM, Lines::CALM);
+        Self { target, world, tick: 0, reading: None, lines, past: Vec::new(), trouble: None, tap: Tap::default() }
+    }
+
+    /// Apply the action of the drives to the simulated arm.
+    fn act(&mut self, answers: &[Frame]) -> Result<(), DeviceError> {
+        let status = answers.iter().rev().find_map(|frame| match frame {
+            Frame::Status(status) => status.actuation.as_ref(),
+            _ => None,
+        });
+        match status {
+            Some(Actuation::Drive { torque, .. }) => {
+                let torque: [f32; N] = array(torque).map_err(ChipError::from)?;
+                self.world.drive(&torque.map(f64::from)).map_err(DeviceError::Diverged)
+            }
+            _ => self.world.stop().map_err(DeviceError::Diverged),
+        }
+    }
+
+    /// Tell the target what simulated drives report beside the operator's lines, when it changes.
+    fn report(&mut self, sensing: &Sensing<f32, N>) -> Result<(), DeviceError> {
+        let (own, told) = self.lines;
+        let bits = (0..N).fold(0, |bits, joint| bits | u8::from(sensing.drive_fault[joint]) << joint);
+        let temperature = higher(own.temperature, sensing.temperature);
+        self.trouble = sensing.trouble.or(self.trouble);
+        let lines = Lines { drive_fault: own.drive_fault | bits, temperature, ..own };
+        if lines == told {
+            return Ok(());
+        }
+        self.lines.1 = lines;
+        let frame = Frame::Lines(lines);
+        self.tap.hear_sent(self.now(), &frame)?;
+        Ok(self.target.send(&frame)?)
+    }
+}
+
+impl<const N: usize, D: Drill> Device for DrillDevice<N, D> {
+    fn pacing(&self) -> Pacing {
+        Pacing::Drill
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), DeviceError> {
+        self.tap.hear_sent(self.now(), frame)?;
+        self.target.send(frame)?;
+        if let Frame::Lines(lines) = frame {
+            self.lines = (*lines, *lines);
+        }
+        if matches!(frame, Frame::Dump) {
+            self.past = self.target.dumped()?;
+            let now = self.now();
+            for frame in &self.past {
+                self.tap.hear_received(0, now, frame)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn pass(&mut self) -> Result<Vec<Frame>, DeviceError> {
+        let sensing = self.world.sense::<f32>();
+        self.tick = self.tick.wrapping_add(1);
+        if self.world.drives.is_some() {
+            self.report(&sensing)?;
+        }
+        let measurement = link::Measurement::new(self.tick, &sensing.measurement);
+        self.reading = Some(measurement.sensed.clone());
+        self.tap.hear_sent(self.now(), &Frame::Measurement(measurement.clone()))?;
+        let answers = self.target.tick(&measurement)?;
+        let now = self.now();
+        for frame in &answers {
+            self.tap.hear_received(0, now, frame)?;
+        }
+        self.act(&answers)?;
+        let mut past = core::mem::take(&mut self.past);
+        past.extend(answers);
+        Ok(past)
+    }
+
+    fn now(&self) -> Duration {
+        Duration::from_secs_f64(f64::from(self.tick) * self.world.period)
+    }
+
+    fn trouble(&self) -> Option<Trouble> {
+        self.trouble
+    }
+
+    fn reading(&self) -> Option<&Sensed> {
+        self.reading.as_ref()
+    }
+
+    fn tap(&mut self) -> &mut Tap {
+        &mut self.tap
+    }
+}

@@ -1,0 +1,19 @@
+//! The simulated arm with its drives and sensors, the closed loop around it, and the record of a run.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`plant`] | the simulated arm, its actuators and sensors: f64, with its own algorithm |
+//! | [`run`] | the loop once per control period, from a scene to a record, a summary and plots |
+//! | [`output`] | files that commands write: nothing is overwritten that this program did not write |
+//! | [`failure`] | reasons why a command fails, and exit codes |
+//! | [`table`] | tables in the terminal |
+//! | [`terminal`] | results on standard output, and the progress bar |
+#![forbid(unsafe_code)]
+
+pub mod failure;
+mod marker;
+pub mod output;
+pub mod plant;
+pub mod run;
+pub mod table;
+pub mod terminal;

@@ -1,0 +1,182 @@
+//! Runs side by side: each at its own pace, their arms moved together.
+//!
+//! A run waits only for its arm to pass a part of a tick. When every run of a batch waits, the lanes (`plant::arm_lanes`) pass all of
+//! them at once and the runs go on, whatever each is at: another tick, another integrator. A run that ends makes room for the next. Every
+//! run has the results that it has alone; only a zero may have the other sign.
+
+use crate::plant::arm_kernel::Shape;
+use crate::plant::arm_lanes::{ArmLanes, LANES};
+use crate::plant::ledger::Ledger;
+use crate::plant::solver::{AtOnce, Passage, Solver, now};
+use crate::plant::{Acted, Diverged, Plant};
+use core::cell::RefCell;
+use core::future::{Future, poll_fn};
+use core::pin::Pin;
+use core::task::{Context, Poll, Waker};
+use std::any::Any;
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
+
+/// A run that waits for its arm: whatever moves it, moves it with the solver that it is given.
+pub(crate) trait Job<const N: usize> {
+    /// What comes of it.
+    type Outcome;
+
+    /// The arm.
+    fn plant(&self) -> &Plant<N>;
+
+    /// Run to the end.
+    async fn run(self, solver: &impl Solver<N>) -> Self::Outcome;
+}
+
+/// Lanes for the arms seen so far.
+#[derive(Clone, Debug, Default)]
+pub struct Batch<const N: usize> {
+    lanes: HashMap<Shape, ArmLanes<N>>,
+}
+
+/// Kernels that threads share, whatever their arms' number of joints: each borrows a copy with a memory of its own and gives it back with
+/// what it has learnt.
+#[derive(Debug, Default)]
+pub struct Kernels(Mutex<Option<Box<dyn Any + Send>>>);
+
+impl Kernels {
+    /// A copy for arms of `N` joints.
+    pub fn borrow<const N: usize>(&self) -> Batch<N> {
+        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        known.as_ref().and_then(|known| known.downcast_ref::<Batch<N>>()).cloned().unwrap_or_default()
+    }
+
+    /// Keep a copy's kernels if it has more of them.
+    pub fn give_back<const N: usize>(&self, batch: Batch<N>) {
+        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let held =
+            known.as_ref().and_then(|known| known.downcast_ref::<Batch<N>>()).map_or(0, |known| known.lanes.len());
+        if batch.lanes.len() > held {
+            *known = Some(Box::new(batch));
+        }
+    }
+}
+
+/// Most shapes that are kept: a study has a few.
+const SHAPES_MAX: usize = 64;
+
+/// Fewest runs of a shape for which a kernel is made: it costs as much as some runs.
+const WORTH_A_KERNEL: usize = 4;
+
+impl<const N: usize> Batch<N> {
+    /// Run all jobs; the outcomes in their order, and in their places those of jobs that could not be.
+    pub(crate) fn run<T, E, J>(&mut self, jobs: impl IntoIterator<Item = Result<J, E>>) -> Vec<Result<T, E>>
+    where
+        J: Job<N, Outcome = Result<T, E>>,
+    {
+        let mut shapes: HashMap<Option<Shape>, Vec<(usize, J)>> = HashMap::new();
+        let mut outcomes = Vec::new();
+        for (place, job) in jobs.into_iter().enumerate() {
+            outcomes.push(match job {
+                Ok(job) => {
+                    shapes.entry(job.plant().shape()).or_default().push((place, job));
+                    None
+                }
+                Err(error) => Some(Err(error)),
+            });
+        }
+        for (shape, jobs) in shapes {
+            match shape.and_then(|shape| self.lanes(shape, &jobs)) {
+                Some(lanes) => side_by_side(lanes, jobs, &mut outcomes),
+                None => {
+                    for (place, job) in jobs {
+                        outcomes[place] = Some(now(job.run(&AtOnce)));
+                    }
+                }
+            }
+        }
+        outcomes.into_iter().flatten().collect()
+    }
+
+    fn lanes<J: Job<N>>(&mut self, shape: Shape, jobs: &[(usize, J)]) -> Option<ArmLanes<N>> {
+        if let Some(lanes) = self.lanes.get(&shape) {
+            return Some(lanes.clone());
+        }
+        let (_, first) = jobs.first().filter(|_| jobs.len() >= WORTH_A_KERNEL)?;
+        let lanes = ArmLanes::new(first.plant())?;
+        if self.lanes.len() >= SHAPES_MAX {
+            self.lanes.clear();
+        }
+        self.lanes.insert(shape, lanes.clone());
+        Some(lanes)
+    }
+}
+
+/// What the runs of a batch have in common.
+struct Meeting<const N: usize> {
+    arms: ArmLanes<N>,
+    /// Stretches that wait to be passed; afterwards, those that have been.
+    passages: [Option<Passage<N>>; LANES],
+    failed: [Option<Diverged>; LANES],
+    solved: [u64; LANES],
+}
+
+/// A run on its way, and the place of its outcome.
+type Waiting<'a, T> = (usize, Pin<Box<dyn Future<Output = T> + 'a>>);
+
+/// Run jobs of one shape in the lanes of their arms.
+fn side_by_side<J: Job<N>, const N: usize>(
+    arms: ArmLanes<N>,
+    jobs: Vec<(usize, J)>,
+    outcomes: &mut [Option<J::Outcome>],
+) {
+    let (passages, failed, solved) = ([const { None }; LANES], [None; LANES], [0; LANES]);
+    let meeting = RefCell::new(Meeting { arms, passages, failed, solved });
+    let mut jobs = jobs.into_iter();
+    let mut start = |lane: usize| -> Option<Waiting<'_, J::Outcome>> {
+        let (place, job) = jobs.next()?;
+        meeting.borrow_mut().arms.place(lane, job.plant());
+        let solver = Lane { meeting: &meeting, lane };
+        Some((place, Box::pin(async move { job.run(&solver).await })))
+    };
+    let mut running: [_; LANES] = core::array::from_fn(&mut start);
+    let mut context = Context::from_waker(Waker::noop());
+    loop {
+        let mut waiting = false;
+        for (lane, seat) in running.iter_mut().enumerate() {
+            while let Some((place, run)) = seat {
+                if run.as_mut().poll(&mut context).map(|outcome| outcomes[*place] = Some(outcome)).is_pending() {
+                    waiting = true;
+                    break;
+                }
+                *seat = start(lane);
+            }
+        }
+        if !waiting {
+            return;
+        }
+        let Meeting { arms, passages, failed, solved } = &mut *meeting.borrow_mut();
+        (*failed, *solved) = arms.pass(passages);
+    }
+}
+
+/// A lane of a meeting.
+struct Lane<'a, const N: usize> {
+    meeting: &'a RefCell<Meeting<N>>,
+    lane: usize,
+}
+
+impl<const N: usize> Solver<N> for Lane<'_, N> {
+    /// An arm with a ledger has no lane.
+    async fn pass(&self, body: &Acted<N>, _: Option<&mut Ledger<N>>, passage: &mut Passage<N>) -> Result<(), Diverged> {
+        {
+            let Meeting { arms, passages, .. } = &mut *self.meeting.borrow_mut();
+            arms.push(self.lane, body.tip_wrench());
+            passages[self.lane] = Some(*passage);
+        }
+        let mut asked = false;
+        poll_fn(|_| if core::mem::replace(&mut asked, true) { Poll::Ready(()) } else { Poll::Pending }).await;
+        let Meeting { passages, failed, solved, .. } = &mut *self.meeting.borrow_mut();
+        if let Some(passed) = passages[self.lane].take() {
+            passage.arrive(&passed);
+        }
+        body.count(solved[self.lane]);
+        failed[self.lane].map_or(Ok(()), Err)
+    }
+}

@@ -1,0 +1,33 @@
+//! A closed-loop run: from a scene to a record, a summary and plots.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`target`] | the targets that compute the torques: the desk, the chip, or both beside each other |
+//! | [`world`] | everything in the loop but the controller: arm, sensors, drives, motion |
+//! | [`closed_loop`] | the loop itself, once per control period |
+//! | [`batch`] | runs side by side, their arms' equations solved together |
+//! | [`simulate`] | from a scene to a finished run |
+//! | [`record`] | the record of every tick, and its CSV |
+//! | [`load`] | the nearest limit, the work of the torques |
+//! | [`quality`] | chatter, the error at rest, the distance from the reference |
+//! | [`summary`] | a run in a few numbers |
+//! | [`plot`] | a run in pictures |
+//! | [`mcap_file`] | a run, or a session, as a file for viewers |
+//! | [`report`] | a run as a page |
+//! | `wrench` | from torques of the joints to a wrench at the tip |
+//! | `files` | all of these as files |
+
+pub mod batch;
+pub mod closed_loop;
+pub mod files;
+pub mod load;
+pub mod mcap_file;
+pub mod plot;
+pub mod quality;
+pub mod record;
+pub mod report;
+pub mod simulate;
+pub mod summary;
+pub mod target;
+pub mod world;
+pub mod wrench;

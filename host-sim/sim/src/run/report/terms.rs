@@ -1,0 +1,192 @@
+//! What each term of the controller's model contributes to the torque.
+//!
+//! `tau = inertia + rotor + coriolis + gravity + friction + contact + rest`, where each term is the recursion with that effect alone, at
+//! the state of the simulated arm and the acceleration of the reference, in f64. The rest is feedback, what the measurement differs from
+//! the state, and what limits took away.
+
+use crate::run::record::{JointSample, Record};
+use dynamics_core::control::trajectory::Motion;
+use dynamics_core::control::{Friction, Law};
+use dynamics_core::trig::Libm;
+use dynamics_core::{Dynamics, InverseDynamics, Live, Model, Scene, Term, Trig as _};
+use report::column;
+use robot_compiler::SceneFile;
+use serde_json::{Map, Value, json};
+
+/// Names of the terms, in the order of [`Contributions::at`].
+const NAMES: [&str; 6] = ["inertia", "rotor", "coriolis", "gravity", "friction", "contact"];
+
+/// The terms of a model, each bound to the arm alone.
+pub(super) struct Contributions<const N: usize> {
+    inertia: Dynamics<f64, N>,
+    coriolis: Dynamics<f64, N>,
+    gravity: Dynamics<f64, N>,
+    contact: Dynamics<f64, N>,
+    rotor: [f64; N],
+    friction: Option<[Friction<f64>; N]>,
+    live: Live<f64, N>,
+    motion: Motion<f64, N>,
+    repeat: bool,
+    uses: Uses,
+    present: [bool; 6],
+}
+
+/// Parts of the model that a law computes with.
+#[derive(Clone, Copy)]
+struct Uses {
+    /// The state is the reference's.
+    at_reference: bool,
+    /// Inertia, rotors and velocity terms.
+    motion: bool,
+}
+
+impl Uses {
+    /// `None` for a law without a model, and for one that moves along no reference of its own.
+    fn of(law: Law) -> Option<Self> {
+        match law {
+            Law::ComputedTorque | Law::Impedance | Law::Split => Some(Self { at_reference: false, motion: true }),
+            Law::Feedforward => Some(Self { at_reference: true, motion: true }),
+            Law::PdGravity | Law::DiagonalInertia | Law::Teach => Some(Self { at_reference: false, motion: false }),
+            Law::Pd => None,
+        }
+    }
+}
+
+impl<const N: usize> Contributions<N> {
+    /// `None` where the law has no model.
+    pub(super) fn new(scene: &SceneFile, model: &Model<f64, N>) -> Option<Self> {
+        let uses = Uses::of(scene.control.law)?;
+        let motion = scene.trajectory(model).ok()?;
+        let (known, live) = (scene.scene(model), scene.live(model));
+        let nothing = Scene { coriolis: Term::Absent, payload: known.payload, ..Scene::free_space() };
+        let bound = |scene: Scene<f64, N>| Dynamics::new(*model, scene);
+        let config = scene.controller_config(model);
+        let there = |absent: bool| uses.motion && !absent;
+        Some(Self {
+            inertia: bound(nothing),
+            coriolis: bound(Scene { coriolis: known.coriolis, ..nothing }),
+            gravity: bound(Scene { gravity: known.gravity, ..nothing }),
+            contact: bound(Scene { tip_wrench: known.tip_wrench, ..nothing }),
+            rotor: known.rotor.value(&live.rotor).copied().unwrap_or([0.0; N]),
+            friction: config.friction,
+            present: [
+                uses.motion,
+                there(matches!(known.rotor, Term::Absent)),
+                there(matches!(known.coriolis, Term::Absent)),
+                !matches!(known.gravity, Term::Absent),
+                config.friction.is_some() && scene.control.law != Law::Teach,
+                !matches!(known.tip_wrench, Term::Absent),
+            ],
+            live,
+            motion,
+            repeat: scene.motion.repeats(),
+            uses,
+        })
+    }
+
+    /// Number of terms that are there.
+    pub(super) fn count(&self) -> usize {
+        self.present.iter().filter(|present| **present).count()
+    }
+
+    /// Columns of the terms that are there, at every `stride`-th tick; NaN once a fault has taken the torque away.
+    pub(super) fn columns(&self, record: &Record, stride: usize) -> Map<String, Value> {
+        let rows: Vec<[[f64; N]; 6]> = (0..record.ticks()).step_by(stride).map(|tick| self.row(record, tick)).collect();
+        let there = NAMES.iter().zip(self.present).enumerate().filter(|(_, (_, present))| *present);
+        there
+            .map(|(term, (name, _))| {
+                let each = (0..N).map(|joint| json!({ "at": column::encode(rows.iter().map(|row| row[term][joint])) }));
+                ((*name).to_owned(), each.collect())
+            })
+            .collect()
+    }
+
+    fn row(&self, record: &Record, tick: usize) -> [[f64; N]; 6] {
+        if record.faults()[tick].is_some() {
+            return [[f64::NAN; N]; 6];
+        }
+        let samples = record.tick(tick);
+        self.at(record.time()[tick], &std::array::from_fn(|joint| samples[joint]))
+    }
+
+    /// The terms at a time (s) and in a state, N m or N, by [`NAMES`].
+    fn at(&self, t: f64, samples: &[JointSample; N]) -> [[f64; N]; 6] {
+        let reference = self.uses.at_reference;
+        let q = samples.map(|s| if reference { s.q_reference } else { s.q });
+        let qd = samples.map(|s| if reference { s.qd_reference } else { s.qd });
+        let t = if self.repeat { t % self.motion.duration() } else { t };
+        let (turn, zero, qdd) = (Libm.sin_cos_all(&q), [0.0; N], self.motion.sample(t).qdd);
+        let of = |dynamics: &Dynamics<f64, N>, qd: &[f64; N], qdd: &[f64; N]| {
+            dynamics.inverse_dynamics(&turn, &q, qd, qdd, &self.live)
+        };
+        let friction =
+            |friction: &[Friction<f64>; N]| std::array::from_fn(|i| friction[i].torque(samples[i].qd_reference));
+        [
+            of(&self.inertia, &zero, &qdd),
+            std::array::from_fn(|i| self.rotor[i] * qdd[i]),
+            of(&self.coriolis, &qd, &zero),
+            of(&self.gravity, &zero, &zero),
+            self.friction.as_ref().map_or(zero, friction),
+            of(&self.contact, &zero, &zero),
+        ]
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
+mod tests {
+    use super::Contributions;
+    use crate::run::record::JointSample;
+    use dynamics_core::control::LimitFlags;
+    use dynamics_core::trig::Libm;
+    use dynamics_core::{Dynamics, InverseDynamics as _, Trig as _};
+    use robot_compiler::SceneFile;
+    use std::path::Path;
+
+    fn scene(name: &str) -> SceneFile {
+        SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name)).unwrap()
+    }
+
+    #[test]
+    fn the_terms_add_up_to_the_inverse_dynamics_of_the_whole_model() {
+        for name in ["puma560_pick.toml", "ur5_wall_contact.toml"] {
+            let scene = scene(name);
+            let model = scene.robot.model::<6>().unwrap();
+            let terms = Contributions::new(&scene, &model).unwrap();
+            let t = 0.25;
+            let reference = terms.motion.sample(t);
+            let samples: [JointSample; 6] = std::array::from_fn(|i| JointSample {
+                q_reference: reference.q[i],
+                q: reference.q[i] + 0.01 * i as f64,
+                qd_reference: reference.qd[i],
+                qd: reference.qd[i] - 0.3 + 0.1 * i as f64,
+                torque: 0.0,
+                limits: LimitFlags::NONE,
+            });
+            let found = terms.at(t, &samples);
+            let (q, qd) = (samples.map(|s| s.q), samples.map(|s| s.qd));
+            let whole = Dynamics::new(model, scene.scene(&model)).inverse_dynamics(
+                &Libm.sin_cos_all(&q),
+                &q,
+                &qd,
+                &reference.qdd,
+                &scene.live(&model),
+            );
+            for joint in 0..6 {
+                let sum: f64 = [0, 1, 2, 3, 5].iter().map(|term| found[*term][joint]).sum();
+                assert!((sum - whole[joint]).abs() < 1e-10, "{name}, joint {joint}: {sum} {}", whole[joint]);
+            }
+        }
+    }
+
+    #[test]
+    fn a_law_without_a_model_has_no_terms() {
+        let mut scene = scene("puma560_pick.toml");
+        let model = scene.robot.model::<6>().unwrap();
+        assert_eq!(Contributions::new(&scene, &model).unwrap().count(), 5);
+        scene.control.law = dynamics_core::control::Law::Pd;
+        assert!(Contributions::new(&scene, &model).is_none());
+        scene.control.law = dynamics_core::control::Law::PdGravity;
+        assert_eq!(Contributions::new(&scene, &model).unwrap().present, [false, false, false, true, true, false]);
+    }
+}

@@ -1,0 +1,419 @@
+//! A run in a few numbers: a table for people, JSON for machines.
+
+use crate::run::closed_loop::{End, Timing};
+use crate::run::load::{ClosestLimit, MotorLoad, Work, closest_limit, motor_loads, work};
+use crate::run::quality::{OutOfReach, Supervision, at_rest, chatter, last_rest};
+use crate::run::record::{JointLabel, Record};
+use crate::run::target::Parity;
+use crate::table::table;
+use dynamics_core::control::LimitFlags;
+use robot_compiler::SceneFile;
+use serde::Serialize;
+
+/// Scene, robot, target and settings of a run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Setting {
+    /// The scene's name.
+    pub scene: String,
+    /// The robot's name.
+    pub robot: String,
+    /// Target that computed the torques: `desk` or `qemu`.
+    pub target: String,
+    /// `f32` or `f64`.
+    pub scalar: String,
+    /// The control law.
+    pub law: String,
+    /// Method for sine and cosine.
+    pub trig: String,
+    /// Ticks in which the model is evaluated; `None` if in all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub model: Option<ModelTicks>,
+    /// Control period, s.
+    pub period: f64,
+    /// Simulated drives; `None` where they are ideal.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drives: Option<SimulatedDrives>,
+}
+
+/// Drives that a run simulates.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SimulatedDrives {
+    /// Their kind in the robot file.
+    pub kind: &'static str,
+    /// Rate of their own loop, Hz.
+    pub loop_rate: f64,
+    /// What they did after a fault.
+    #[serde(skip)]
+    pub after_fault: &'static str,
+}
+
+/// The ticks in which a model is evaluated.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ModelTicks {
+    /// Number of ticks from one evaluation to the next.
+    pub every: u32,
+    /// Model torque in the ticks between: `hold` or `extrapolate`.
+    pub between: String,
+}
+
+/// Ticks in which each limit acted on a joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize)]
+pub struct LimitCounts {
+    /// The reference was held at a position limit.
+    pub position: u64,
+    /// The reference was held at the velocity limit.
+    pub velocity: u64,
+    /// The torque was held at its limit.
+    pub torque: u64,
+    /// The change of torque was held at its limit.
+    pub torque_rate: u64,
+    /// The reference was not followed, because this joint had felt a collision.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub collision: u64,
+}
+
+/// Returns whether the count is zero and may be left out.
+fn is_zero(count: &u64) -> bool {
+    *count == 0
+}
+
+/// A fault and the tick in which it came.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct FaultEvent {
+    /// Tick, counted from 0.
+    pub tick: usize,
+    /// The fault's stable number.
+    pub code: u8,
+    /// Joint, counted from 1, if the fault belongs to one joint.
+    pub joint: Option<u8>,
+    /// The fault in words.
+    pub message: String,
+}
+
+/// Fewest and most instructions in a tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Instructions {
+    /// Fewest.
+    pub min: u64,
+    /// Most.
+    pub max: u64,
+}
+
+/// A run in numbers. Errors and torques are over the ticks before a fault, because a braked arm follows no reference.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// Scene, robot, target and settings.
+    #[serde(flatten)]
+    pub setting: Setting,
+    /// Ticks run.
+    pub ticks: usize,
+    /// Simulated time, s.
+    pub duration: f64,
+    /// Reason of an early end: `interrupted`, or why the plant or the target failed. `None` if the run was complete.
+    pub stopped: Option<String>,
+    /// Per joint, root mean square of reference less actual position, rad or m.
+    pub tracking_rms: Vec<f64>,
+    /// Per joint, greatest magnitude of this error, rad or m.
+    pub tracking_max: Vec<f64>,
+    /// Per joint, root mean square of the commanded torque, N m or N.
+    pub torque_rms: Vec<f64>,
+    /// Per joint, greatest magnitude of this torque, N m or N.
+    pub torque_peak: Vec<f64>,
+    /// Per joint, chatter of the commanded torque: root mean square of its change from one tick to the next, N m or N. With
+    /// encoders most of it is the counts, which the velocity gain turns into torque.
+    pub torque_chatter: Vec<f64>,
+    /// Per joint, root mean square of the estimated torque from outside, N m or N: where nothing pushes, its noise and what the model
+    /// lacks. `None` where nobody estimates it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub external_rms: Option<Vec<f64>>,
+    /// Per joint, rest error: reference less actual position in the last tick of the last stretch in which every reference stands
+    /// still, rad or m. `None` without such a stretch.
+    pub rest_error: Vec<Option<f64>>,
+    /// Length of that stretch, s. `None` without one.
+    pub rest_time: Option<f64>,
+    /// Per joint, error within which it counts as settled, rad or m: 2 % of its last move, and at least its `resolution` of the scene's
+    /// `[safety]`. `None` without such a stretch.
+    pub settling_band: Vec<Option<f64>>,
+    /// Per joint, settling time: from the start of that stretch, the end of the motion, until the error is within the band and stays
+    /// there, s. `None` without such a stretch, or if the joint is outside its band at the end.
+    pub settling_time: Vec<Option<f64>>,
+    /// Per joint, ticks in which each limit acted.
+    pub limits: Vec<LimitCounts>,
+    /// The limit that any joint came nearest to, as a share of it; `None` without limits.
+    pub closest_limit: Option<ClosestLimit>,
+    /// Mechanical work of the commanded torques, J.
+    pub work: Work,
+    /// Per joint, load of its motor; `None` where its continuous torque is not known, and no list where none is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub motors: Option<Vec<Option<MotorLoad>>>,
+    /// Each fault at the tick in which it came.
+    pub faults: Vec<FaultEvent>,
+    /// Where the run stands beside the firmware's safety state machine.
+    pub supervision: Supervision,
+    /// Simulated time over wall-clock time.
+    pub realtime_factor: f64,
+    /// Time of one controller tick, mean, s.
+    pub seconds_per_tick: f64,
+    /// Bitwise comparison of desk and chip.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub parity: Option<Parity>,
+    /// Instructions per tick on the chip.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub instructions_per_tick: Option<Instructions>,
+    #[serde(skip)]
+    joints: Vec<JointLabel>,
+}
+
+impl Summary {
+    /// Summarize a run of a scene, which holds the joints' limits, reach and resolution.
+    #[must_use]
+    pub fn new(setting: Setting, scene: &SceneFile, record: &Record, end: End, timing: Timing) -> Self {
+        let (ticks, safety) = (record.ticks(), &scene.safety);
+        let driven = record.faults().iter().take_while(|fault| fault.is_none()).count();
+        let each = |f: &dyn Fn(usize) -> f64| (0..record.joints().len()).map(f).collect::<Vec<f64>>();
+        let errors = |joint| record.joint(joint).take(driven).map(|s| s.error());
+        let torques = |joint| record.joint(joint).take(driven).map(|s| s.torque);
+        let duration = ticks as f64 * setting.period;
+        let rest = last_rest(record, driven);
+        let resolution = |i: usize| safety.resolution.get(i).copied().unwrap_or(0.0);
+        let rests: Vec<_> = (0..record.joints().len())
+            .map(|i| rest.as_ref().map(|rest| at_rest(record, i, rest, resolution(i), setting.period)))
+            .collect();
+        Self {
+            ticks,
+            duration,
+            stopped: match end {
+                End::Complete => None,
+                End::Interrupted => Some("interrupted".to_owned()),
+                End::Diverged(why) => Some(why.to_string()),
+                End::TargetFailed => Some("the target failed".to_owned()),
+            },
+            tracking_rms: each(&|i| rms(errors(i))),
+            tracking_max: each(&|i| peak(errors(i))),
+            torque_rms: each(&|i| rms(torques(i))),
+            torque_peak: each(&|i| peak(torques(i))),
+            torque_chatter: each(&|i| chatter(torques(i))),
+            external_rms: record.estimates().then(|| each(&|i| rms(record.external(i).take(driven)))),
+            rest_error: rests.iter().map(|rest| rest.as_ref().map(|rest| rest.error)).collect(),
+            rest_time: rest.as_ref().map(|rest| rest.len() as f64 * setting.period),
+            settling_band: rests.iter().map(|rest| rest.as_ref().map(|rest| rest.band)).collect(),
+            settling_time: rests.iter().map(|rest| rest.as_ref().and_then(|rest| rest.settled)).collect(),
+            limits: (0..record.joints().len()).map(|i| count_limits(record, i)).collect(),
+            closest_limit: closest_limit(record, driven, &scene.robot),
+            work: work(record, driven),
+            motors: Some(motor_loads(record, driven, &scene.robot, setting.period))
+                .filter(|loads| loads.iter().any(Option::is_some)),
+            faults: fault_events(record),
+            supervision: Supervision::of(record, driven, safety),
+            realtime_factor: ratio(duration, timing.whole.as_secs_f64()),
+            seconds_per_tick: ratio(timing.ticks.as_secs_f64(), ticks as f64),
+            parity: None,
+            instructions_per_tick: None,
+            joints: record.joints().to_vec(),
+            setting,
+        }
+    }
+
+    /// The table and the lines below it, as a person reads them.
+    #[must_use]
+    pub fn table(&self) -> String {
+        let columns = [
+            "joint",
+            "error rms",
+            "error max",
+            "at rest, settles in",
+            "torque rms",
+            "torque peak",
+            "chatter",
+            "limits (ticks)",
+        ];
+        let mut table = table(columns, 1);
+        for (i, joint) in self.joints.iter().enumerate() {
+            let (position, torque) = (joint.position_unit(), joint.torque_unit());
+            table.add_row([
+                joint.name.clone(),
+                engineering(self.tracking_rms[i], position),
+                engineering(self.tracking_max[i], position),
+                self.rest(i, position),
+                engineering(self.torque_rms[i], torque),
+                engineering(self.torque_peak[i], torque),
+                engineering(self.torque_chatter[i], torque),
+                self.limits[i].describe(),
+            ]);
+        }
+        let Setting { scene, robot, target, scalar, law, trig, .. } = &self.setting;
+        let lines: Vec<String> = self.lines().iter().map(|(name, text)| format!("{name:<20}{text}")).collect();
+        format!("{scene}: {robot}, {law}, {target}, {scalar}, {trig} trig\n{table}\n{}", lines.join("\n"))
+    }
+
+    /// Rest error and settling time of a joint.
+    fn rest(&self, joint: usize, unit: &str) -> String {
+        self.rest_error[joint].map_or("no rest".to_owned(), |error| {
+            let settled = self.settling_time[joint].map_or_else(|| self.unsettled(), |time| engineering(time, "s"));
+            format!("{}, {settled}", engineering(error, unit))
+        })
+    }
+
+    /// Instead of a settling time: how long the arm rested without the joint settling.
+    pub(super) fn unsettled(&self) -> String {
+        format!("not in {}", engineering(self.rest_time.unwrap_or(0.0), "s"))
+    }
+
+    /// What is said about the safety state machine.
+    fn supervision(&self) -> String {
+        let Some(OutOfReach { tick, joint }) = &self.supervision.out_of_reach else {
+            return "no state machine; no joint left its reach".to_owned();
+        };
+        let name = &self.joints[joint - 1].name;
+        let at = engineering(*tick as f64 * self.setting.period, "s");
+        format!("no state machine; the firmware would have held at tick {tick} ({at}): reach, {name}")
+    }
+
+    /// The motor that is loaded most, and the hottest one.
+    fn motors(&self, loads: &[Option<MotorLoad>]) -> Option<String> {
+        let known = || loads.iter().zip(&self.joints).filter_map(|(load, joint)| Some((load.as_ref()?, joint)));
+        let (load, joint) = known().max_by(|(a, _), (b, _)| a.continuous.total_cmp(&b.continuous))?;
+        let over = if load.continuous > 1.0 { ": it overheats if this goes on" } else { "" };
+        let rated = engineering(load.rated, joint.torque_unit());
+        let text = format!("{} gives {:.0} % of its {rated} rated (rms){over}", joint.name, 100.0 * load.continuous);
+        let hottest =
+            known().filter_map(|(load, joint)| Some((load.heat?, joint))).max_by(|(a, _), (b, _)| a.total_cmp(b));
+        Some(match hottest {
+            None => text + "; heat unknown: no time constants",
+            Some((heat, joint)) => {
+                format!("{text}; {} reaches {:.0} % of its continuous heat", joint.name, 100.0 * heat)
+            }
+        })
+    }
+
+    /// Lines about the whole arm: a name and what is said of it.
+    pub(super) fn lines(&self) -> Vec<(&'static str, String)> {
+        let period = self.setting.period;
+        let ticks = format!("{} of {}: {}", self.ticks, engineering(period, "s"), engineering(self.duration, "s"));
+        let mut lines = vec![
+            ("ticks", ticks),
+            ("time per tick", engineering(self.seconds_per_tick, "s")),
+            ("faster than real", format!("{:.1} times", self.realtime_factor)),
+        ];
+        if let Some(ClosestLimit { joint, limit, used, tick }) = &self.closest_limit {
+            let (at, name) = (engineering(*tick as f64 * period, "s"), &self.joints[joint - 1].name);
+            lines.push(("closest limit", format!("{:.0} % of the {limit} limit of {name}, at {at}", 100.0 * used)));
+        }
+        let [given, back] = [&self.work.given, &self.work.taken_back].map(|each| engineering(each.iter().sum(), "J"));
+        lines.push(("work of the torques", format!("{given} given, {back} taken back")));
+        lines.extend(self.motors.as_deref().and_then(|loads| self.motors(loads)).map(|text| ("motors", text)));
+        if let Some(ModelTicks { every, between }) = &self.setting.model {
+            lines.push(("model", format!("every {every} ticks, {between} between")));
+        }
+        if let Some(SimulatedDrives { kind, loop_rate, .. }) = &self.setting.drives {
+            let rate = engineering(*loop_rate, "Hz");
+            lines.push(("drives", format!("simulated: {kind}, replies a tick old, own loop {rate}")));
+        }
+        if let Some(Instructions { min, max }) = self.instructions_per_tick {
+            lines.push(("instructions", format!("{min} to {max} per tick")));
+        }
+        if let Some(Parity { ticks, mismatches }) = self.parity {
+            lines.push(("parity", format!("{mismatches} of {ticks} ticks differ from the desk")));
+        }
+        if let Some(external) = &self.external_rms {
+            let each = external.iter().zip(&self.joints).map(|(x, joint)| engineering(*x, joint.torque_unit()));
+            lines.push(("from outside", format!("{} rms", each.collect::<Vec<_>>().join(", "))));
+        }
+        if self.faults.is_empty() {
+            lines.push(("faults", "none".to_owned()));
+        }
+        let after = self.setting.drives.as_ref().map_or("the brakes held", |drives| drives.after_fault);
+        for fault in &self.faults {
+            let at = engineering(fault.tick as f64 * period, "s");
+            lines.push(("faults", format!("{} at tick {} ({at}); {after} from then on", fault.message, fault.tick)));
+        }
+        lines.push(("safety", self.supervision()));
+        lines.extend(
+            self.stopped.iter().map(|why| ("stopped", format!("{why} after {}", engineering(self.duration, "s")))),
+        );
+        lines
+    }
+}
+
+impl LimitCounts {
+    pub(super) fn describe(&self) -> String {
+        let named = [
+            ("position", self.position),
+            ("velocity", self.velocity),
+            ("torque", self.torque),
+            ("torque rate", self.torque_rate),
+            ("collision", self.collision),
+        ];
+        let acted: Vec<String> = named.iter().filter(|(_, n)| *n > 0).map(|(name, n)| format!("{name} {n}")).collect();
+        if acted.is_empty() { "none".to_owned() } else { acted.join(", ") }
+    }
+}
+
+fn count_limits(record: &Record, joint: usize) -> LimitCounts {
+    let count = |flag| record.joint(joint).filter(|s| s.limits.contains(flag)).count() as u64;
+    LimitCounts {
+        position: count(LimitFlags::POSITION),
+        velocity: count(LimitFlags::VELOCITY),
+        torque: count(LimitFlags::TORQUE),
+        torque_rate: count(LimitFlags::TORQUE_RATE),
+        collision: count(LimitFlags::COLLISION),
+    }
+}
+
+/// Each tick in which a new fault came.
+fn fault_events(record: &Record) -> Vec<FaultEvent> {
+    let mut last = None;
+    let mut events = Vec::new();
+    for (tick, fault) in record.faults().iter().enumerate() {
+        if let Some(new) = fault.filter(|_| *fault != last) {
+            let joint = new.joint().map(|joint| joint + 1);
+            events.push(FaultEvent { tick, code: new.code(), joint, message: new.to_string() });
+        }
+        last = *fault;
+    }
+    events
+}
+
+/// Root mean square of values; zero of none.
+pub fn rms(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let count = values.clone().count();
+    libm::sqrt(ratio(values.map(|x| x * x).sum(), count as f64))
+}
+
+fn peak(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(0.0, |most, x| f64::max(most, x.abs()))
+}
+
+/// Quotient of the two; zero if `whole` is not positive.
+fn ratio(part: f64, whole: f64) -> f64 {
+    if whole > 0.0 { part / whole } else { 0.0 }
+}
+
+/// Magnitude below which a number is rounding, in any unit.
+const NOISE: f64 = 1e-12;
+
+/// Three digits with a prefix from pico to kilo: `12.3 mrad`. A magnitude below 1e-12 is rounding: `< 1e-12 rad`.
+#[must_use]
+pub fn engineering(value: f64, unit: &str) -> String {
+    let scales = [(1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "\u{b5}"), (1e-9, "n"), (1e-12, "p")];
+    let size = value.abs();
+    // Rounding to three digits comes first: 999.96e-6 is 1.00e-3.
+    let Some((scale, prefix)) = scales.iter().find(|(scale, _)| size >= 0.999_5 * scale) else {
+        return if value == 0.0 { format!("0 {unit}") } else { format!("< {NOISE:e} {unit}") };
+    };
+    let scaled = value / scale;
+    let digits = if scaled.abs() < 9.995 { 2 } else { usize::from(scaled.abs() < 99.95) };
+    format!("{scaled:.digits$} {prefix}{unit}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::engineering;
+
+    #[test]
+    fn numbers_read_with_three_digits_and_a_prefix() {
+        let found = [0.0, 1.0, 0.012_34, 0.000_999_96, 56.78, 1234.0, -3.21e-7, 4e-15].map(|x| engineering(x, "m"));
+        let expected = ["0 m", "1.00 m", "12.3 mm", "1.00 mm", "56.8 m", "1.23 km", "-321 nm", "< 1e-12 m"];
+        assert_eq!(found, expected);
+    }
+}

@@ -1,0 +1,219 @@
+//! Everything in the loop but the controller: arm, sensors, drives and motion.
+
+use crate::plant::drives::{Drives, Order};
+use crate::plant::sensor::{Reading, Sample, Sensors};
+use crate::plant::solver::{AtOnce, Solver, now};
+use crate::plant::{Diverged, Plant};
+use dynamics_core::control::Spring;
+use dynamics_core::control::trajectory::Motion;
+use dynamics_core::safety::SafeAction;
+use dynamics_core::{Fault, Measurement, Model, Real, Reference, Sensed};
+use link::Trouble;
+use session::readings::{JointFaults, Readings};
+
+/// Everything in the loop but the controller.
+///
+/// Ideal drives give a commanded torque at once, whatever the sensors say of the arm is measured at the tick, and any safe action is
+/// the brakes'. Simulated drives measure by themselves, and the safe action is what they make of it.
+#[derive(Clone, Debug)]
+pub struct World<const N: usize> {
+    /// The simulated arm.
+    pub plant: Plant<N>,
+    /// Its sensors; with simulated drives, the noise of what they measure.
+    pub sensors: Sensors<N>,
+    /// Simulated drives; `None` where they are ideal.
+    pub drives: Option<Drives<N>>,
+    /// The safe action, where the drives are simulated.
+    pub safe_action: SafeAction,
+    /// Lowest and highest temperature of simulated drives, degrees Celsius.
+    pub temperature: (f64, f64),
+    /// The motion that the arm should follow.
+    pub motion: Motion<f64, N>,
+    /// Restart the motion each time it ends.
+    pub repeat: bool,
+    /// The arm is led by hand: its reference is where it is.
+    pub led: bool,
+    /// Springs and dampers for the drives' own loops, beside every torque.
+    pub springs: Option<[Spring<f32>; N]>,
+    /// Control period, s.
+    pub period: f64,
+    /// The arm as its robot file has it.
+    pub model: Model<f64, N>,
+}
+
+/// Measurement at the start of a tick, and what drives report beside it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensing<S, const N: usize> {
+    /// Positions and velocities, or counts.
+    pub measurement: Measurement<S, N>,
+    /// Joints whose drive is at fault.
+    pub drive_fault: [bool; N],
+    /// Highest temperature that the drives report, degrees Celsius.
+    pub temperature: Option<f32>,
+    /// What the first joint with a fault reports.
+    pub trouble: Option<Trouble>,
+}
+
+impl<const N: usize> World<N> {
+    /// Reference of the arm at `t` (s).
+    pub fn reference(&self, t: f64) -> Reference<f64, N> {
+        if self.led {
+            return Reference::at_rest(self.plant.state().q);
+        }
+        self.motion.sample(if self.repeat { t % self.motion.duration() } else { t })
+    }
+
+    /// Switch simulated drives on while something else holds the arm: they have replied, and take torque from the first tick on.
+    pub fn switch_on(&mut self) {
+        self.ask();
+        let Self { plant, sensors, drives, safe_action, .. } = self;
+        if let Some(drives) = drives {
+            drives.enable(*safe_action, &sensors.disturbed(plant.measured()));
+        }
+        // They reply to this in the first tick.
+        self.exchange(&Order::Torque([0.0; N], None));
+    }
+
+    /// Ask simulated drives for a first reply, as a board does when it starts; they stay off.
+    pub fn ask(&mut self) {
+        self.exchange(&Order::Safe(self.safe_action));
+    }
+
+    /// What sensors or drives say at the start of a tick.
+    pub fn sense<S: Real>(&mut self) -> Sensing<S, N> {
+        let Some((readings, temperature)) = self.drives.as_mut().map(Drives::measure) else {
+            let measurement = measurement(&self.sensors.read(self.plant.measured()));
+            return Sensing { measurement, drive_fault: [false; N], temperature: None, trouble: None };
+        };
+        // These drives always give readings; without any, a measurement is as old as can be.
+        let never = Sensed::State { q: [S::zero(); N], qd: [S::zero(); N] };
+        let trouble = readings.as_ref().and_then(Readings::trouble);
+        let (sensed, age_ticks, faults) = readings.map_or((never, u32::MAX, [JointFaults::NONE; N]), |readings| {
+            let oldest = readings.age_ticks.into_iter().fold(0, u32::max);
+            (cast(&readings.sensed), oldest, readings.faults)
+        });
+        Sensing {
+            measurement: Measurement { sensed, age_ticks },
+            drive_fault: faults.map(|faults| faults.intersects(JointFaults::OF_DRIVE)),
+            temperature,
+            trouble,
+        }
+    }
+
+    /// Fault that the firmware's state machine sees in what the drives report: the first drive's, then the temperature's.
+    #[must_use]
+    pub fn fault<S>(&self, sensing: &Sensing<S, N>) -> Option<Fault> {
+        if let Some(joint) = sensing.drive_fault.iter().position(|fault| *fault) {
+            return Some(Fault::DriveFault { joint: joint as u8 });
+        }
+        let (lowest, highest) = (self.temperature.0 as f32, self.temperature.1 as f32);
+        // False for NaN.
+        let inside = sensing.temperature.is_none_or(|it| it >= lowest && it <= highest);
+        (!inside).then_some(Fault::TemperatureOutOfBounds)
+    }
+
+    /// Simulate one control period with these commanded torques, N m or N.
+    ///
+    /// # Errors
+    /// As [`Plant::drive`].
+    pub fn drive(&mut self, torque: &[f64; N]) -> Result<(), Diverged> {
+        now(self.drive_with(&AtOnce, torque))
+    }
+
+    /// As [`World::drive`], with this solver.
+    pub(crate) async fn drive_with(&mut self, solver: &impl Solver<N>, torque: &[f64; N]) -> Result<(), Diverged> {
+        self.begin_tick();
+        self.exchange(&Order::Torque(*torque, self.springs));
+        let Self { plant, drives, .. } = self;
+        match drives {
+            None => plant.drive_with(solver, torque).await,
+            Some(drives) if drives.brakes_hold() => {
+                hold(plant, drives);
+                Ok(())
+            }
+            Some(drives) => plant.drive_by(solver, drives.turns(), |state, dt| drives.torque(state, dt)).await,
+        }
+    }
+
+    /// Simulate one control period of the safe action.
+    ///
+    /// # Errors
+    /// As [`Plant::drive`].
+    pub fn stop(&mut self) -> Result<(), Diverged> {
+        now(self.stop_with(&AtOnce))
+    }
+
+    /// As [`World::stop`], with this solver.
+    pub(crate) async fn stop_with(&mut self, solver: &impl Solver<N>) -> Result<(), Diverged> {
+        self.rest_with(solver, &Order::Safe(self.safe_action)).await
+    }
+
+    /// Simulate one control period in which the drives are switched on, brakes engaged.
+    ///
+    /// # Errors
+    /// As [`Plant::drive`].
+    pub fn enable(&mut self, action: SafeAction) -> Result<(), Diverged> {
+        now(self.rest_with(&AtOnce, &Order::Enable(action)))
+    }
+
+    /// Simulate one control period with these torques, N m or N, against engaged brakes.
+    ///
+    /// # Errors
+    /// As [`Plant::drive`].
+    pub fn preload(&mut self, torque: &[f64; N]) -> Result<(), Diverged> {
+        now(self.rest_with(&AtOnce, &Order::Preload(*torque)))
+    }
+
+    /// A control period outside the ledger, in which brakes hold an arm that has some.
+    async fn rest_with(&mut self, solver: &impl Solver<N>, order: &Order<N>) -> Result<(), Diverged> {
+        self.begin_tick();
+        self.exchange(order);
+        let Self { plant, drives, .. } = self;
+        match drives {
+            None => plant.brake(),
+            Some(drives) if drives.brakes_hold() => hold(plant, drives),
+            Some(drives) => {
+                return plant.stop_by(solver, drives.turns(), |state, dt| drives.torque(state, dt)).await;
+            }
+        }
+        Ok(())
+    }
+
+    fn begin_tick(&mut self) {
+        if let Some(drives) = &mut self.drives {
+            drives.begin_tick();
+        }
+    }
+
+    /// Send commands to simulated drives, and let them measure.
+    fn exchange(&mut self, order: &Order<N>) {
+        let Self { plant, sensors, drives, .. } = self;
+        if let Some(drives) = drives {
+            drives.send(order, &sensors.disturbed(plant.measured()));
+        }
+    }
+}
+
+/// Simulate one control period under the brakes.
+fn hold<const N: usize>(plant: &mut Plant<N>, drives: &mut Drives<N>) {
+    drives.rest(plant.measured());
+    plant.brake();
+}
+
+/// The sensors' reading in the controller's scalar.
+pub fn measurement<S: Real, const N: usize>(reading: &Reading<N>) -> Measurement<S, N> {
+    let sensed = match &reading.sample {
+        Sample::State(state) => Sensed::State { q: state.q.map(S::literal), qd: state.qd.map(S::literal) },
+        Sample::Counts(counts) => Sensed::Counts(*counts),
+    };
+    Measurement { sensed, age_ticks: reading.age_ticks }
+}
+
+/// The drives' reading in the controller's scalar.
+fn cast<S: Real, const N: usize>(sensed: &Sensed<f32, N>) -> Sensed<S, N> {
+    let literal = |values: &[f32; N]| values.map(|x| S::literal(f64::from(x)));
+    match sensed {
+        Sensed::State { q, qd } => Sensed::State { q: literal(q), qd: literal(qd) },
+        Sensed::Counts(counts) => Sensed::Counts(*counts),
+    }
+}

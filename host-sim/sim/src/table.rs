@@ -1,0 +1,14 @@
+//! Tables in a terminal.
+
+use comfy_table::{CellAlignment, Row, Table, presets};
+
+/// A table with a head. Its first `words` columns are text on the left; the others are numbers on the right.
+pub fn table(head: impl Into<Row>, words: usize) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_FULL_CONDENSED);
+    table.set_header(head);
+    for column in table.column_iter_mut().skip(words) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}

@@ -1,0 +1,188 @@
+//! Collisions of the Puma: the observer's residuals in free motion, the delay until it detects a push, and the
+//! reaction.
+
+use dynamics_core::control::{LimitFlags, Reaction};
+use dynamics_core::{Command, Fault, Live, Measurement, Reference, Wrench};
+use indicatif::ProgressBar;
+use nalgebra::Vector3;
+use robot_compiler::SceneFile;
+use robot_compiler::scene::{MotionSpec, Push};
+use sim::run::simulate::{self, Desk, Run};
+use sim::run::target::{Ticked, Torques};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+fn scene(name: &str) -> SceneFile {
+    SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../scenes/{name}.toml"))).unwrap()
+}
+
+/// The desk's controller, and a record of its observer.
+struct Watched {
+    desk: Desk<f32, 6>,
+    /// Largest residual of each joint, N m.
+    worst: [f64; 6],
+    /// First tick with a reaction to a collision.
+    collided: Option<(usize, Option<Fault>)>,
+    ticks: usize,
+}
+
+impl Torques<f32, 6> for Watched {
+    fn set_live(&mut self, live: &Live<f32, 6>) -> miette::Result<()> {
+        self.desk.set_live(live)
+    }
+
+    fn tick(
+        &mut self,
+        reference: &Reference<f32, 6>,
+        measurement: &Measurement<f32, 6>,
+    ) -> miette::Result<Ticked<f32, 6>> {
+        let ticked = Torques::tick(&mut self.desk, reference, measurement)?;
+        for (worst, residual) in self.worst.iter_mut().zip(self.desk.protection().as_ref().unwrap().residual()) {
+            *worst = worst.max(f64::from(residual.abs()));
+        }
+        let seen = match &ticked.command {
+            Command::Brake(fault) => Some(Some(*fault)),
+            Command::Drive { limits, .. } => {
+                limits.iter().any(|flags| flags.contains(LimitFlags::COLLISION)).then_some(None)
+            }
+        };
+        self.collided = self.collided.or(seen.map(|fault| (self.ticks, fault)));
+        self.ticks += 1;
+        Ok(ticked)
+    }
+}
+
+fn run(scene: &SceneFile) -> (Watched, Run) {
+    let model = scene.robot.model::<6>().unwrap();
+    let desk = simulate::desk(scene, &model);
+    let mut target = Watched { desk, worst: [0.0; 6], collided: None, ticks: 0 };
+    let (stop, bar) = (AtomicBool::new(false), ProgressBar::hidden());
+    let run = simulate::with::<f32, 6, _>(scene, "desk", &mut target, &stop, &bar).unwrap();
+    (target, run)
+}
+
+/// Assert that a value is within a share of the measured one, in either direction.
+fn assert_near(found: f64, measured: f64, share: f64, what: &str) {
+    assert!((found / measured - 1.0).abs() <= share, "{what}: {found:.4e}, measured before: {measured:.4e}");
+}
+
+/// Largest residual of each joint without a push, as a share of its threshold in `puma560_collision.toml`. The watch
+/// must detect nothing.
+fn free(name: &str) -> [f64; 6] {
+    let mut scene = scene(name);
+    scene.collision = self::scene("puma560_collision").collision;
+    scene.plant.push = None;
+    let (watched, run) = run(&scene);
+    assert_eq!(watched.collided, None, "{name}");
+    assert!(run.summary.faults.is_empty() && watched.ticks as f64 >= 0.9 * scene.control.rate, "{name}");
+    let threshold = scene.collision.unwrap().threshold;
+    core::array::from_fn(|i| watched.worst[i] / threshold[i])
+}
+
+#[test]
+fn free_motion_of_the_shipped_puma_scenes_is_no_collision() {
+    let measured = [
+        ("puma560_pick", [0.56, 0.48, 0.48, 0.52, 0.48, 0.50]),
+        // Without friction and encoder counts only rounding and sampling remain.
+        ("puma560_ideal", [0.00, 0.00, 0.00, 0.00, 0.00, 0.00]),
+        ("puma560_pd_gravity", [0.39, 0.24, 0.29, 0.41, 0.36, 0.26]),
+        ("puma560_slow_model", [0.52, 0.47, 0.47, 0.51, 0.49, 0.55]),
+        ("puma560_wrong_payload", [0.41, 0.33, 0.37, 0.40, 0.37, 0.26]),
+        ("puma560_elastic", [0.57, 0.55, 0.55, 0.52, 0.57, 0.55]),
+        ("puma560_auto", [0.48, 0.30, 0.36, 0.47, 0.39, 0.32]),
+    ];
+    let mut largest = [0.0_f64; 6];
+    for (name, measured) in measured {
+        let found = free(name);
+        println!("(\"{name}\", {found:.2?}),");
+        for joint in 0..6 {
+            largest[joint] = largest[joint].max(found[joint]);
+            let off = (found[joint] - measured[joint]).abs();
+            assert!(off < 0.005 + 0.05 * measured[joint], "{name}, joint {}: {}", joint + 1, found[joint]);
+        }
+    }
+    // The margin with which the thresholds were chosen.
+    assert!(largest.iter().all(|share| (0.5..0.59).contains(share)), "{largest:?}");
+}
+
+/// `puma560_collision.toml`, slowed down, with a push at the tip (force in N, tip axes) that starts at a share of the
+/// motion.
+fn pushed(slower: f64, share: f64, force: Vector3<f64>, reaction: Reaction) -> SceneFile {
+    let mut scene = scene("puma560_collision");
+    if let MotionSpec::Quintic { points, .. } = &mut scene.motion {
+        for duration in points.iter_mut().filter_map(|point| point.duration.as_mut()) {
+            *duration *= slower;
+        }
+    }
+    let at = share * 2.1 * slower;
+    scene.plant.push = Some(Push { at, duration: 0.5, wrench: Wrench { force, moment: Vector3::zeros() } });
+    scene.duration = Some(at + 0.5);
+    scene.collision.as_mut().unwrap().reaction = reaction;
+    scene
+}
+
+/// Number of ticks from the start of a push to the fault; a tick is 1 ms.
+fn detected(slower: f64, share: f64, force: Vector3<f64>) -> Option<usize> {
+    let scene = pushed(slower, share, force, Reaction::Stop);
+    let begin = (scene.plant.push.unwrap().at * scene.control.rate).round() as usize;
+    let (tick, fault) = run(&scene).0.collided?;
+    assert!(matches!(fault, Some(Fault::Collision { .. })), "{fault:?}");
+    assert!(tick > begin, "before the push");
+    Some(tick - begin)
+}
+
+#[test]
+fn pushes_are_detected_in_the_times_that_are_documented() {
+    // Number of detections in 30 pushes, and the shortest, median and longest delay, ms.
+    let measured = [
+        ("fast", 1.0, 30.0, 3, [47, 385, 407]),
+        ("fast", 1.0, 50.0, 25, [14, 27, 434]),
+        ("fast", 1.0, 75.0, 30, [11, 17, 31]),
+        ("fast", 1.0, 100.0, 30, [9, 12, 18]),
+        ("fast", 1.0, 200.0, 30, [7, 8, 10]),
+        ("slow", 4.0, 30.0, 3, [172, 211, 349]),
+        ("slow", 4.0, 50.0, 22, [14, 25, 411]),
+        ("slow", 4.0, 75.0, 30, [11, 16, 33]),
+        ("slow", 4.0, 100.0, 30, [9, 12, 18]),
+        ("slow", 4.0, 200.0, 30, [6, 8, 10]),
+    ];
+    let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+    let mut wrong = 0;
+    for (motion, slower, newtons, count, times) in measured {
+        let mut found = Vec::new();
+        for force in axes.iter().flat_map(|axis| [axis * newtons, axis * -newtons]) {
+            found.extend([0.1, 0.25, 0.4, 0.65, 0.8].into_iter().filter_map(|share| detected(slower, share, force)));
+        }
+        found.sort_unstable();
+        let ends = |list: &[usize]| {
+            if list.is_empty() { [0; 3] } else { [list[0], list[list.len() / 2], list[list.len() - 1]] }
+        };
+        let (found, number) = (ends(&found), found.len());
+        println!("(\"{motion}\", {slower:.1}, {newtons:.1}, {number}, {found:?}),");
+        // Within a millisecond or a tenth, because other roundings may shift a tick.
+        let near = found.iter().zip(times).all(|(&a, b)| a.abs_diff(b) <= 1 + b / 10);
+        wrong += usize::from(number != count || !near);
+    }
+    assert_eq!(wrong, 0, "measured before: {measured:?}");
+}
+
+#[test]
+fn a_hold_stands_against_the_push_and_what_complies_gives_way() {
+    // Distance of the farthest joint from its position at detection, at the end of the push, mrad.
+    let measured = [(Reaction::Hold, 5.57), (Reaction::Comply, 72.06)];
+    for (reaction, measured) in measured {
+        let scene = pushed(1.0, 0.4, Vector3::new(0.0, 0.0, -100.0), reaction);
+        let (watched, run) = run(&scene);
+        let (tick, fault) = watched.collided.unwrap();
+        assert_eq!((fault, run.summary.faults.len()), (None, 0));
+        let moved = (0..6).map(|joint| {
+            let q: Vec<f64> = run.record.joint(joint).map(|sample| sample.q).collect();
+            (q[q.len() - 1] - q[tick]).abs()
+        });
+        let moved = 1e3 * moved.fold(0.0, f64::max);
+        println!("{reaction:?}: {moved:.2} mrad");
+        assert_near(moved, measured, 0.05, &format!("{reaction:?}"));
+        let flagged: u64 = run.summary.limits.iter().map(|limits| limits.collision).sum();
+        assert_eq!(flagged, (watched.ticks - tick) as u64);
+    }
+}

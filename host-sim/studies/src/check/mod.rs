@@ -1,0 +1,108 @@
+//! Would a physicist believe a robot file? The rules are the robot compiler's; the loads that they compare with are searched here.
+
+mod hazard;
+mod report;
+
+use super::numbers::finite;
+use super::parallel::in_parallel;
+use super::posture_search::{ROUGH, minimise_to, positions};
+use dynamics_core::chapter::posture::Chain;
+use dynamics_core::chapter::statics::holding_torque;
+use dynamics_core::mass_matrix::mass_matrix;
+use dynamics_core::trig::Libm;
+use dynamics_core::{Dynamics, Inertia, Live, Rotor, Scene, Trig, Wrench};
+pub use hazard::{CLASS_I, Hazard};
+use nalgebra::Vector3;
+use robot_compiler::check::{Draft, Finding, JointLoad, Severity, findings, gravity_finding, scene_findings};
+use robot_compiler::{Robot, SceneFile, with_dof};
+use sim::failure::Failure;
+use std::path::Path;
+
+/// The findings about an arm.
+#[derive(Debug)]
+pub struct Answer {
+    /// The arm.
+    pub draft: Draft,
+    /// Gravitational acceleration in the base frame, m/s^2.
+    pub gravity: Vector3<f64>,
+    /// Loads of the joints; `None` for an arm that cannot be put into postures.
+    pub loads: Option<Vec<JointLoad>>,
+    /// Figures that matter to a person near the arm; `None` for an arm that cannot be put into postures.
+    pub hazard: Option<Hazard>,
+    /// The worst first.
+    pub findings: Vec<Finding>,
+}
+
+impl Answer {
+    /// Number of findings of this severity.
+    #[must_use]
+    pub fn count(&self, severity: Severity) -> usize {
+        self.findings.iter().filter(|finding| finding.severity == severity).count()
+    }
+}
+
+/// Looks at an arm under this gravity, in its default scene.
+///
+/// # Errors
+/// [`Failure::Input`]: gravity is not three finite numbers.
+pub fn answer(draft: Draft, gravity: &[f64]) -> Result<Answer, Failure> {
+    answer_in(draft, gravity, None)
+}
+
+/// Looks at an arm under this gravity, in a scene of this robot: its rest pose comes before the robot file's.
+///
+/// # Errors
+/// As [`answer`].
+pub fn answer_in(mut draft: Draft, gravity: &[f64], scene: Option<SceneFile>) -> Result<Answer, Failure> {
+    let gravity = finite::<3>("--gravity", gravity, "gx, gy, gz")
+        .map_err(|problem| Failure::Input(miette::miette!(help = "see `host-sim check --help`", "{problem}")))?
+        .into();
+    if let Some(scene) = &scene {
+        draft.robot.rest.clone_from(&scene.safety.rest);
+    }
+    let loads = draft.arm().and_then(|arm| with_dof!(arm.dof(), N => loads::<N>(arm, &gravity)));
+    let name = scene.as_ref().map(|scene| scene.name.clone());
+    let named = name.clone();
+    let of_scene = scene.as_ref().map(scene_findings).unwrap_or_default();
+    let file = scene.or_else(|| draft.arm().map(SceneFile::default_for));
+    let hazard = file.and_then(|file| with_dof!(file.robot.dof(), N => hazard::hazard::<N>(&file, name, &gravity)));
+    // Notes, which come last.
+    let mut findings = findings(&draft, loads.as_deref());
+    findings.extend(of_scene);
+    if named.is_none() {
+        findings.extend(gravity_finding(Path::new("the command line"), "--gravity", &gravity, None));
+    }
+    Ok(Answer { draft, gravity, loads, hazard, findings })
+}
+
+/// The load of every joint, each in its worst posture; `None` for an arm that makes no model.
+///
+/// The postures are those inside the limits, one turn of a joint without; a slide without limits stays at zero.
+fn loads<const N: usize>(mut arm: Robot, gravity: &Vector3<f64>) -> Option<Vec<JointLoad>> {
+    for joint in &mut arm.joints {
+        joint.spec.rotor = Rotor::default();
+    }
+    let model = arm.model::<N>().ok()?;
+    let (chain, dynamics) = (Chain::new(&model, &Inertia::zero()), Dynamics::new(model, Scene::free_space()));
+    let bounds: [(f64, f64); N] = core::array::from_fn(|i| {
+        let link = &model.links()[i];
+        positions(link.kind, link.limits.position).unwrap_or((0.0, 0.0))
+    });
+    let middle = bounds.map(|(low, high)| low + (high - low) / 2.0);
+    let torque = |q: &[f64; N]| {
+        let posture = chain.posture(&Libm.sin_cos_all(q), q);
+        holding_torque(&posture, gravity, &Wrench::zero())
+    };
+    let inertia = |q: &[f64; N], i: usize| mass_matrix(&dynamics, &Libm.sin_cos_all(q), q, &Live::zero())[(i, i)];
+    let rest: Option<[f64; N]> = arm.rest.as_ref().and_then(|rest| rest.as_slice().try_into().ok());
+    let load = |i: usize| {
+        let worst = minimise_to(ROUGH, &bounds, &middle, |q| -torque(q)[i].powi(2));
+        // The inertia that a joint feels depends on the joints beyond it alone.
+        let beyond = core::array::from_fn(|j| if j > i { bounds[j] } else { (middle[j], middle[j]) });
+        let least = minimise_to(ROUGH, &beyond, &middle, |q| inertia(q, i)).value;
+        let most = -minimise_to(ROUGH, &beyond, &middle, |q| -inertia(q, i)).value;
+        let rest = rest.as_ref().map(|q| torque(q)[i]);
+        JointLoad { holding: torque(&worst.q)[i].abs(), posture: worst.q.to_vec(), inertia: (least, most), rest }
+    };
+    Some(in_parallel(N, load))
+}

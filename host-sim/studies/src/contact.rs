@@ -1,0 +1,127 @@
+//! The wrench at the tip, felt through a sensor in the base; or the reading of that sensor for a known contact.
+
+use super::numbers::finite;
+use dynamics_core::chapter::contact::{base_wrench, contact_wrench};
+use dynamics_core::chapter::global::{Assembled, residuals, weights};
+use dynamics_core::chapter::posture::Chain;
+use dynamics_core::trig::Libm;
+use dynamics_core::{Dynamics, Inertia, Live, Scene, Term, Trig, Wrench};
+use nalgebra::Vector3;
+use robot_compiler::Robot;
+use serde::Serialize;
+use sim::run::record::JointLabel;
+use sim::run::summary::engineering;
+use sim::table::table;
+
+/// What is known of the contact: N and N m.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Known {
+    /// The base's wrench on the arm, about the base's origin in base axes: the sensor's reading.
+    Base(Vec<f64>),
+    /// The environment's wrench on the arm, about the tip's origin in tip axes.
+    Tip(Vec<f64>),
+}
+
+/// A state of an arm, and one end of the recursion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Question {
+    /// Joint position, rad or m.
+    pub q: Vec<f64>,
+    /// Joint velocity, rad/s or m/s; zero if `None`.
+    pub qd: Option<Vec<f64>>,
+    /// Joint acceleration, rad/s^2 or m/s^2; zero if `None`.
+    pub qdd: Option<Vec<f64>>,
+    /// Gravitational acceleration in the base frame, m/s^2.
+    pub gravity: Vec<f64>,
+    /// The known wrench.
+    pub known: Known,
+}
+
+/// The wrenches at both ends and at every joint; force (N), then moment (N m).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Answer {
+    /// Name of the robot.
+    pub robot: String,
+    /// The base's wrench on the arm, about the base's origin, base axes.
+    pub base_wrench: [f64; 6],
+    /// The environment's wrench on the arm, about the tip's origin, tip axes.
+    pub tip_wrench: [f64; 6],
+    /// Wrench on each link from the one before, about the joint's origin, base axes; by one linear system of all equations.
+    pub joints: Vec<[f64; 6]>,
+    /// Greatest residual of any link's equations of Newton and Euler with these wrenches, over the greatest wrench.
+    pub residual: f64,
+    #[serde(skip)]
+    labels: Vec<JointLabel>,
+}
+
+/// Carry the known wrench to the other end of the arm.
+///
+/// # Errors
+/// The question's fault: a list of the wrong length, a number that is not finite, a result beyond the numbers.
+pub fn answer<const N: usize>(robot: &Robot, question: &Question) -> Result<Answer, String> {
+    let model = robot.model::<N>().map_err(|error| error.to_string())?;
+    let list = |name: &str, values: &Option<Vec<f64>>| {
+        values.as_ref().map_or(Ok([0.0; N]), |values| finite::<N>(name, values, "one for each joint"))
+    };
+    let q = finite::<N>("--q", &question.q, "one for each joint")?;
+    let (qd, qdd) = (list("--qd", &question.qd)?, list("--qdd", &question.qdd)?);
+    let gravity = Vector3::from(finite::<3>("--gravity", &question.gravity, "x, y, z")?);
+    let (turn, live) = (Libm.sin_cos_all(&q), Live::zero());
+    // Spinning rotors are between motor and link, in no wrench of a joint.
+    let scene = Scene { rotor: Term::Absent, ..Scene::with_gravity(gravity, &model) };
+    let (base, tip) = match &question.known {
+        Known::Base(values) => {
+            let base = wrench("--base-wrench", values)?;
+            (base, contact_wrench(&Dynamics::new(model, scene), &turn, &q, &qd, &qdd, &base, &live))
+        }
+        Known::Tip(values) => {
+            let tip = wrench("--tip-wrench", values)?;
+            let touched = Dynamics::new(model, Scene { tip_wrench: Term::Constant(tip), ..scene });
+            (base_wrench(&touched, &turn, &q, &qd, &qdd, &live), tip)
+        }
+    };
+    let posture = Chain::new(&model, &Inertia::zero()).posture(&turn, &q);
+    let motion = posture.motion(&qd, &qdd);
+    let push = tip.in_parent(&posture.tip.rotation, &Vector3::zeros());
+    let external = weights(&posture, &gravity);
+    let joints = Assembled::new(&posture, &motion, &external, &push).solve();
+    let joints = joints.ok_or("a wrench of a joint is beyond the numbers; expected smaller inputs")?;
+    let most = |wrenches: &[Wrench<f64>]| wrenches.iter().flat_map(six).fold(0.0, |most, x| f64::max(most, x.abs()));
+    let missed = most(&residuals(&posture, &motion, &joints, &external, &push));
+    let size = most(&joints);
+    Ok(Answer {
+        robot: robot.name.clone(),
+        base_wrench: six(&base),
+        tip_wrench: six(&tip),
+        joints: joints.iter().map(six).collect(),
+        residual: if size > 0.0 { missed / size } else { missed },
+        labels: robot.joints.iter().map(|j| JointLabel { name: j.name.clone(), kind: j.spec.kind }).collect(),
+    })
+}
+
+fn wrench(name: &str, values: &[f64]) -> Result<Wrench<f64>, String> {
+    let [fx, fy, fz, mx, my, mz] = finite::<6>(name, values, "fx, fy, fz, mx, my, mz")?;
+    Ok(Wrench { force: Vector3::new(fx, fy, fz), moment: Vector3::new(mx, my, mz) })
+}
+
+fn six(wrench: &Wrench<f64>) -> [f64; 6] {
+    let (f, m) = (wrench.force, wrench.moment);
+    [f.x, f.y, f.z, m.x, m.y, m.z]
+}
+
+impl Answer {
+    /// The table and the line below it for the terminal.
+    #[must_use]
+    pub fn table(&self) -> String {
+        let mut table = table(["at", "axes", "force / N", "moment / N m"], 2);
+        let three = |v: &[f64]| v.iter().map(|x| format!("{:.3}", x + 0.0)).collect::<Vec<_>>().join(" ");
+        let row = |at: &str, axes: &str, w: &[f64; 6]| [at.to_owned(), axes.to_owned(), three(&w[..3]), three(&w[3..])];
+        table.add_row(row("base, on the arm", "base", &self.base_wrench));
+        for (label, wrench) in self.labels.iter().zip(&self.joints) {
+            table.add_row(row(&label.name, "base", wrench));
+        }
+        table.add_row(row("tip, by the environment", "tip", &self.tip_wrench));
+        let residual = engineering(self.residual, "of the greatest wrench");
+        format!("{}: contact at the tip\n{table}\n{:<20}{residual}\n", self.robot, "residual")
+    }
+}

@@ -1,0 +1,171 @@
+//! Energy balance of a run.
+
+use indicatif::ProgressBar;
+use robot_compiler::SceneFile;
+use serde::Serialize;
+use sim::failure::Failure;
+use sim::plant::ledger::Ledger;
+use sim::plant::{Arm, State};
+use sim::run::simulate::{self, Run};
+use sim::run::summary::{FaultEvent, engineering};
+use sim::table::table;
+use std::sync::atomic::AtomicBool;
+
+/// Energy balance of a run until its end or a fault.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Account {
+    /// Name of the scene.
+    pub scene: String,
+    /// Name of the robot.
+    pub robot: String,
+    /// Time covered, s.
+    pub duration: f64,
+    /// Every joint, base first.
+    pub joints: Vec<JointWork>,
+    /// Work of the push at the tip, J.
+    pub contact: f64,
+    /// Kinetic energy `1/2 qd^T D qd`, J.
+    pub kinetic: Change,
+    /// Potential energy `-sum m g . r`, J.
+    pub potential: Change,
+    /// Work of actuators, friction and contact, less the gain of kinetic and potential energy, J.
+    pub residual: f64,
+    /// [`Account::residual`] over the sum of the magnitudes of all work; zero without any work.
+    pub residual_relative: f64,
+    /// Each fault with its tick.
+    pub faults: Vec<FaultEvent>,
+    /// Reason why the run ended early; `None` if it did not.
+    pub stopped: Option<String>,
+}
+
+/// Work on a joint, J.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct JointWork {
+    /// Name of the joint.
+    pub name: String,
+    /// Positive work of the actuator.
+    pub positive: f64,
+    /// Negative work of the actuator; not above zero.
+    pub negative: f64,
+    /// Sum of positive and negative work.
+    pub total: f64,
+    /// Work of friction; not above zero.
+    pub friction: f64,
+    /// Greatest magnitude of the commanded torque times the velocity, W.
+    pub power_peak: f64,
+}
+
+/// An energy at the start and at the end, J.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Change {
+    /// Energy at the start.
+    pub start: f64,
+    /// Energy at the end.
+    pub end: f64,
+}
+
+impl Change {
+    /// Gain of energy, J.
+    #[must_use]
+    pub fn gain(&self) -> f64 {
+        self.end - self.start
+    }
+}
+
+/// Run a scene on the desk and compute its energy balance.
+///
+/// # Errors
+/// [`Failure::Input`] if the scene cannot be run.
+pub fn account<const N: usize>(scene: &SceneFile, stop: &AtomicBool) -> Result<(Run, Account), Failure> {
+    if scene.plant.elasticity.is_some() {
+        return Err(Failure::Input(miette::miette!(
+            help = "expected a scene without `elasticity` in [plant]",
+            "{}: energy in the springs of elastic joints is not accounted for",
+            scene.path.display()
+        )));
+    }
+    if scene.plant.rotor_coupling {
+        return Err(Failure::Input(miette::miette!(
+            help = "expected a scene without `rotor_coupling` in [plant]",
+            "{}: energy of the coupling of rotors with their links is not accounted for",
+            scene.path.display()
+        )));
+    }
+    let arm = simulate::arm::<N>(scene)?;
+    let mut world = simulate::world::<N>(scene)?;
+    world.plant = world.plant.with_ledger();
+    let run = simulate::on_desk_in::<N>(&mut world, scene, stop, &ProgressBar::hidden())?;
+    let Some(ledger) = world.plant.ledger() else {
+        return Err(Failure::Input(miette::miette!("{}: nothing was accounted for", scene.path.display())));
+    };
+    let driven = run.record.faults().iter().take_while(|fault| fault.is_none()).count();
+    let account = Account::new(&run, scene, &arm, ledger, driven as f64 * scene.period());
+    Ok((run, account))
+}
+
+impl Account {
+    fn new<const N: usize>(run: &Run, scene: &SceneFile, arm: &Arm<N>, ledger: &Ledger<N>, duration: f64) -> Self {
+        let (total, friction) = (ledger.actuators.total(), ledger.friction.total());
+        let joints: Vec<JointWork> = (0..N)
+            .map(|i| JointWork {
+                name: run.record.joints()[i].name.clone(),
+                positive: ledger.actuators.positive()[i],
+                negative: ledger.actuators.negative()[i],
+                total: total[i],
+                friction: friction[i],
+                power_peak: run.record.joint(i).fold(0.0, |most, s| f64::max(most, (s.torque * s.qd).abs())),
+            })
+            .collect();
+        let change =
+            |energy: &dyn Fn(&State<N>) -> f64| Change { start: energy(&ledger.start), end: energy(&ledger.end) };
+        let kinetic = change(&|state| arm.kinetic(&state.q, &state.qd));
+        let potential = change(&|state| arm.potential(&state.q));
+        let contact: f64 = ledger.contact.total().iter().sum();
+        let given = total.iter().chain(&friction).sum::<f64>() + contact;
+        let residual = given - kinetic.gain() - potential.gain();
+        let meters = [&ledger.actuators, &ledger.friction, &ledger.contact];
+        let turnover: f64 = meters.iter().flat_map(|m| m.positive().iter().chain(m.negative())).map(|x| x.abs()).sum();
+        Self {
+            scene: scene.name.clone(),
+            robot: scene.robot.name.clone(),
+            duration,
+            joints,
+            contact,
+            kinetic,
+            potential,
+            residual,
+            residual_relative: if turnover > 0.0 { residual / turnover } else { 0.0 },
+            faults: run.summary.faults.clone(),
+            stopped: run.summary.stopped.clone(),
+        }
+    }
+
+    /// The table and the lines below it for the terminal.
+    #[must_use]
+    pub fn table(&self) -> String {
+        let mut table = table(["joint", "given", "taken back", "together", "friction", "power peak"], 1);
+        for joint in &self.joints {
+            let work = [joint.positive, joint.negative, joint.total, joint.friction].map(|x| engineering(x, "J"));
+            let row = [joint.name.clone()].into_iter().chain(work).chain([engineering(joint.power_peak, "W")]);
+            table.add_row(row);
+        }
+        let sum = |f: fn(&JointWork) -> f64| engineering(self.joints.iter().map(f).sum(), "J");
+        let change = |change: &Change| {
+            let [start, end, gain] = [change.start, change.end, change.gain()].map(|x| engineering(x, "J"));
+            format!("{gain}, from {start} to {end}")
+        };
+        let mut lines = vec![
+            ("duration", engineering(self.duration, "s")),
+            ("actuators", sum(|joint| joint.total)),
+            ("friction", sum(|joint| joint.friction)),
+            ("contact", engineering(self.contact, "J")),
+            ("gain of kinetic", change(&self.kinetic)),
+            ("gain of potential", change(&self.potential)),
+            ("residual", format!("{}, {:.1e} of all work", engineering(self.residual, "J"), self.residual_relative)),
+        ];
+        lines.extend(self.faults.iter().map(|fault| ("faults", format!("{}; the account ends there", fault.message))));
+        lines.extend(self.stopped.iter().map(|why| ("stopped", why.clone())));
+        let lines: Vec<String> = lines.iter().map(|(name, text)| format!("{name:<20}{text}")).collect();
+        format!("{}: {}, work of every joint\n{table}\n{}", self.scene, self.robot, lines.join("\n"))
+    }
+}

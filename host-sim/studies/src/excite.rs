@@ -1,0 +1,327 @@
+//! Motions worth recording: limits of a robot file, clearances, and the motion as a file.
+
+mod judge;
+mod surroundings;
+
+pub use surroundings::Surroundings;
+
+use dynamics_core::control::trajectory::{Bounds, FourierSpec, HARMONICS_MAX, Motion, MotionError, Timing, Waypoint};
+use dynamics_core::{Model, Term};
+use identification::arm::Chain;
+use identification::base::Base;
+use identification::excite::{Room, Search, Series, Subject, excite, postures};
+use judge::Watched;
+use nalgebra::Vector3;
+use robot_compiler::SceneFile;
+use serde_json::{Value, json};
+use sim::failure::Failure;
+
+/// Share of a position range that is left free at either end.
+const MARGIN: f64 = 0.05;
+/// Torque limit of a joint that has none, N m or N, for the expected noise.
+const TORQUE: f64 = 100.0;
+/// Speed limit of a joint that has none, rad/s or m/s.
+const SPEED: f64 = 1.0;
+/// Rest in a posture, s, and the time from one to the next.
+const REST: (f64, f64) = (1.5, 2.5);
+/// Steady speeds of the slow sweeps, as shares of the allowed speed.
+const SLOW: (f64, f64) = (0.05, 0.2);
+
+/// What sort of motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A Fourier series per joint.
+    Series,
+    /// Slow sweeps at steady speeds.
+    Friction,
+    /// Postures with rests.
+    Static,
+}
+
+/// What is wanted: the options of `excite`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wishes {
+    /// What sort of motion.
+    pub kind: Kind,
+    /// Centre, rad or m.
+    pub centre: Option<Vec<f64>>,
+    /// Widest swing to either side, rad or m.
+    pub swing: f64,
+    /// Share of speed limits.
+    pub speed: f64,
+    /// Acceleration, rad/s^2 or m/s^2.
+    pub acceleration: Option<f64>,
+    /// Share of torque limits.
+    pub torque: f64,
+    /// What stands around the arm.
+    pub around: Surroundings,
+    /// Period, s.
+    pub period: f64,
+    /// Number of periods.
+    pub periods: u32,
+    /// Number of harmonics.
+    pub harmonics: usize,
+    /// Noise of torques as a share of their limits.
+    pub noise: f64,
+    /// Motions to try.
+    pub tries: usize,
+    /// Seed.
+    pub seed: u64,
+}
+
+/// A motion as a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Designed {
+    /// One line for a person.
+    pub line: String,
+    /// The file.
+    pub toml: String,
+    /// What `--json` prints.
+    pub json: Value,
+}
+
+/// Design a motion for the scene's arm; `tick` is called after every try.
+///
+/// # Errors
+/// [`Failure::Input`]: a centre outside the limits or without clearance, shapes that cannot be read, or nothing found that keeps limits and
+/// clearance.
+pub fn design<const N: usize>(scene: &SceneFile, wishes: &Wishes, tick: &dyn Fn()) -> Result<Designed, Failure> {
+    let wrong = |expected: &str, found: String| {
+        Failure::Input(miette::miette!(help = format!("expected {expected}"), "{found}"))
+    };
+    let model = scene.robot.model::<N>().map_err(Failure::input)?;
+    let gravity = match scene.model.gravity {
+        Term::Constant(gravity) => gravity,
+        Term::Absent | Term::Live => scene.plant.gravity,
+    };
+    let room = room(&model, wishes).map_err(|found| wrong("a centre for each joint, inside its limits", found))?;
+    let up = if gravity.norm() > 0.0 { -gravity.normalize() } else { Vector3::z() };
+    let judged = surroundings::judged(scene, &model, &up, &wishes.around)?;
+    let watched =
+        Watched { model: &model, judged: &judged, around: &wishes.around, centre: &room.centre, period: wishes.period };
+    watched.check_start()?;
+    let chain = Chain::new(model, gravity);
+    let base = Base::of(&chain);
+    let beta = base.of_parameters(&chain.parameters());
+    let subject = Subject { arm: &chain, base: &base, beta: beta.as_slice(), workspace: &watched };
+    let nothing = || {
+        wrong(
+            "another --centre, less --swing, more --torque, or less --clearance",
+            format!("none of the motions tried keeps limits and clearance{}", watched.nearest_at_centre()),
+        )
+    };
+    let no_motion = |error: MotionError| wrong("a longer --period or less --speed", error.to_string());
+    let (motion, mut designed) = match wishes.kind {
+        Kind::Series => {
+            let search =
+                Search { harmonics: wishes.harmonics, period: wishes.period, tries: wishes.tries, seed: wishes.seed };
+            let series = excite(&subject, &room, &search, tick).ok_or_else(nothing)?;
+            let (motion, spec) =
+                fastest_ramp(&model, &room.centre, wishes.period, wishes.periods, [&series.sine, &series.cosine])
+                    .map_err(no_motion)?;
+            (motion, file(&base, wishes, &series, &spec))
+        }
+        Kind::Friction => {
+            let tried = (0..20).map(|k| sweeps(&room, 0.6 * 0.85_f64.powi(k)));
+            let clear = |points: &Vec<Point>| {
+                quintic::<N>(points).is_ok_and(|motion| judged.cell.keeps(&motion, wishes.around.clearance))
+            };
+            let points = tried.into_iter().find(clear).ok_or_else(nothing)?;
+            let line = "Friction: slow sweeps of all joints at two steady speeds";
+            (quintic(&points).map_err(no_motion)?, through(line, &points))
+        }
+        Kind::Static => {
+            let found = postures(&subject, &room, 15, wishes.seed, tick);
+            if found.len() < 4 {
+                return Err(nothing());
+            }
+            let points = rests(&found);
+            (quintic(&points).map_err(no_motion)?, through("Gravity: postures with rests", &points))
+        }
+    };
+    let (comments, value) = watched.state(&motion)?;
+    designed.line += comments.lines().next().map_or("", |line| line.trim_start_matches('#'));
+    designed.toml = designed.toml.replacen('\n', &format!("\n{comments}"), 1);
+    designed.json["clearance"] = value;
+    Ok(designed)
+}
+
+fn room<const N: usize>(model: &Model<f64, N>, wishes: &Wishes) -> Result<Room, String> {
+    let limits: Vec<_> = model.links().iter().map(|link| link.limits).collect();
+    let middle =
+        |(lo, hi): (f64, f64)| if lo.is_finite() && hi.is_finite() { 0.5 * (lo + hi) } else { 0.0_f64.clamp(lo, hi) };
+    let centre = wishes.centre.clone().unwrap_or_else(|| limits.iter().map(|l| middle(l.position)).collect());
+    if centre.len() != N {
+        return Err(format!("--centre: {} numbers for {N} joints", centre.len()));
+    }
+    let mut position = Vec::new();
+    for (joint, (limits, q)) in limits.iter().zip(&centre).enumerate() {
+        let (lo, hi) = limits.position;
+        let free = if limits.range().is_finite() { MARGIN * limits.range() } else { 0.0 };
+        let inside = ((lo + free).max(q - wishes.swing), (hi - free).min(q + wishes.swing));
+        if !(inside.0 < *q && *q < inside.1) {
+            return Err(format!("--centre: joint {} at {q}, with limits {lo} to {hi}", joint + 1));
+        }
+        position.push(inside);
+    }
+    let finite = |x: f64, otherwise: f64| if x.is_finite() { x } else { otherwise };
+    let velocity: Vec<f64> = limits.iter().map(|l| wishes.speed * finite(l.velocity, SPEED)).collect();
+    Ok(Room {
+        centre,
+        position,
+        acceleration: velocity.iter().map(|v| wishes.acceleration.unwrap_or(v / wishes.speed / 0.4)).collect(),
+        velocity,
+        torque: limits.iter().map(|l| wishes.torque * l.torque).collect(),
+        noise: limits.iter().map(|l| wishes.noise * finite(l.torque, TORQUE)).collect(),
+    })
+}
+
+/// A series as a motion, with ramps long enough for the limits: amplitudes of the sines and of the cosines, of each harmonic.
+fn fastest_ramp<const N: usize>(
+    model: &Model<f64, N>,
+    centre: &[f64],
+    period: f64,
+    periods: u32,
+    [sine, cosine]: [&[Vec<f64>]; 2],
+) -> Result<(Motion<f64, N>, FourierSpec<f64, N>), MotionError> {
+    let bounds = Bounds::from_limits(&model.links().map(|link| link.limits));
+    let harmonics = |list: &[Vec<f64>]| -> [[f64; N]; HARMONICS_MAX] {
+        core::array::from_fn(|k| core::array::from_fn(|i| list.get(k).map_or(0.0, |a| round(a[i]))))
+    };
+    let mut ramp = 0.15 * period;
+    loop {
+        let spec = FourierSpec {
+            centre: core::array::from_fn(|i| round(centre[i])),
+            sine: harmonics(sine),
+            cosine: harmonics(cosine),
+            period,
+            duration: f64::from(periods) * period + 2.0 * ramp,
+            ramp,
+        };
+        match Motion::fourier(&spec, &bounds) {
+            Ok(motion) => return Ok((motion, spec)),
+            Err(error) if ramp > 2.0 * period => return Err(error),
+            Err(_) => ramp *= 1.4,
+        }
+    }
+}
+
+/// Five places: a hundredth of a milliradian.
+fn round(x: f64) -> f64 {
+    (x * 1e5).round() / 1e5
+}
+
+fn list(numbers: &[f64]) -> String {
+    let texts: Vec<String> = numbers.iter().map(|x| format!("{x:.5}")).collect();
+    format!("[{}]", texts.join(", "))
+}
+
+fn file<const N: usize>(base: &Base, wishes: &Wishes, series: &Series, spec: &FourierSpec<f64, N>) -> Designed {
+    let line = format!(
+        "Excitation: {} harmonics of {:.3} Hz, {:.1} s, condition {:.1}, seed {}.",
+        wishes.harmonics,
+        wishes.period.recip(),
+        spec.duration,
+        series.condition,
+        wishes.seed
+    );
+    let often = f64::from(wishes.periods).sqrt();
+    let deviations: Vec<f64> = series.deviations.iter().map(|d| d / often).collect();
+    let notes: Vec<String> = (0..base.len()).map(|k| format!("#   {:.1e}  {}", deviations[k], base.name(k))).collect();
+    let block = |name: &str, all: &[[f64; N]]| {
+        let rows: Vec<String> = all[..wishes.harmonics].iter().map(|a| format!("    {},\n", list(a))).collect();
+        format!("{name} = [\n{}]\n", rows.concat())
+    };
+    let toml = format!(
+        "# {line}\n# Deviations to be expected, kg, kg m, kg m^2:\n{}\n[motion]\nkind = \"fourier\"\ncentre = {}\nperiod = {:?}\n\
+         duration = {:?}\nramp = {:?}\n{}{}",
+        notes.join("\n"),
+        list(&spec.centre),
+        spec.period,
+        spec.duration,
+        spec.ramp,
+        block("sine", &spec.sine),
+        block("cosine", &spec.cosine),
+    );
+    let named: Vec<Value> =
+        (0..base.len()).map(|k| json!({ "name": base.name(k), "deviation": deviations[k] })).collect();
+    let json = json!({
+        "condition": series.condition,
+        "log_det": series.information,
+        "duration": spec.duration,
+        "rank": base.len(),
+        "parameters": named,
+    });
+    Designed { line, toml, json }
+}
+
+/// A point of a quintic: position, duration of the way there, rest, s.
+type Point = (Vec<f64>, f64, f64);
+
+/// Quintics through points as a motion.
+fn quintic<const N: usize>(points: &[Point]) -> Result<Motion<f64, N>, MotionError> {
+    let way: Vec<Waypoint<f64, N>> =
+        points.iter().map(|(q, _, dwell)| Waypoint { q: core::array::from_fn(|i| q[i]), dwell: *dwell }).collect();
+    let durations: Vec<f64> = points.iter().skip(1).map(|(_, duration, _)| *duration).collect();
+    Motion::quintic(&way, Timing::Durations(&durations), &Bounds::none())
+}
+
+/// Quintics through points as a file.
+fn through(line: &str, points: &[Point]) -> Designed {
+    let point = |(index, (q, duration, dwell)): (usize, &Point)| {
+        let way = if index == 0 { String::new() } else { format!(", duration = {duration:.3}") };
+        let rest = if *dwell > 0.0 { format!(", dwell = {dwell:.3}") } else { String::new() };
+        format!("    {{ q = {}{way}{rest} }},\n", list(q))
+    };
+    let rows: Vec<String> = points.iter().enumerate().map(point).collect();
+    let total: f64 = points.iter().enumerate().map(|(k, p)| p.2 + if k == 0 { 0.0 } else { p.1 }).sum();
+    let line = format!("{line}, {total:.1} s.");
+    let toml = format!("# {line}\n[motion]\nkind = \"quintic\"\npoints = [\n{}]\n", rows.concat());
+    Designed { json: json!({ "duration": total, "points": points.len() }), line, toml }
+}
+
+/// There and back between the ends at two steady speeds: a quintic passes evenly spaced points at their mean speed. `share_of_range` is
+/// that of the free range.
+fn sweeps(room: &Room, share_of_range: f64) -> Vec<Point> {
+    const WAY: [(f64, bool); 14] = [
+        (0.0, false),
+        (0.5, false),
+        (1.0, false),
+        (0.333, false),
+        (-0.333, false),
+        (-1.0, false),
+        (-0.333, true),
+        (0.333, true),
+        (1.0, true),
+        (0.333, true),
+        (-0.333, true),
+        (-1.0, true),
+        (-0.5, false),
+        (0.0, false),
+    ];
+    let swing: Vec<f64> =
+        room.centre.iter().zip(&room.position).map(|(q, (lo, hi))| share_of_range * (q - lo).min(hi - q)).collect();
+    let mut before = 0.0;
+    WAY.iter()
+        .map(|&(place, fast)| {
+            let share = if fast { SLOW.1 } else { SLOW.0 };
+            let needs = |(a, v): (&f64, &f64)| a * (place - before).abs() / (share * v);
+            let duration = swing.iter().zip(&room.velocity).map(needs).fold(0.1, f64::max);
+            before = place;
+            (room.centre.iter().zip(&swing).map(|(q, a)| round(q + a * place)).collect(), milliseconds(duration), 0.0)
+        })
+        .collect()
+}
+
+/// A time as the file has it, s.
+fn milliseconds(time: f64) -> f64 {
+    (time * 1e3).ceil() / 1e3
+}
+
+/// Postures with rests; the first is the last.
+fn rests(found: &[Vec<f64>]) -> Vec<Point> {
+    let rounded = |q: &Vec<f64>| q.iter().map(|q| round(*q)).collect();
+    let mut points: Vec<Point> = found.iter().map(|q| (rounded(q), REST.1, REST.0)).collect();
+    points.extend(found.first().map(|q| (rounded(q), REST.1, 0.0)));
+    points
+}

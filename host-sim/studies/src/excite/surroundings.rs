@@ -1,0 +1,232 @@
+//! Shapes of an arm and of what stands around it.
+
+use clearance::arm::{capsules, length, usual_radius};
+use clearance::cell::{Cell, Part};
+use clearance::mesh::points;
+use clearance::shape::Shape;
+use dynamics_core::Model;
+use dynamics_core::joint::JointKind;
+use nalgebra::{Matrix3, Vector3};
+use robot_compiler::{Ends, Geometry, LinkShape, SceneFile};
+use sim::failure::Failure;
+use std::path::{Path, PathBuf};
+
+/// A mesh longer than so many arms is in another unit than metres.
+const TOO_LONG: f64 = 10.0;
+
+/// What stands around an arm, and how near it may come.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surroundings {
+    /// Height of the floor against gravity, in the base frame, m.
+    pub floor: Option<f64>,
+    /// Boxes along the axes of the base frame: centre and edges, m.
+    pub boxes: Vec<[f64; 6]>,
+    /// Radius of links without shapes, m: one for all or one each; empty for the usual one.
+    pub radius: Vec<f64>,
+    /// Smallest clearance, m.
+    pub clearance: f64,
+    /// Link of a URDF robot that the arm stands on.
+    pub base: Option<String>,
+    /// Link of a URDF robot that it ends at.
+    pub tip: Option<String>,
+}
+
+/// An arm among its surroundings, and what its shapes are.
+pub(super) struct Judged<const N: usize> {
+    pub(super) cell: Cell<N>,
+    /// Where the shapes come from, and what they do not contain.
+    pub(super) notes: Vec<String>,
+}
+
+/// Name of a link: its number and the joint that moves it.
+fn link_name(scene: &SceneFile, frame: usize) -> String {
+    let name = frame.checked_sub(1).and_then(|i| scene.robot.joints.get(i)).map(|joint| joint.name.as_str());
+    name.map_or_else(|| "base".to_owned(), |name| format!("link {frame} ({name})"))
+}
+
+/// Shapes of the scene's arm and of its surroundings.
+///
+/// # Errors
+/// [`Failure::Input`]: a number of radii that is not 1 or that of the joints, a box without size, a slide without limits, a mesh that is
+/// damaged or in millimetres.
+pub(super) fn judged<const N: usize>(
+    scene: &SceneFile,
+    model: &Model<f64, N>,
+    up: &Vector3<f64>,
+    around: &Surroundings,
+) -> Result<Judged<N>, Failure> {
+    let slides = |(_, joint): &(usize, &robot_compiler::RobotJoint)| {
+        joint.spec.kind == JointKind::Prismatic && !joint.spec.limits.range().is_finite()
+    };
+    if let Some((_, joint)) = scene.robot.joints.iter().enumerate().find(slides) {
+        return Err(wrong(
+            "limits of position of every slide: without them nothing is known of what it can hit",
+            format!("{}: joint {} slides without limits", scene.robot.path.display(), joint.name),
+        ));
+    }
+    let radius: Vec<f64> = match around.radius.as_slice() {
+        [] => vec![usual_radius(model); N],
+        [one] => vec![*one; N],
+        many if many.len() == N => many.to_vec(),
+        many => {
+            let found = format!("--radius: {} numbers for {N} joints", many.len());
+            return Err(wrong("one radius for all links, or one for each", found));
+        }
+    };
+    let Described { mut parts, mut notes, incomplete } = described(scene, model, around)?;
+    let mut lines = Vec::new();
+    for frame in 0..=N {
+        let name = link_name(scene, frame);
+        if incomplete.contains(&frame) || !parts.iter().any(|part| part.frame == frame) {
+            let radius = radius[frame.saturating_sub(1)];
+            parts.extend(capsules(model, frame, &name, radius));
+            lines.push((name, radius));
+        }
+    }
+    if let Some((_, first)) = lines.first() {
+        let guessed = if around.radius.is_empty() { ", the radius assumed as 6 % of the arm's length" } else { "" };
+        let each = |(name, radius): &(String, f64)| format!("{name} {radius:.3} m");
+        let which = if lines.len() > N && around.radius.len() <= 1 {
+            format!("all links {first:.3} m")
+        } else {
+            lines.iter().map(each).collect::<Vec<_>>().join(", ")
+        };
+        notes.push(format!(
+            "capsules from joint over mass centre to joint{guessed}: {which}; --radius gives the true ones"
+        ));
+    }
+    if let Some(height) = around.floor {
+        parts.push(Part::floor(up, height));
+    }
+    for (index, [x, y, z, dx, dy, dz]) in around.boxes.iter().enumerate() {
+        let (centre, edges) = (Vector3::new(*x, *y, *z), Vector3::new(*dx, *dy, *dz));
+        let shape = edges.iter().all(|edge| *edge > 0.0).then(|| Shape::cuboid(&Matrix3::identity(), &centre, &edges));
+        let Some(shape) = shape.flatten() else {
+            let found = format!("--box: {x},{y},{z},{dx},{dy},{dz}");
+            return Err(wrong("six finite numbers: the centre, and three edges above zero, m", found));
+        };
+        parts.push(Part::obstacle(&format!("box {}", index + 1), shape));
+    }
+    notes.push(
+        "not in the shapes: cables, a gripper or a tool past the tip, and how far the arm strays from this reference"
+            .to_owned(),
+    );
+    let zero = core::array::from_fn(|i| {
+        let (lo, hi) = model.links()[i].limits.position;
+        0.0_f64.clamp(lo, hi)
+    });
+    let rest = scene.robot.rest.as_ref().and_then(|rest| rest.as_slice().try_into().ok()).unwrap_or(zero);
+    Ok(Judged { cell: Cell::new(model, parts, &rest, around.clearance), notes })
+}
+
+fn wrong(expected: &str, found: String) -> Failure {
+    Failure::Input(miette::miette!(help = format!("expected {expected}"), "{found}"))
+}
+
+/// Collision shapes of a URDF robot.
+#[derive(Default)]
+struct Described {
+    parts: Vec<Part>,
+    /// Sentences about them.
+    notes: Vec<String>,
+    /// Frames of links with a mesh that cannot be used.
+    incomplete: Vec<usize>,
+}
+
+/// Parts of the collision shapes of a URDF robot, and what is to be said of them.
+fn described<const N: usize>(
+    scene: &SceneFile,
+    model: &Model<f64, N>,
+    around: &Surroundings,
+) -> Result<Described, Failure> {
+    let file = &scene.robot.path;
+    // A robot without a file, as a test makes it, has no shapes.
+    if !file.is_file() {
+        return Ok(Described::default());
+    }
+    let (base, tip) = ends(scene, around);
+    let shapes = LinkShape::load(file, Ends { base: base.as_deref(), tip: tip.as_deref() }).map_err(Failure::input)?;
+    let folder = file.parent().unwrap_or(Path::new("."));
+    let (mut found, mut meshes) = (Described::default(), 0);
+    for LinkShape { link, frame, place, geometry } in &shapes {
+        let name = link_name(scene, *frame);
+        let (turn, at) = (&place.rotation, &place.translation);
+        let shape = match geometry {
+            Geometry::Box(edges) => Shape::cuboid(turn, at, edges),
+            Geometry::Sphere(radius) => Shape::hull(&[*at], *radius),
+            Geometry::Cylinder { radius, length } => Shape::cylinder(turn, at, *radius, *length),
+            Geometry::Mesh { file: named, scale } => {
+                match read_mesh(named, folder, link, TOO_LONG * length(model), scale)? {
+                    Ok(points) => {
+                        meshes += 1;
+                        Shape::hull(&points.iter().map(|p| at + turn * p).collect::<Vec<_>>(), 0.0)
+                    }
+                    Err(reason) => {
+                        found.notes.push(format!("no mesh of {link} ({name}): {reason}; a capsule in its place"));
+                        found.incomplete.push(*frame);
+                        continue;
+                    }
+                }
+            }
+        };
+        found.parts.extend(shape.map(|shape| Part::link(&name, *frame, shape)));
+    }
+    if !found.parts.is_empty() {
+        let count = found.parts.len();
+        let form =
+            format!("{count} collision shapes of {}, convex hulls of {meshes} meshes among them", file.display());
+        found.notes.insert(0, form);
+    }
+    Ok(found)
+}
+
+/// Ends of the chain of a URDF robot: of the command line, or of the scene that names the robot.
+fn ends(scene: &SceneFile, around: &Surroundings) -> (Option<String>, Option<String>) {
+    if around.base.is_some() || around.tip.is_some() {
+        return (around.base.clone(), around.tip.clone());
+    }
+    let text = std::fs::read_to_string(&scene.path).unwrap_or_default();
+    let document = text.parse::<toml_edit::DocumentMut>().unwrap_or_default();
+    let end = |key: &str| document.get(key).and_then(toml_edit::Item::as_str).map(str::to_owned);
+    (end("base"), end("tip"))
+}
+
+/// Points of a mesh, m, in its frame; the inner error says why there are none.
+fn read_mesh(
+    named: &str,
+    folder: &Path,
+    link: &str,
+    longest: f64,
+    scale: &Vector3<f64>,
+) -> Result<Result<Vec<Vector3<f64>>, String>, Failure> {
+    let form = Path::new(named).extension().map(|extension| extension.to_ascii_lowercase());
+    if !form.is_some_and(|form| form == "stl" || form == "obj") {
+        return Ok(Err(format!("{named} is neither STL nor OBJ")));
+    }
+    let Some(path) = resolved(named, folder) else { return Ok(Err(format!("{named} is not there"))) };
+    let place = format!("{}: mesh of link {link}", path.display());
+    let bytes = std::fs::read(&path).map_err(|error| wrong("a mesh that can be read", format!("{place}: {error}")))?;
+    let found = points(&bytes).map_err(|error| wrong("an STL or OBJ mesh", format!("{place}: {error}")))?;
+    let scaled: Vec<Vector3<f64>> = found.iter().map(|p| p.component_mul(scale)).collect();
+    let far = scaled.iter().map(|p| p.norm()).fold(0.0, f64::max);
+    if far > longest {
+        let expected = "a mesh in metres, or a `scale` for one in millimetres: scale=\"0.001 0.001 0.001\"";
+        return Err(wrong(
+            expected,
+            format!("{place}: a point is {far:.1} m from the origin: is the file in millimetres?"),
+        ));
+    }
+    Ok(Ok(scaled))
+}
+
+/// The file of a mesh. `package://NAME/REST` is looked for as `NAME/REST` and `REST` in the robot file's folder and those above it.
+fn resolved(named: &str, folder: &Path) -> Option<PathBuf> {
+    if let Some(inside) = named.strip_prefix("package://") {
+        let rest = inside.split_once('/').map_or(inside, |(_, rest)| rest);
+        let folder = folder.canonicalize().ok()?;
+        let all = folder.ancestors().flat_map(|above| [above.join(inside), above.join(rest)]);
+        return all.into_iter().find(|path| path.is_file());
+    }
+    let path = folder.join(named.strip_prefix("file://").unwrap_or(named));
+    path.is_file().then_some(path)
+}

@@ -1,0 +1,343 @@
+//! Errors of torque on logs, before and after; JSON and text.
+
+use super::robot_file::Numbers;
+use super::subject::{Subject, torque};
+use super::verdict as words;
+use comfy_table::Cell;
+use identification::Series;
+use identification::audit::{Audit, audit};
+use identification::hypotheses::{Findings, explain};
+use identification::identify::{Identified, Prediction, Settings, difference, identify, rms};
+use identification::log::Log;
+use identification::verdict::{self, Errors, Grade, Verdict, persistence};
+use serde_json::{Value, json};
+use sim::table::table;
+
+/// The identified arm and what its torques miss.
+pub struct Outcome {
+    /// The model.
+    pub found: Identified,
+    /// What a robot file can hold of it.
+    pub numbers: Numbers,
+    /// Mass matrix of the new robot file over all postures, against that of the old one.
+    pub audit: Audit,
+    /// The logs that were judged, in this order.
+    pub judged: Vec<Judged>,
+    /// Whether these were held out.
+    pub held_out: bool,
+    /// Whether to believe it.
+    pub verdict: Verdict,
+}
+
+/// A log that was judged.
+pub struct Judged {
+    /// The file.
+    pub file: String,
+    /// Measured and predicted.
+    pub prediction: Prediction,
+    /// By the numbers that the robot file had.
+    pub before: Series,
+    /// By the numbers that the new robot file has.
+    pub file_model: Series,
+}
+
+/// Error of one joint over all judged logs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointError {
+    /// Root mean square of the residual, N m or N.
+    pub rms: f64,
+    /// The same over that of the measured torque.
+    pub relative: f64,
+    /// Relative error by the numbers that the robot file had.
+    pub before: f64,
+    /// Relative error by the new robot file.
+    pub file: f64,
+}
+
+impl Outcome {
+    /// Identify from `logs`, judge on `validation`, or on `logs` where it is empty.
+    #[must_use]
+    pub fn of(subject: &Subject, logs: &[Log], validation: &[Log], settings: &Settings) -> Self {
+        let found = identify(subject.arm.as_ref(), &subject.maker, logs, settings);
+        let numbers = Numbers::of(subject, &found, logs);
+        let limits: Vec<(f64, f64)> = subject.robot.joints.iter().map(|joint| joint.spec.limits.position).collect();
+        let audit = audit(subject.arm.as_ref(), &subject.parameters, &numbers.parameters(subject), &limits);
+        let held_out = !validation.is_empty();
+        let judged = if held_out { validation } else { logs };
+        let judge = |log: &Log| {
+            let arm = subject.arm.as_ref();
+            let by = |parameters: &[f64], friction: &dyn Fn(usize, f64, f64) -> f64| {
+                found.predict_by(arm, log, parameters, friction)
+            };
+            let rub = |joint: usize, qd: f64, load: f64| torque(&numbers.friction[joint].law, qd, load);
+            Judged {
+                file: log.file.clone(),
+                prediction: found.predict(arm, log),
+                before: by(&subject.parameters, &|joint, qd, load| subject.friction(joint, qd, load)),
+                file_model: by(&numbers.parameters(subject), &rub),
+            }
+        };
+        let judged: Vec<Judged> = judged.iter().map(judge).collect();
+        let findings = explain(subject.arm.as_ref(), &subject.maker, logs);
+        let nothing = Verdict { grade: Grade::Trusted, reasons: Vec::new() };
+        let mut outcome = Self { found, numbers, audit, judged, held_out, verdict: nothing };
+        outcome.verdict = outcome.judge(subject, &findings);
+        if held_out {
+            let explained = || explain(subject.arm.as_ref(), &subject.maker, validation);
+            outcome.verdict.explain_validation(explained);
+        }
+        outcome
+    }
+
+    fn judge(&self, subject: &Subject, findings: &Findings) -> Verdict {
+        let found = &self.found;
+        let (errors, n) = (self.errors(), found.base.joints);
+        let sizes: Vec<f64> = (0..n).map(|joint| errors[joint].rms / errors[joint].relative.max(1e-300)).collect();
+        let mut kept = vec![0.0; n];
+        for judged in &self.judged {
+            let prediction = &judged.prediction;
+            let of = persistence(&prediction.time, &prediction.measured, &prediction.model);
+            kept.iter_mut().zip(of).for_each(|(sum, x)| *sum += x / self.judged.len() as f64);
+        }
+        let errors = Errors {
+            before: errors.iter().map(|error| error.before).collect(),
+            after: errors.iter().map(|error| error.relative).collect(),
+            held_out: found.held_out.iter().zip(&sizes).map(|(error, size)| error / size.max(1e-300)).collect(),
+            persistence: kept,
+            others: self.held_out,
+        };
+        let mass = |link: usize| {
+            let maker = subject.maker.links[link][0];
+            (maker > 0.0 && self.numbers.links[link].seen[0]).then(|| (link, self.numbers.links[link].mass.0 / maker))
+        };
+        let masses: Vec<(usize, f64)> = (0..n).filter_map(mass).collect();
+        verdict::verdict(found, findings, &errors, &masses, &found.open(subject.arm.as_ref()))
+    }
+
+    /// The error of every joint.
+    #[must_use]
+    pub fn errors(&self) -> Vec<JointError> {
+        let joints = self.found.base.joints;
+        let squares = |pick: &dyn Fn(&Judged) -> Series| -> Vec<f64> {
+            let (mut sums, mut count) = (vec![0.0; joints], 0usize);
+            for judged in &self.judged {
+                let series = pick(judged);
+                let length = series.first().map_or(0, Vec::len);
+                for (sum, rms) in sums.iter_mut().zip(rms(&series)) {
+                    *sum += rms * rms * length as f64;
+                }
+                count += length;
+            }
+            sums.iter().map(|sum| (sum / count.max(1) as f64).sqrt()).collect()
+        };
+        let measured = squares(&|judged| judged.prediction.measured.clone());
+        let left = squares(&|judged| difference(&judged.prediction.measured, &judged.prediction.model));
+        let before = squares(&|judged| difference(&judged.prediction.measured, &judged.before));
+        let file = squares(&|judged| difference(&judged.prediction.measured, &judged.file_model));
+        (0..joints)
+            .map(|joint| {
+                let size = measured[joint].max(1e-300);
+                JointError {
+                    rms: left[joint],
+                    relative: left[joint] / size,
+                    before: before[joint] / size,
+                    file: file[joint] / size,
+                }
+            })
+            .collect()
+    }
+
+    /// What `--json` prints.
+    #[must_use]
+    pub fn json(&self, subject: &Subject) -> Value {
+        let names = subject.robot.joints.iter().map(|joint| &joint.name);
+        let joints: Vec<Value> = names
+            .zip(self.errors())
+            .enumerate()
+            .map(|(joint, (name, error))| {
+                let friction: Vec<Value> = self
+                    .terms(joint)
+                    .map(|(term, value, deviation)| json!({ "term": term, "value": value, "deviation": deviation }))
+                    .collect();
+                json!({
+                    "name": name,
+                    "relative_rms": error.relative,
+                    "rms": error.rms,
+                    "before": error.before,
+                    "robot_file": error.file,
+                    "direction": self.found.laws[joint].direction.name(),
+                    "friction": friction,
+                })
+            })
+            .collect();
+        let found = &self.found;
+        let base: Vec<Value> = (0..found.base.len())
+            .map(|k| {
+                json!({
+                    "name": found.base.name(k),
+                    "value": found.bodies.beta[k],
+                    "least_squares": found.free[k],
+                    "deviation": found.covariance[(k, k)].max(0.0).sqrt(),
+                    "before": found.base.of_parameters(&subject.parameters)[k],
+                })
+            })
+            .collect();
+        json!({
+            "robot": subject.robot.name,
+            "verdict": words::json(&self.verdict, subject),
+            "delay": found.delay,
+            "delay_seen": found.delays.value,
+            "delay_deviation": found.delays.deviation,
+            "time_jitter": found.jitter,
+            "held_out": self.held_out,
+            "logs": self.judged.iter().map(|judged| &judged.file).collect::<Vec<_>>(),
+            "joints": joints,
+            "parameters": base,
+            "links": self.numbers.json(subject),
+            "tried": found.tried.iter().map(|tried| json!({
+                "what": tried.what, "held_out": tried.held_out, "kept": tried.kept,
+            })).collect::<Vec<_>>(),
+            "condition": found.condition,
+            "mass_matrix": {
+                "smallest_eigenvalue": self.audit.smallest.value,
+                "at": self.audit.smallest.q,
+                "before": self.audit.smallest_before.value,
+                "ratio": self.audit.ratio.as_ref().map(|(low, high)| [low.value, high.value]),
+            },
+            "rank": found.base.len(),
+            "gap": [found.base.gap.0, found.base.gap.1],
+            "motion_cutoff": found.filters.motion,
+            "torque_cutoff": found.filters.torque,
+        })
+    }
+
+    /// The audit in words.
+    fn mass_matrix(&self, subject: &Subject) -> String {
+        let Audit { smallest, smallest_before, ratio } = &self.audit;
+        let sign =
+            if smallest.value > 0.0 { "positive in every posture searched" } else { "NOT POSITIVE in some posture" };
+        let bare = if subject.maker.rotors.iter().all(|rotor| *rotor <= 0.0) { ", which has no rotors" } else { "" };
+        let beside = ratio.as_ref().map_or_else(String::new, |(low, high)| {
+            let times = |x: f64| if x < 100.0 { format!("{x:.2}") } else { format!("{x:.0}") };
+            format!(
+                "; relative to the maker's{bare}: {} in its lightest direction, {} in its heaviest",
+                times(low.value),
+                times(high.value)
+            )
+        });
+        format!("{sign}, smallest eigenvalue {:.2e} (maker's {:.2e}){beside}", smallest.value, smallest_before.value)
+    }
+
+    /// Terms of a joint's friction: name, coefficient, deviation.
+    pub fn terms(&self, joint: usize) -> impl Iterator<Item = (String, f64, f64)> {
+        let found = &self.found;
+        let values = found.friction[joint].iter().zip(&found.friction_deviations[joint]);
+        found.laws[joint].terms.iter().zip(values).map(|(term, (value, deviation))| (term.name(), *value, *deviation))
+    }
+
+    /// What is printed.
+    #[must_use]
+    pub fn text(&self, subject: &Subject) -> String {
+        let found = &self.found;
+        let mut table = table(["joint", "friction", "before", "identified", "robot file", "rms left"], 2);
+        let percent = |x: f64| Cell::new(format!("{:.1} %", 100.0 * x));
+        for (joint, error) in self.errors().iter().enumerate() {
+            let terms: Vec<String> = found.laws[joint].terms.iter().skip(1).map(|term| term.name()).collect();
+            table.add_row([
+                Cell::new(&subject.robot.joints[joint].name),
+                Cell::new(terms.join(", ")),
+                percent(error.before),
+                percent(error.relative),
+                percent(error.file),
+                Cell::new(format!("{:.3}", error.rms)),
+            ]);
+        }
+        let logs: Vec<&str> = self.judged.iter().map(|judged| judged.file.as_str()).collect();
+        let judged =
+            if self.held_out { "held out" } else { "the logs themselves: give --validate for an honest number" };
+        let unseen = self.numbers.unseen(subject);
+        let masses = self.masses(subject);
+        words::text(&self.verdict, subject)
+            + &masses
+            + &format!(
+                "{}: relative error of torque on {} ({judged}), both behind {:.1} Hz\n{table}\n\
+             base parameters     {} of {}, singular values {:.1e} and {:.1e} on both sides of the gap\n\
+             condition           {:.0}\n\
+             motion cut-off      {:.1} Hz: least error in blocks held out, of {}\n\
+             bodies              possible, {:.1} deviations from least squares\n\
+             mass matrix         {}\n\
+             delay of torque     {}\n\
+             not seen            {}\n",
+                subject.robot.name,
+                logs.join(", "),
+                found.filters.torque,
+                found.base.len(),
+                found.base.regroup.ncols(),
+                found.base.gap.0,
+                found.base.gap.1,
+                found.condition,
+                found.filters.motion,
+                found.cutoffs.iter().map(|(f, _)| format!("{f:.1}")).collect::<Vec<_>>().join(", "),
+                (found.distance() / found.base.len() as f64).sqrt(),
+                self.mass_matrix(subject),
+                self.delay(subject),
+                if unseen.is_empty() {
+                    "nothing".to_owned()
+                } else {
+                    format!("{} (the maker's numbers stay)", unseen.join(", "))
+                },
+            )
+    }
+
+    /// Delay and jitter in words.
+    fn delay(&self, subject: &Subject) -> String {
+        let found = &self.found;
+        let late = |(joint, delay): (usize, &f64)| {
+            let name = &subject.robot.joints[joint].name;
+            (*delay != 0.0).then(|| format!("{:.1} ms of joint {} ({name})", 1e3 * delay, joint + 1))
+        };
+        let common = found.delay.windows(2).all(|pair| (pair[0] - pair[1]).abs() < 1e-9);
+        let milli = |x: f64| format!("{:.1}", 1e3 * x);
+        let list = |x: &[f64]| x.iter().map(|x| milli(*x)).collect::<Vec<_>>().join(", ");
+        let delay = if found.delay.iter().any(|d| *d != 0.0) {
+            let each: Vec<String> = found.delay.iter().enumerate().filter_map(late).collect();
+            let all = format!("{} ms of all joints", milli(found.delay[0]));
+            format!("{}, compensated", if common { all } else { each.join(", ") })
+        } else if found.delays.value.is_empty() {
+            "as given".to_owned()
+        } else {
+            "none that lowers the error".to_owned()
+        };
+        let seen = match found.delays.value.is_empty() {
+            true => String::new(),
+            false => format!("; seen {} +- {} ms", list(&found.delays.value), list(&found.delays.deviation)),
+        };
+        let jitter = match found.jitter > 0.0 {
+            true => format!("; time stamps jitter by {} ms, an even clock is used", milli(found.jitter)),
+            false => String::new(),
+        };
+        delay + &seen + &jitter
+    }
+
+    /// Mass of every link before and after.
+    fn masses(&self, subject: &Subject) -> String {
+        let mut table = table(["link", "mass before", "mass after, kg", "moved", "rotor, kg m^2"], 1);
+        for (link, numbers) in self.numbers.links.iter().enumerate() {
+            let (before, (after, deviation)) = (subject.maker.links[link][0], numbers.mass);
+            let moved = match (numbers.seen[0], before > 0.0) {
+                (false, _) => "not seen".to_owned(),
+                (true, false) => "was missing".to_owned(),
+                (true, true) => format!("{:+.1} %", 100.0 * (after / before - 1.0)),
+            };
+            let rotor = self.numbers.rotors[link];
+            table.add_row([
+                Cell::new(&subject.robot.joints[link].name),
+                Cell::new(format!("{before:.3}")),
+                Cell::new(format!("{after:.3} +- {deviation:.3}")),
+                Cell::new(moved),
+                Cell::new(format!("{:.4} +- {:.4}", rotor.0, rotor.1)),
+            ]);
+        }
+        format!("{table}\n")
+    }
+}

@@ -1,0 +1,175 @@
+//! The arm and its maker's numbers, as identification takes them.
+
+use super::record;
+use board::session::frame_log::is_record;
+use dynamics_core::{Inertia, JointKind};
+use identification::arm::{Arm, Chain};
+use identification::consistent::Maker;
+use identification::correction::Correction;
+use identification::hypotheses::{Fault, Findings, explain};
+use identification::log::{ColumnNames, Log, Reading};
+use nalgebra::Vector3;
+use robot_compiler::drive::JointDrive;
+use robot_compiler::{Ends, JointFriction, Robot, with_dof};
+use sim::failure::Failure;
+use std::path::Path;
+
+/// Speed at which the controller's friction acts in full, rad/s: the default of a scene.
+pub const SMOOTHING_SPEED: f64 = 0.05;
+
+/// The arm that a log is of.
+pub struct Subject {
+    /// The robot file.
+    pub robot: Robot,
+    /// Torque by parameters.
+    pub arm: Box<dyn Arm>,
+    /// All parameters by the maker's numbers, tool included: ten of each link, then rotors.
+    pub parameters: Vec<f64>,
+    /// The same apart, for the search of possible bodies.
+    pub maker: Maker,
+}
+
+/// How logs are to be read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LogOptions {
+    /// Angles are in degrees.
+    pub degrees: bool,
+    /// N m/A of every joint, or one number for all.
+    pub per_ampere: Option<Vec<f64>>,
+    /// Ticks a second.
+    pub tick_rate: Option<f64>,
+    /// A joint that never moves is no reason to refuse the log.
+    pub may_rest: bool,
+    /// Columns named by hand.
+    pub columns: Option<ColumnNames>,
+    /// Signs, scales, order and delay of the columns.
+    pub correction: Option<Correction>,
+}
+
+/// How far beyond its limits a corrected position may be, rad or m.
+const BEYOND: f64 = 0.2;
+
+impl Subject {
+    /// From a robot file. `deviation` says how far its masses are trusted.
+    ///
+    /// # Errors
+    /// [`Failure::Input`]: a file that cannot be read.
+    pub fn load(path: &Path, ends: Ends<'_>, gravity: Vector3<f64>, deviation: f64) -> Result<Self, Failure> {
+        let robot = Robot::load_between(path, ends).map_err(Failure::input)?;
+        let n = robot.dof();
+        let (arm, parameters): (Box<dyn Arm>, Vec<f64>) = with_dof!(n, N => {
+            let chain = Chain::new(robot.model::<N>().map_err(Failure::input)?, gravity);
+            let parameters = chain.parameters();
+            (Box::new(chain), parameters)
+        });
+        let mut fixed = vec![[0.0; 10]; n];
+        let tool = &robot.tool;
+        let body = Inertia::from_mass_centre(tool.body.mass, &tool.body.com, &tool.body.inertia);
+        if let (Some(last), Some(joint)) = (fixed.last_mut(), robot.joints.last()) {
+            let link_from_body = joint.spec.frame.link_from_body();
+            *last = body
+                .in_parent(&tool.rotation, &tool.translation)
+                .in_parent(&link_from_body.rotation, &link_from_body.translation)
+                .parameters();
+        }
+        let own = |link: usize| core::array::from_fn(|k| parameters[10 * link + k] - fixed[link][k]);
+        let links = (0..n).map(own).collect();
+        let maker = Maker { links, fixed, rotors: parameters[10 * n..].to_vec(), deviation };
+        Ok(Self { robot, arm, parameters, maker })
+    }
+
+    /// Read and check a log of this arm; adds remarks on how it was understood.
+    ///
+    /// # Errors
+    /// [`Failure::Input`] with file, line and column.
+    pub fn log(&self, path: &Path, options: &LogOptions, notes: &mut Vec<String>) -> Result<Log, Failure> {
+        let Some(correction) = &options.correction else { return self.read(path, options, true, notes) };
+        let log = correction.apply(&self.read(path, options, false, notes)?);
+        for (joint, q) in self.robot.joints.iter().zip(&log.q) {
+            let (low, high) = joint.spec.limits.position;
+            if let Some(far) = q.iter().find(|q| !(low - BEYOND..=high + BEYOND).contains(*q)) {
+                return Err(Failure::Input(miette::miette!(
+                    help = format!(
+                        "expected positions from {low:.3} to {high:.3}: are the signs, the order and the scale right?"
+                    ),
+                    "{}: found {far:.4} for {} after the corrections",
+                    path.display(),
+                    joint.name
+                )));
+            }
+        }
+        Ok(log)
+    }
+
+    /// Faults that explain a log whose positions or torques are outside of what the arm can do. `None` if there are none, or if it is the
+    /// unit of angles, which the message about the range names.
+    #[must_use]
+    pub fn explained(&self, path: &Path, options: &LogOptions) -> Option<Findings> {
+        // With corrections the range is the user's own.
+        let log = self.read(path, options, false, &mut Vec::new()).ok().filter(|_| options.correction.is_none())?;
+        let findings = explain(self.arm.as_ref(), &self.maker, &[log]);
+        let degrees = |fault: &Fault| matches!(fault, Fault::PositionScales(_));
+        findings.explanations.first().filter(|one| !one.faults.iter().any(degrees))?;
+        Some(findings)
+    }
+
+    /// Reads a log, with or without the arm's limits.
+    fn read(&self, path: &Path, options: &LogOptions, limited: bool, notes: &mut Vec<String>) -> Result<Log, Failure> {
+        let joints = &self.robot.joints;
+        let n = joints.len();
+        let per_ampere = match &options.per_ampere {
+            Some(one) if one.len() == 1 => Some(vec![one[0]; n]),
+            Some(all) if all.len() == n => Some(all.clone()),
+            Some(other) => {
+                return Err(Failure::Input(miette::miette!(
+                    help = format!("expected {n} numbers, one for each joint, or one for all; N m/A"),
+                    "--torque-per-ampere: found {} numbers",
+                    other.len()
+                )));
+            }
+            None => joints.iter().map(|joint| joint.drive.as_ref().and_then(per_ampere)).collect(),
+        };
+        let everywhere = (f64::NEG_INFINITY, f64::INFINITY);
+        let reading = Reading {
+            joints: joints.iter().map(|joint| joint.name.clone()).collect(),
+            turns: joints.iter().map(|joint| joint.spec.kind == JointKind::Revolute).collect(),
+            limits: joints.iter().map(|joint| if limited { joint.spec.limits.position } else { everywhere }).collect(),
+            torque: joints.iter().map(|joint| if limited { joint.spec.limits.torque } else { f64::INFINITY }).collect(),
+            degrees: options.degrees,
+            per_ampere,
+            tick_rate: options.tick_rate,
+            may_rest: options.may_rest,
+            currents_meant: options.per_ampere.is_some(),
+            columns: options.columns.clone(),
+        };
+        let text =
+            std::fs::read(path).map_err(|error| Failure::Input(miette::miette!("{}: {error}", path.display())))?;
+        let text = if is_record(&text) { record::text(text, path)? } else { text };
+        let file = path.display().to_string();
+        let (log, said) = Log::read_noted(&text, &file, &reading).map_err(|error| {
+            Failure::Input(miette::miette!(help = format!("expected {}", error.expected), "{error}"))
+        })?;
+        notes.extend(said.into_iter().map(|note| format!("{file}: {note}")));
+        Ok(log)
+    }
+
+    /// The robot file's own friction, as a controller makes up for it, N m or N.
+    #[must_use]
+    pub fn friction(&self, joint: usize, qd: f64, load: f64) -> f64 {
+        self.robot.joints[joint].friction.map_or(0.0, |friction| torque(&friction, qd, load))
+    }
+}
+
+/// Friction as a controller makes up for it at the velocity `qd` under the torque `load`, N m or N.
+#[must_use]
+pub fn torque(friction: &JointFriction, qd: f64, load: f64) -> f64 {
+    let plain = friction.feedforward(SMOOTHING_SPEED);
+    if friction.has_terms() { plain.torque_with(&friction.terms(f64::INFINITY), qd, load) } else { plain.torque(qd) }
+}
+
+fn per_ampere(drive: &JointDrive) -> Option<f64> {
+    match drive {
+        JointDrive::Pwm(spec) => Some(spec.torque_constant * spec.ratio.abs()),
+        JointDrive::Mit(_) => None,
+    }
+}

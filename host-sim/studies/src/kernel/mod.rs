@@ -1,0 +1,109 @@
+//! The arm's dynamics as straight-line Rust, and the operations saved by each rewrite and each term of the scene.
+
+mod tables;
+
+use dynamics_core::{Model, Scene};
+use robot_compiler::SceneFile;
+use robot_compiler::emit::kernel::{Title, module};
+use robot_compiler::kernel::functions::{Springs, live_inputs};
+use robot_compiler::kernel::{Function, Level, Precision, Program, compile};
+use robot_compiler::names::Named as _;
+use serde::Serialize;
+
+/// Options of the command.
+pub struct Asked {
+    /// Floating-point type; the scene's by default.
+    pub precision: Option<Precision>,
+    /// Function to compute.
+    pub function: Option<Function>,
+    /// Level of simplification.
+    pub level: Option<Level>,
+}
+
+/// Operation count of one kernel.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Count {
+    /// Function that the kernel computes.
+    pub function: &'static str,
+    /// Level of simplification.
+    pub level: &'static str,
+    /// Multiplications.
+    pub mul: usize,
+    /// Additions.
+    pub add: usize,
+    /// Subtractions.
+    pub sub: usize,
+    /// Divisions.
+    pub div: usize,
+    /// Negations.
+    pub neg: usize,
+    /// Number of live inputs that the kernel reads.
+    pub live_inputs: usize,
+    /// Greatest number of computed values alive at once.
+    pub max_live: usize,
+}
+
+impl Count {
+    /// Count the operations of a kernel for an arm with `joints` joints.
+    fn new(function: Function, level: Level, program: &Program, joints: usize) -> Self {
+        let n = program.operations();
+        Self {
+            function: function.name(),
+            level: level.name(),
+            mul: n.mul,
+            add: n.add,
+            sub: n.sub,
+            div: n.div,
+            neg: n.neg,
+            live_inputs: live_inputs(program, joints),
+            max_live: program.live_max(),
+        }
+    }
+}
+
+/// An arm in a scene, with the functions and levels to compute.
+pub struct Kernels<'a, const N: usize> {
+    model: &'a Model<f64, N>,
+    scene: Scene<f64, N>,
+    precision: Precision,
+    functions: Vec<Function>,
+    levels: Vec<Level>,
+}
+
+impl<'a, const N: usize> Kernels<'a, N> {
+    /// Select the requested kernels of an arm in a scene; all of them by default.
+    pub fn new(asked: &Asked, file: &SceneFile, model: &'a Model<f64, N>) -> Self {
+        let springs = Springs::new(&file.controller_config(model).gains);
+        let every = || Function::NAMES.iter().map(|(.., function)| function.with(springs)).collect();
+        Self {
+            model,
+            scene: file.scene(model),
+            precision: asked.precision.unwrap_or(file.control.scalar.precision()),
+            functions: asked.function.map_or_else(every, |function| vec![function]),
+            levels: asked.level.map_or_else(|| Level::ALL.to_vec(), |level| vec![level]),
+        }
+    }
+
+    /// Source of one kernel.
+    pub fn source(&self, asked: &Asked, file: &SceneFile) -> String {
+        let function = asked.function.unwrap_or(Function::InverseDynamics);
+        let level = asked.level.unwrap_or(Level::Exact);
+        let title = Title { robot: &file.robot.name, scene: &file.name, hash: file.hash(self.model) };
+        module(function, self.model, &self.scene, level, self.precision, &title)
+    }
+
+    /// Operation counts of all requested kernels.
+    pub fn counts(&self) -> Vec<Count> {
+        self.each(|function, level, program| Count::new(function, level, program, N))
+    }
+
+    /// Apply `about` to every requested kernel.
+    fn each<T>(&self, about: impl Fn(Function, Level, &Program) -> T) -> Vec<T> {
+        let kernels = self.functions.iter().flat_map(|&f| self.levels.iter().map(move |&level| (f, level)));
+        kernels.map(|(f, level)| about(f, level, &self.compile(f, &self.scene, level))).collect()
+    }
+
+    fn compile(&self, function: Function, scene: &Scene<f64, N>, level: Level) -> Program {
+        compile(function, self.model, scene, level, self.precision)
+    }
+}

@@ -1,0 +1,140 @@
+//! Holding torques and potential energy over the range of one joint, the others standing still.
+
+use super::search::{joint_index, joint_names};
+use super::{Question, Still, posture, wrong};
+use crate::posture_search;
+use robot_compiler::Robot;
+use serde::Serialize;
+use sim::failure::Failure;
+use sim::run::plot::{Chart, Layout, Line, Panel, PlotError, write_chart};
+use sim::run::record::JointLabel;
+use sim::run::summary::engineering;
+use sim::table::table;
+use std::path::Path;
+
+/// Positions of the swept joint: half a degree over one turn.
+const POSITIONS: usize = 721;
+
+/// Torques and energy over the range of a joint.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Sweep {
+    /// Name of the robot.
+    pub robot: String,
+    /// Name of the swept joint.
+    pub joint: String,
+    /// Its positions, rad or m.
+    pub positions: Vec<f64>,
+    /// Holding torque of every joint at each of them, N m or N.
+    pub tau: Vec<Vec<f64>>,
+    /// Potential energy at each, J.
+    pub potential: Vec<f64>,
+    /// Least value of every curve, signs counted: each joint's torque, their sum, the potential energy.
+    pub least: Vec<Least>,
+    #[serde(skip)]
+    labels: Vec<JointLabel>,
+    #[serde(skip)]
+    swept: usize,
+}
+
+/// The least value of a curve, among the positions.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Least {
+    /// The joint, `sum` or `potential`.
+    pub what: String,
+    /// Position of the swept joint, rad or m.
+    pub at: f64,
+    /// The value, N m, N or J.
+    pub value: f64,
+}
+
+/// Sweep one joint (its name or number) from limit to limit, over one turn where a revolute joint has a longer range.
+///
+/// # Errors
+/// [`Failure::Input`]: as [`super::answer`], an unknown joint, a prismatic joint without limits.
+pub fn sweep<const N: usize>(robot: &Robot, question: &Question, joint: &str) -> Result<Sweep, Failure> {
+    let still = Still::<N>::new(robot, question)?;
+    let limits = robot.model::<N>().map_err(Failure::input)?.links().map(|link| link.limits);
+    let q = question.q.as_deref().ok_or_else(|| wrong(format!("--sweep: expected --q with {N} numbers")))?;
+    let q = posture::<N>(robot, &limits, q)?;
+    let swept = joint_index(robot, joint)
+        .ok_or_else(|| wrong(format!("--sweep {joint}: expected a joint: {}", joint_names(robot))))?;
+    let spec = robot.joints[swept].spec;
+    let (low, high) = posture_search::positions(spec.kind, spec.limits.position).ok_or_else(|| {
+        wrong(format!("--sweep {joint}: expected position limits in the robot file: it slides without"))
+    })?;
+    let high =
+        if spec.kind == dynamics_core::JointKind::Revolute { high.min(low + std::f64::consts::TAU) } else { high };
+    let positions: Vec<f64> = (0..POSITIONS).map(|n| low + (high - low) * n as f64 / (POSITIONS - 1) as f64).collect();
+    let at = |position: f64| {
+        let mut q = q;
+        q[swept] = position;
+        q
+    };
+    let tau: Vec<Vec<f64>> = positions.iter().map(|x| still.torque(&at(*x)).to_vec()).collect();
+    let potential: Vec<f64> = positions.iter().map(|x| still.potential(&at(*x))).collect();
+    let least = |what: &str, values: Vec<f64>| {
+        let all = positions.iter().zip(values).min_by(|a, b| a.1.total_cmp(&b.1));
+        all.map(|(at, value)| Least { what: what.to_owned(), at: *at, value })
+    };
+    let joints = robot.joints.iter().enumerate();
+    let each = joints.map(|(i, joint)| least(&joint.name, tau.iter().map(|tau| tau[i]).collect()));
+    let sum = least("sum", tau.iter().map(|tau| tau.iter().sum()).collect());
+    let least = each.chain([sum, least("potential", potential.clone())]).flatten().collect();
+    Ok(Sweep {
+        robot: robot.name.clone(),
+        joint: robot.joints[swept].name.clone(),
+        positions,
+        tau,
+        potential,
+        least,
+        labels: robot.joints.iter().map(|j| JointLabel { name: j.name.clone(), kind: j.spec.kind }).collect(),
+        swept,
+    })
+}
+
+impl Sweep {
+    /// The table of the least values for the terminal.
+    #[must_use]
+    pub fn table(&self) -> String {
+        let mut table = table(["least", "value", "at"], 1);
+        let unit = self.labels[self.swept].position_unit();
+        for (i, Least { what, at, value }) in self.least.iter().enumerate() {
+            let of = self.labels.get(i).map_or(if what == "sum" { "N m" } else { "J" }, JointLabel::torque_unit);
+            table.add_row([what.clone(), engineering(*value, of), format!("{at:.4} {unit}")]);
+        }
+        format!("{}: at rest, over {}, {POSITIONS} positions\n{table}\n", self.robot, self.joint)
+    }
+
+    /// Draw a panel for every joint and one for the potential energy.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn draw(&self, path: &Path) -> Result<(), PlotError> {
+        let panel = |caption: &str, quantity, unit, name, values: Vec<f64>| Panel {
+            caption: caption.to_owned(),
+            quantity,
+            unit,
+            lines: vec![Line { name, pen: None, pieces: vec![self.positions.iter().copied().zip(values).collect()] }],
+            marks: vec![],
+            bounds: vec![],
+            limited: vec![],
+        };
+        let joints = self.labels.iter().enumerate().map(|(i, label)| {
+            let values = self.tau.iter().map(|tau| tau[i]).collect();
+            panel(&label.name, label.effort(), label.torque_unit(), "at rest", values)
+        });
+        let potential = panel("potential energy", "energy", "J", "at rest", self.potential.clone());
+        let abscissa = match self.labels[self.swept].kind {
+            dynamics_core::JointKind::Revolute => "position / rad",
+            dynamics_core::JointKind::Prismatic => "position / m",
+        };
+        let chart = Chart {
+            title: format!("{}: held at rest over {}", self.robot, self.joint),
+            abscissa,
+            range: None,
+            layout: Layout::Stacked,
+            panels: joints.chain([potential]).collect(),
+        };
+        write_chart(&chart, path)
+    }
+}

@@ -1,0 +1,135 @@
+//! A study that is ready to run.
+
+use super::experiment::SceneRuns;
+use crate::parallel::{Jobs, try_in_parallel};
+use robot_compiler::study::{Design, Study, with_robot};
+use sha2::{Digest as _, Sha256};
+use sim::failure::Failure;
+use std::fs;
+use std::ops::Range;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+/// A study, its files, and all that its runs share.
+#[derive(Debug)]
+pub struct Prepared {
+    /// The study.
+    pub study: Study,
+    /// Number of runs.
+    pub count: u64,
+    /// The study's files by name and text, each naming the others by these names.
+    pub files: Vec<(String, String)>,
+    /// Hash of the files and of the program's version: two folders with the same are parts of the same study.
+    pub identity: String,
+    runs: SceneRuns,
+}
+
+/// Most runs that a thread does in one go, and has in memory.
+const CHUNK: u64 = 16;
+
+/// Version of this program, of which a run is a function too.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+impl Prepared {
+    /// Reads a study with all its files, with another number of runs where one is given.
+    ///
+    /// # Errors
+    /// [`Failure::Input`]: a file that cannot be read, a key that leads nowhere, a first run that cannot be read, a number of runs beside a
+    /// grid.
+    pub fn load(path: &Path, runs: Option<u64>) -> Result<Self, Failure> {
+        let mut study = Study::load(path).map_err(Failure::input)?;
+        if let Some(runs) = runs {
+            if study.runs.design == Design::Grid {
+                let problem = miette::miette!("--runs {runs}: {} is a grid, whose steps give its runs", path.display());
+                return Err(Failure::Input(problem));
+            }
+            study.runs.count = runs;
+        }
+        let count = study.runs.count;
+        let files = study.copies(count).map_err(Failure::input)?;
+        let runs = SceneRuns::new(&study)?;
+        Ok(Self { identity: identity(&files), study, count, files, runs })
+    }
+
+    /// Titles of the columns of a table of runs, the index first.
+    #[must_use]
+    pub fn columns(&self) -> Vec<String> {
+        core::iter::once("index".to_owned()).chain(self.runs.columns()).collect()
+    }
+
+    /// The runs with these indices, in order, as cells of the [`columns`](Self::columns). Every run is a function of the study and its
+    /// index alone.
+    ///
+    /// This is the one place where a study's runs are made: whoever can do several side by side does it here.
+    ///
+    /// # Errors
+    /// [`Failure::Interrupted`] after `stop`; otherwise as the runs.
+    pub fn outcomes(&self, indices: Range<u64>, jobs: &Jobs, stop: &AtomicBool) -> Result<Vec<Vec<String>>, Failure> {
+        let count = indices.end.saturating_sub(indices.start);
+        let chunk = count.div_ceil(jobs.count() as u64).clamp(1, CHUNK);
+        let part = |number: usize| {
+            let from = indices.start + number as u64 * chunk;
+            self.runs.rows(from..indices.end.min(from + chunk), stop)
+        };
+        let parts = usize::try_from(count.div_ceil(chunk)).unwrap_or(usize::MAX);
+        Ok(jobs.run(|| try_in_parallel(parts, part))?.concat())
+    }
+
+    /// Checks that the copies of the study's files replace nothing else in a folder.
+    ///
+    /// # Errors
+    /// [`Failure::Input`]: the folder has another file of a copy's name.
+    pub fn may_lie_in(&self, folder: &Path) -> Result<(), Failure> {
+        replace_nothing(&self.files, folder, "expected an empty folder, or one that the same study wrote")
+    }
+
+    /// Files of one run by name and text: its scene, and its robot, which the study's own is where the run does not change it.
+    ///
+    /// # Errors
+    /// [`Failure::Input`] for a text that is no scene.
+    pub(super) fn stand_alone(&self, scene: &str, robot: Option<&str>) -> Result<Vec<(String, String)>, Failure> {
+        let own = self.files.iter().find(|(name, _)| name.starts_with("robot"));
+        let (name, text) = own.map_or(("robot.toml", ""), |(name, text)| (name, text));
+        let scene = with_robot(scene, name).map_err(Failure::input)?;
+        Ok(vec![("scene.toml".to_owned(), scene), (name.to_owned(), robot.unwrap_or(text).to_owned())])
+    }
+
+    /// The runs of the scene.
+    pub(super) const fn scene_runs(&self) -> &SceneRuns {
+        &self.runs
+    }
+}
+
+/// Checks that these files, by name and text, replace no other ones in a folder.
+///
+/// # Errors
+/// [`Failure::Input`]: the folder has another file of such a name.
+pub(super) fn replace_nothing(files: &[(String, String)], folder: &Path, expected: &str) -> Result<(), Failure> {
+    let other =
+        |(name, text): &&(String, String)| fs::read(folder.join(name)).is_ok_and(|found| found != text.as_bytes());
+    files.iter().find(other).map_or(Ok(()), |(name, _)| {
+        Err(Failure::Input(miette::miette!(
+            help = expected.to_owned(),
+            "{}: has another {name}, which a copy would replace",
+            folder.display()
+        )))
+    })
+}
+
+/// Hash of a study's files and of the program's version.
+fn identity(files: &[(String, String)]) -> String {
+    let mut hash = Sha256::new();
+    hash.update(VERSION);
+    for (name, text) in files {
+        for part in [name, text] {
+            hash.update((part.len() as u64).to_le_bytes());
+            hash.update(part);
+        }
+    }
+    hexadecimal(&hash.finalize())
+}
+
+/// Bytes in hexadecimal.
+pub(super) fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,72 @@
+//! One run of a study in full.
+
+use super::Prepared;
+use super::prepared::replace_nothing;
+use super::store::{MANIFEST, STUDY};
+use indicatif::ProgressBar;
+use robot_compiler::with_dof;
+use sim::failure::{Failure, in_file};
+use sim::output::Output;
+use sim::run::files::{write, write_report};
+use sim::run::simulate::{self, Run};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+/// A run that was done again, and its files.
+#[derive(Debug)]
+pub struct Replayed {
+    /// The run.
+    pub run: Run,
+    /// `scene.toml` and `robot.toml` with the run's values, log, summary, pictures and page.
+    pub files: Vec<PathBuf>,
+}
+
+/// Does the run with this index again, and writes all that `host-sim run` writes, with the scene that it takes.
+///
+/// # Errors
+/// [`Failure::Input`]: the study has no such run, the run's values make the scene impossible, or the folder holds a study or
+/// another run's files.
+/// [`Failure::Output`]: a file cannot be written.
+pub fn replay(
+    prepared: &Prepared,
+    index: u64,
+    folder: &Path,
+    output: &mut Output,
+    stop: &AtomicBool,
+    progress: &ProgressBar,
+) -> Result<Replayed, Failure> {
+    let wrong = |problem: String| Failure::Input(miette::miette!("--replay {index}: {problem}"));
+    if index >= prepared.count {
+        return Err(wrong(format!("expected a run from 0 to {}", prepared.count - 1)));
+    }
+    let runs = prepared.scene_runs();
+    // Shards that an engine still has to do read the study's files: they must stay what they are.
+    if [MANIFEST, STUDY].iter().any(|name| folder.join(name).exists()) {
+        return Err(wrong(format!("{} holds a study; expected another folder by --out", folder.display())));
+    }
+    let (scene, robot) = runs.texts(index);
+    // The copies of the study name each other; the run's own texts stand in their place.
+    let alone = prepared.stand_alone(&scene, robot.as_deref())?;
+    alone.iter().try_for_each(|(name, _)| output.spares(&folder.join(name)))?;
+    if !output.is_forced() {
+        replace_nothing(
+            &alone,
+            folder,
+            "expected another folder by --out, or one that the same run wrote; or --force",
+        )?;
+    }
+    output.folder(folder, &["log.csv", "summary.json", "report.html", "*.svg"])?;
+    let mut files = Vec::new();
+    for (name, text) in alone {
+        let path = folder.join(name);
+        fs::write(&path, text).map_err(|error| in_file(&path, &error))?;
+        files.push(path);
+    }
+    let scene = runs.scene(index)?;
+    let run = with_dof!(scene.robot.dof(), N => simulate::on_desk::<N>(&scene, stop, progress))?;
+    files.extend(write(&run, &format!("{}, run {index}", prepared.study.name), folder)?);
+    files.push(write_report(&run, &scene, &folder.join("report.html"))?);
+    output.written(&files)?;
+    Ok(Replayed { run, files })
+}

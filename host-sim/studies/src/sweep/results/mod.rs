@@ -1,0 +1,216 @@
+//! What came of a study's runs, computed from its table in two passes.
+//!
+//! Memory does not grow with the number of runs. Counts, means, extremes, histograms and the worst runs are of all runs. Quantiles,
+//! medians and rank correlations are of a sample: every run whose index is a multiple of the stride, at most 100,000.
+
+mod about;
+mod distribution;
+mod groups;
+mod interval;
+mod markdown;
+mod page;
+mod rank;
+mod table;
+
+pub use distribution::{Distribution, Histogram, Quantiles, Worst};
+pub use interval::Share;
+pub use rank::Correlation;
+
+use super::prepared::VERSION;
+use super::store::{RUNS, STUDY};
+use super::{Prepared, experiment, store};
+use distribution::Collector;
+use serde::Serialize;
+use sim::failure::{Failure, in_file};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use table::{Columns, Sample, Table};
+
+/// Files of the results of a study.
+pub const FILES: &[&str] = &["results.json", "results.md", "report.html"];
+
+/// Results of a study.
+#[derive(Clone, Debug, Serialize)]
+pub struct Results {
+    /// The study's name.
+    pub study: String,
+    /// Version of the program.
+    pub version: &'static str,
+    /// Hash of the study's files and of the program's version.
+    pub identity: String,
+    /// Number of runs.
+    pub runs: u64,
+    /// Number of runs whose values make no possible scene; they count nowhere below.
+    pub refused: u64,
+    /// Share of the runs that failed: beyond a limit, in a fault, diverged, or with an unsafe command.
+    pub failures: Share,
+    /// The first of them.
+    pub refusal: Option<Refusal>,
+    /// Number of runs for each way to end.
+    pub ends: BTreeMap<String, u64>,
+    /// The first runs that failed.
+    pub failing: Vec<u64>,
+    /// Runs that ended in a fault or diverged.
+    pub broken_off: BrokenOff,
+    /// Distribution of each figure.
+    pub metrics: Vec<Distribution>,
+    /// Rank correlation of each figure with each key that has numbers.
+    pub sensitivities: Vec<Sensitivity>,
+    /// Runs by the values of one key or of two, where they are few.
+    pub groups: Vec<Group>,
+    /// Runs of the sample.
+    pub sample: SampleSize,
+}
+
+/// A run whose values make no possible scene.
+#[derive(Clone, Debug, Serialize)]
+pub struct Refusal {
+    /// Its index.
+    pub index: u64,
+    /// What is wrong with its scene; `None` where the scene can be read and its run is refused.
+    pub reason: Option<String>,
+}
+
+/// Runs that are not complete.
+#[derive(Clone, Debug, Serialize)]
+pub struct BrokenOff {
+    /// Their share.
+    pub share: Share,
+    /// The first of them.
+    pub first: Vec<u64>,
+}
+
+/// Rank correlation of a figure with a key.
+#[derive(Clone, Debug, Serialize)]
+pub struct Sensitivity {
+    /// The figure.
+    pub metric: String,
+    /// The key.
+    pub key: String,
+    /// The correlation; `None` where figure or key has one value only.
+    pub correlation: Option<Correlation>,
+}
+
+/// Runs by the values of one key or two.
+#[derive(Clone, Debug, Serialize)]
+pub struct Group {
+    /// The keys.
+    pub keys: Vec<String>,
+    /// Each combination of values.
+    pub cells: Vec<GroupCell>,
+}
+
+/// Runs with certain values.
+#[derive(Clone, Debug, Serialize)]
+pub struct GroupCell {
+    /// The values.
+    pub values: Vec<String>,
+    /// Share of the runs that failed.
+    pub failures: Share,
+    /// Median of each figure over the complete runs of the sample; `None` where it holds none.
+    pub medians: Vec<Option<f64>>,
+}
+
+/// Which runs a sample holds.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct SampleSize {
+    /// Number of runs.
+    pub runs: u64,
+    /// From one index to the next.
+    pub stride: u64,
+}
+
+/// Failing runs that are named.
+const FAILING: usize = 10;
+/// Runs that are not complete and are named: as many as the worst of a figure.
+const BROKEN_OFF: usize = 5;
+
+impl Results {
+    /// Reads the table of a complete study.
+    ///
+    /// # Errors
+    /// [`Failure::Input`]: the table cannot be read or is not that of the study.
+    pub fn of(prepared: &Prepared, folder: &Path) -> Result<Self, Failure> {
+        let table = Table { path: folder.join(RUNS), columns: Columns::new(prepared) };
+        let mut results = Self {
+            study: prepared.study.name.clone(),
+            version: VERSION,
+            identity: prepared.identity.clone(),
+            runs: 0,
+            refused: 0,
+            refusal: None,
+            failures: Share::new(0, 0),
+            ends: BTreeMap::new(),
+            failing: Vec::new(),
+            broken_off: BrokenOff { share: Share::new(0, 0), first: Vec::new() },
+            metrics: Vec::new(),
+            sensitivities: Vec::new(),
+            groups: Vec::new(),
+            sample: SampleSize { runs: 0, stride: 1 },
+        };
+        let metrics = &prepared.study.experiment.metrics;
+        let units = prepared.scene_runs().units();
+        let mut collectors: Vec<Collector> =
+            metrics.iter().zip(units).map(|(metric, unit)| Collector::new(metric, unit)).collect();
+        let mut sample = Sample::new(prepared.count, &table.columns);
+        let (mut failed, mut broken_off) = (0, 0);
+        table.each_row(|row| {
+            results.runs += 1;
+            *results.ends.entry(row.end.to_owned()).or_insert(0) += 1;
+            if row.end == experiment::REFUSED {
+                results.refused += 1;
+                results.refusal.get_or_insert(Refusal { index: row.index, reason: None });
+                return;
+            }
+            if row.end != experiment::COMPLETE {
+                broken_off += 1;
+                if results.broken_off.first.len() < BROKEN_OFF {
+                    results.broken_off.first.push(row.index);
+                }
+            }
+            if !row.pass {
+                failed += 1;
+                if results.failing.len() < FAILING {
+                    results.failing.push(row.index);
+                }
+            }
+            collectors.iter_mut().zip(&row.figures).for_each(|(collector, x)| collector.add(row.index, *x));
+            sample.add(&row);
+        })?;
+        let counted = results.runs - results.refused;
+        results.failures = Share::new(failed, counted);
+        results.broken_off.share = Share::new(broken_off, counted);
+        if let Some(refusal) = &mut results.refusal {
+            refusal.reason = prepared.scene_runs().refusal(refusal.index);
+        }
+        let mut histograms: Vec<Histogram> = collectors.iter().map(Collector::histogram).collect();
+        table.each_row(|row| {
+            histograms.iter_mut().zip(&row.figures).for_each(|(histogram, x)| histogram.add(*x));
+        })?;
+        results.sample = SampleSize { runs: sample.runs() as u64, stride: sample.stride() };
+        results.sensitivities = sample.sensitivities(&table.columns);
+        results.groups = sample.groups(&table.columns);
+        let finished = collectors.into_iter().zip(histograms).enumerate();
+        results.metrics =
+            finished.map(|(place, (collector, histogram))| collector.finish(histogram, sample.figure(place))).collect();
+        Ok(results)
+    }
+
+    /// Writes `results.json`, `results.md` and `report.html` beside the table.
+    ///
+    /// # Errors
+    /// [`Failure::Output`].
+    pub fn write(&self, folder: &Path, prepared: &Prepared) -> Result<Vec<PathBuf>, Failure> {
+        let json = serde_json::to_string_pretty(self).map_err(|error| Failure::Output(error.into()))?;
+        let page = self.page(prepared, &folder.join(STUDY)).html();
+        let texts = [("results.json", json + "\n"), ("results.md", self.markdown()), ("report.html", page)];
+        let mut files = vec![folder.join(RUNS), folder.join(store::MANIFEST)];
+        for (name, text) in texts {
+            let path = folder.join(name);
+            fs::write(&path, text).map_err(|error| in_file(&path, &error))?;
+            files.push(path);
+        }
+        Ok(files)
+    }
+}

@@ -1,0 +1,111 @@
+//! Results as a page.
+
+use super::markdown::short;
+use super::{Distribution, Results};
+use crate::sweep::Prepared;
+use crate::sweep::repeat::repeat_command;
+use report::{Block, Cell, Figure, Page, Point, Scale, Series, Table};
+use std::path::Path;
+
+impl Results {
+    /// The page of a study that is ready to run, with the commands that repeat its runs.
+    #[must_use]
+    pub fn page(&self, prepared: &Prepared, study: &Path) -> Page {
+        let mut blocks = vec![Block::Facts(self.about(prepared))];
+        for titled in self.titled() {
+            let head: Vec<&str> = titled.head.iter().map(String::as_str).collect();
+            let mut table = Table::new(titled.title, &head);
+            titled.rows.into_iter().for_each(|row| table.row(row.into_iter().map(Cell::from).collect()));
+            blocks.push(Block::Table(table));
+        }
+        blocks.extend(
+            self.metrics.iter().filter(|metric| metric.finite > 0).map(|metric| Block::Figure(metric.figure())),
+        );
+        blocks.extend(self.influence().map(Block::Figure));
+        blocks.extend(self.worst_runs(study).map(Block::Table));
+        blocks.extend(self.failing_runs(study).map(Block::Table));
+        Page { title: format!("study {}", self.study), lead: vec![self.sentence()], blocks }
+    }
+
+    /// Rank correlations as bars; `None` where there are none.
+    fn influence(&self) -> Option<Figure> {
+        let mut names: Vec<String> = Vec::new();
+        for found in &self.sensitivities {
+            if !names.contains(&found.key) {
+                names.push(found.key.clone());
+            }
+        }
+        let of = |metric: &Distribution| {
+            let bars = names.iter().enumerate().filter_map(|(place, key)| {
+                let found = self.sensitivities.iter().find(|it| it.metric == metric.metric && it.key == *key)?;
+                let correlation = found.correlation?;
+                let told = format!(
+                    "{} with {key}: {:+.2} ({:+.2} to {:+.2})",
+                    metric.metric, correlation.value, correlation.low, correlation.high
+                );
+                Some(Point::at(place as f64, correlation.value).named(told))
+            });
+            Series::bars(metric.metric.clone(), bars.collect())
+        };
+        let figure = Figure::new("Rank correlation of figures with keys", "key", "rank correlation");
+        let figure = figure.scaled(Scale::Names(names.clone()), Scale::Linear);
+        (!names.is_empty()).then(|| self.metrics.iter().map(of).fold(figure, Figure::with))
+    }
+
+    /// The worst runs of every figure, each with its command.
+    fn worst_runs(&self, study: &Path) -> Option<Table> {
+        let mut table = Table::new(
+            "The worst runs, and the command that repeats each in full",
+            &["figure", "run", "value", "command"],
+        );
+        let mut any = false;
+        for metric in &self.metrics {
+            for worst in &metric.worst {
+                let value = worst.figure.map_or_else(|| "unsettled".into(), |x| Cell::number(short(x), x));
+                let command = repeat_command(study, worst.index);
+                let command = Cell::from(command.clone()).told(command);
+                table.row(vec![metric.label().into(), worst.index.to_string().into(), value, command]);
+                any = true;
+            }
+        }
+        any.then_some(table)
+    }
+
+    /// The first runs that failed, each with its command; `None` where none did.
+    fn failing_runs(&self, study: &Path) -> Option<Table> {
+        let mut table =
+            Table::new("The first runs that failed, and the command that repeats each in full", &["run", "command"]);
+        for index in &self.failing {
+            let command = repeat_command(study, *index);
+            table.row(vec![index.to_string().into(), Cell::from(command.clone()).told(command)]);
+        }
+        (!self.failing.is_empty()).then_some(table)
+    }
+}
+
+impl Distribution {
+    /// The histogram of all runs.
+    fn figure(&self) -> Figure {
+        let histogram = &self.histogram;
+        let width = (histogram.high - histogram.low) / histogram.counts.len().max(1) as f64;
+        let step = |(place, count): (usize, &u64)| {
+            let from = histogram.low + place as f64 * width;
+            Point::at(from, *count as f64).named(format!("{} to {}: {count} runs", short(from), short(from + width)))
+        };
+        let mut points: Vec<Point> = histogram.counts.iter().enumerate().map(step).collect();
+        points.push(Point::at(histogram.high, 0.0));
+        let figure = Figure::new(format!("Runs by {}", self.metric), self.label(), "runs")
+            .with(Series::steps("all runs", points));
+        let most = histogram.counts.iter().max().map_or(0.0, |count| *count as f64);
+        // A bound far from all runs would leave them no room.
+        let room = histogram.high - histogram.low;
+        let near = |bound: f64| (histogram.low - room..=histogram.high + room).contains(&bound);
+        let bounds = [("fails above", self.limit), ("fails below", self.least)].into_iter();
+        bounds.filter_map(|(name, bound)| Some((name, bound.filter(|bound| near(*bound))?))).fold(
+            figure,
+            |figure, (name, bound)| {
+                figure.with(Series::limit(format!("{name} {}", short(bound)), (bound, 0.0), (bound, most)))
+            },
+        )
+    }
+}

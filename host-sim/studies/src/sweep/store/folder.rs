@@ -1,0 +1,173 @@
+//! Rows of a study into a folder, block by block.
+
+use super::manifest::replace;
+use super::{Manifest, RUNS, Shard};
+use crate::parallel::Jobs;
+use crate::sweep::Prepared;
+use crate::sweep::prepared::hexadecimal;
+use sha2::{Digest as _, Sha256};
+use sim::failure::{Failure, in_file};
+use std::fmt;
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+/// Which part is written, and how.
+#[derive(Clone, Copy)]
+pub struct Progress<'a> {
+    /// The part.
+    pub shard: Shard,
+    /// The threads.
+    pub jobs: &'a Jobs,
+    /// Ends the work after the last whole block.
+    pub stop: &'a AtomicBool,
+    /// Is told of the number of rows after each block.
+    pub after_block: &'a dyn Fn(u64),
+}
+
+impl fmt::Debug for Progress<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Progress").field("shard", &self.shard).field("jobs", &self.jobs).finish_non_exhaustive()
+    }
+}
+
+/// What was done.
+#[derive(Clone, Debug)]
+pub struct Done {
+    /// State of the table.
+    pub manifest: Manifest,
+    /// Rows that were there already.
+    pub found: u64,
+    /// Time for the others.
+    pub time: Duration,
+}
+
+/// Time of a block: what a kill can cost.
+const BLOCK: Duration = Duration::from_millis(500);
+/// Most rows of a block, which are in memory together.
+const BLOCK_MAX: u64 = 16_384;
+
+/// Does the runs of a shard that the folder does not have yet, and keeps each block as it comes.
+///
+/// # Errors
+/// [`Failure::Input`]: the folder holds another study or shard. [`Failure::Target`]: another process writes there.
+/// [`Failure::Interrupted`] after `stop`: all blocks until then are kept.
+pub fn write(prepared: &Prepared, folder: &Path, progress: &Progress<'_>) -> Result<Done, Failure> {
+    fs::create_dir_all(folder).map_err(|error| in_file(folder, &error))?;
+    let first_run = first_run(prepared, progress)?;
+    let fresh = Manifest::new(prepared, &first_run, progress.shard);
+    let known = Manifest::read(folder)?;
+    match &known {
+        Some(known) => fits(known, &fresh, folder)?,
+        None => prepared.may_lie_in(folder)?,
+    }
+    let path = folder.join(RUNS);
+    let failed = |error: std::io::Error| in_file(&path, &error);
+    let options = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
+    let mut file = options.map_err(failed)?;
+    lock(&file, &path)?;
+    // Read again now that nobody else writes.
+    let known = Manifest::read(folder)?.filter(|known| known.rows > 0);
+    let (mut manifest, mut hash) = match known {
+        Some(known) => match sure(&mut file, &known).map_err(failed)? {
+            Some(hash) => (known, hash),
+            None => {
+                eprintln!("{}: not what its manifest says; all its runs are done again", path.display());
+                (fresh, Sha256::new())
+            }
+        },
+        None => (fresh, Sha256::new()),
+    };
+    for (name, text) in &prepared.files {
+        replace(&folder.join(name), text.as_bytes())?;
+    }
+    file.set_len(manifest.bytes).and_then(|()| file.seek(SeekFrom::End(0))).map_err(failed)?;
+    let found = manifest.rows;
+    let start = Instant::now();
+    let mut block = progress.jobs.count() as u64;
+    (progress.after_block)(manifest.rows);
+    let mut keep = |manifest: &mut Manifest, rows: u64, bytes: &[u8]| -> Result<(), Failure> {
+        hash.update(bytes);
+        file.write_all(bytes).and_then(|()| file.sync_data()).map_err(failed)?;
+        manifest.rows += rows;
+        manifest.bytes += bytes.len() as u64;
+        manifest.sha256 = hexadecimal(&hash.clone().finalize());
+        manifest.write(folder)
+    };
+    if manifest.bytes == 0 {
+        keep(&mut manifest, 0, &lines(&[prepared.columns()])?)?;
+    }
+    while !manifest.is_complete() {
+        let before = Instant::now();
+        let next = manifest.from + manifest.rows;
+        let end = manifest.to.min(next + block);
+        let rows = prepared.outcomes(next..end, progress.jobs, progress.stop)?;
+        keep(&mut manifest, end - next, &lines(&rows)?)?;
+        (progress.after_block)(manifest.rows);
+        if before.elapsed() < BLOCK / 2 {
+            block = (block * 2).min(BLOCK_MAX);
+        } else if before.elapsed() > BLOCK * 2 {
+            block = (block / 2).max(progress.jobs.count() as u64);
+        }
+    }
+    Ok(Done { manifest, found, time: start.elapsed() })
+}
+
+/// Hash of the study's first run.
+fn first_run(prepared: &Prepared, progress: &Progress<'_>) -> Result<String, Failure> {
+    let rows = prepared.outcomes(0..1, progress.jobs, progress.stop)?;
+    Ok(hexadecimal(&Sha256::digest(lines(&rows)?)))
+}
+
+/// Refuses a folder that holds something else.
+fn fits(known: &Manifest, wanted: &Manifest, folder: &Path) -> Result<(), Failure> {
+    let shard = || format!("shard {}/{}, not {}/{}", known.shard[0], known.shard[1], wanted.shard[0], wanted.shard[1]);
+    let differs = known.differs(wanted).or_else(|| (known.shard != wanted.shard).then(shard));
+    differs.map_or(Ok(()), |problem| {
+        Err(Failure::Input(miette::miette!(
+            help = "expected an empty folder, or one with a part of the same study: the same command continues it",
+            "{}: holds {problem}",
+            folder.display()
+        )))
+    })
+}
+
+fn lock(file: &File, path: &Path) -> Result<(), Failure> {
+    match file.try_lock() {
+        Ok(()) => Ok(()),
+        Err(TryLockError::WouldBlock) => {
+            let problem = miette::miette!("{}: another process writes here", path.display());
+            Err(Failure::Target(problem))
+        }
+        // A file system without locks: whoever submits shards gives each a folder of its own.
+        Err(TryLockError::Error(_)) => Ok(()),
+    }
+}
+
+/// Hash of the bytes that the manifest calls sure; `None` where the file does not have them.
+fn sure(file: &mut File, manifest: &Manifest) -> std::io::Result<Option<Sha256>> {
+    let mut hash = Sha256::new();
+    let mut left = manifest.bytes;
+    let mut buffer = vec![0; 1 << 16];
+    file.seek(SeekFrom::Start(0))?;
+    while left > 0 {
+        let wanted = buffer.len().min(usize::try_from(left).unwrap_or(usize::MAX));
+        let read = file.read(&mut buffer[..wanted])?;
+        if read == 0 {
+            return Ok(None);
+        }
+        hash.update(&buffer[..read]);
+        left -= read as u64;
+    }
+    Ok((hexadecimal(&hash.clone().finalize()) == manifest.sha256).then_some(hash))
+}
+
+/// Rows as lines of a CSV file.
+fn lines(rows: &[Vec<String>]) -> Result<Vec<u8>, Failure> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let written = rows.iter().try_for_each(|row| writer.write_record(row));
+    written.map_err(|error| Failure::Output(error.into()))?;
+    writer.into_inner().map_err(|error| Failure::Output(std::io::Error::other(error.to_string())))
+}

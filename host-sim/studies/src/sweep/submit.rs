@@ -1,0 +1,235 @@
+//! Files for engines that share a study's shards out to machines. Queues, retries and machines are the engine's.
+
+use super::Prepared;
+use super::store::{self, Manifest, STUDY};
+use robot_compiler::names::Named;
+use sim::failure::{Failure, in_file};
+use sim::output::Output;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// An engine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Engine {
+    /// HyperQueue: an array of tasks.
+    HyperQueue,
+    /// Slurm: an array of jobs.
+    Slurm,
+    /// Kubernetes: an indexed job.
+    Kubernetes,
+}
+
+impl Named for Engine {
+    const NAMES: &'static [(&'static str, &'static str, Self)] = &[
+        ("hyperqueue", "An array of tasks for HyperQueue", Self::HyperQueue),
+        ("slurm", "An array of jobs for Slurm", Self::Slurm),
+        ("kubernetes", "An indexed job for Kubernetes", Self::Kubernetes),
+    ];
+}
+
+/// How a study is shared out.
+#[derive(Clone, Debug)]
+pub struct Submission {
+    /// The engine.
+    pub engine: Engine,
+    /// Number of shards.
+    pub shards: u64,
+    /// Threads of a shard.
+    pub threads: usize,
+    /// This program, as the machines find it.
+    pub program: PathBuf,
+    /// Container image with the program, for Kubernetes.
+    pub image: String,
+}
+
+/// Folder of the shards' folders.
+const SHARDS: &str = "shards";
+/// How often an engine begins a shard again that was killed.
+const RETRIES: u32 = 10;
+
+/// Writes the study's copies, `shard.sh`, `merge.sh` and what the engine takes; returns the files, the engine's last.
+///
+/// # Errors
+/// [`Failure::Input`] for more shards than runs, or a folder where a shard of another number has begun. [`Failure::Output`].
+pub fn write(
+    prepared: &Prepared,
+    submission: &Submission,
+    folder: &Path,
+    output: &mut Output,
+) -> Result<Vec<PathBuf>, Failure> {
+    let Submission { engine, shards, .. } = *submission;
+    if shards > prepared.count {
+        let runs = prepared.count;
+        return Err(Failure::Input(miette::miette!(
+            "--shards {shards}: expected at most one for each of the {runs} runs"
+        )));
+    }
+    prepared.may_lie_in(folder)?;
+    begun_as(shards, folder)?;
+    output.folder(folder, &["shard.sh", "merge.sh", "submit.sh", "submit.sbatch", "job.yaml"])?;
+    fs::create_dir_all(folder.join("logs")).map_err(|error| in_file(folder, &error))?;
+    let name = name(&prepared.study.name);
+    let own = match engine {
+        Engine::HyperQueue => ("submit.sh", hyperqueue(submission, &name)),
+        Engine::Slurm => ("submit.sbatch", slurm(submission, &name)),
+        Engine::Kubernetes => ("job.yaml", kubernetes(submission, &name)),
+    };
+    let scripts = [("shard.sh", shard(submission)), ("merge.sh", merge(submission)), own];
+    let copies = prepared.files.iter().map(|(name, text)| (name.as_str(), text.clone()));
+    let written: Result<Vec<PathBuf>, Failure> = copies
+        .chain(scripts)
+        .map(|(name, text)| {
+            let path = folder.join(name);
+            let written = fs::write(&path, text).and_then(|()| executable(&path));
+            written.map_err(|error| in_file(&path, &error)).map(|()| path)
+        })
+        .collect();
+    let written = written?;
+    output.written(&written)?;
+    Ok(written)
+}
+
+/// Checks that the shards which have begun in a folder are as many parts of the whole.
+fn begun_as(shards: u64, folder: &Path) -> Result<(), Failure> {
+    for shard in store::below(&folder.join(SHARDS))? {
+        let other = Manifest::read(&shard)?.filter(|manifest| manifest.shard[1] != shards);
+        if let Some([number, of]) = other.map(|manifest| manifest.shard) {
+            return Err(Failure::Input(miette::miette!(
+                help = format!("expected --shards {of}, or another folder"),
+                "--shards {shards}: {} holds shard {number}/{of}",
+                shard.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Lets a script be run.
+fn executable(path: &Path) -> io::Result<()> {
+    #[cfg(unix)]
+    if path.extension().is_some_and(|extension| extension == "sh") {
+        use std::os::unix::fs::PermissionsExt as _;
+        fs::set_permissions(path, fs::Permissions::from_mode(0o755))?;
+    }
+    Ok(())
+}
+
+/// A name that every engine takes: small letters, digits and hyphens.
+fn name(study: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' };
+    let name: String = study.chars().take(50).map(plain).collect();
+    format!("sweep-{}", name.trim_matches('-'))
+}
+
+/// A word of a shell script that stands for itself.
+fn quoted(text: &str) -> String {
+    format!("'{}'", text.replace('\'', "'\\''"))
+}
+
+/// The program, which a variable of the machine may replace.
+fn program(submission: &Submission) -> String {
+    format!(
+        "program=${{HOST_SIM:-}}\n[ -n \"$program\" ] || program={}\n",
+        quoted(&submission.program.display().to_string())
+    )
+}
+
+fn shard(submission: &Submission) -> String {
+    let Submission { shards, threads, .. } = submission;
+    format!(
+        "#!/bin/sh\n\
+         # One shard of the study: its number, counted from 1. Begun again after a kill, it goes on where it was.\n\
+         set -eu\n\
+         cd \"$(dirname \"$0\")\"\n\
+         {}exec \"$program\" sweep {STUDY} --shard \"$1/{shards}\" --jobs {threads} --out \"{SHARDS}/$1\" --quiet\n",
+        program(submission)
+    )
+}
+
+fn merge(submission: &Submission) -> String {
+    format!(
+        "#!/bin/sh\n\
+         # All shards are done: put them together.\n\
+         set -eu\n\
+         cd \"$(dirname \"$0\")\"\n\
+         {}exec \"$program\" merge {SHARDS} --out whole\n",
+        program(submission)
+    )
+}
+
+fn hyperqueue(submission: &Submission, name: &str) -> String {
+    let Submission { shards, threads, .. } = submission;
+    format!(
+        "#!/bin/sh\n\
+         # A task for each shard. A shard whose worker is lost is begun again, {RETRIES} times at most.\n\
+         # Afterwards: ./merge.sh\n\
+         set -eu\n\
+         cd \"$(dirname \"$0\")\"\n\
+         exec hq submit --name {name} --array 1-{shards} --cpus {threads} --crash-limit {RETRIES} \\\n    \
+         --stdout 'logs/%{{TASK_ID}}.log' --stderr 'logs/%{{TASK_ID}}.log' \"$@\" -- \\\n    \
+         sh -c 'exec ./shard.sh \"$HQ_TASK_ID\"'\n"
+    )
+}
+
+fn slurm(submission: &Submission, name: &str) -> String {
+    let Submission { shards, threads, .. } = submission;
+    format!(
+        "#!/bin/sh\n\
+         #SBATCH --job-name={name}\n\
+         #SBATCH --array=1-{shards}\n\
+         #SBATCH --cpus-per-task={threads}\n\
+         #SBATCH --requeue\n\
+         #SBATCH --open-mode=append\n\
+         #SBATCH --output=logs/%a.log\n\
+         # In this folder: sbatch submit.sbatch. A shard whose node is lost is queued again.\n\
+         # Slurm's MaxArraySize must be above the number of shards (1001 where nobody changed it).\n\
+         # Afterwards: ./merge.sh\n\
+         exec ./shard.sh \"$SLURM_ARRAY_TASK_ID\"\n"
+    )
+}
+
+fn kubernetes(submission: &Submission, name: &str) -> String {
+    let Submission { shards, threads, image, .. } = submission;
+    let image = image.replace('\\', "\\\\").replace('"', "\\\"");
+    format!(
+        "# A pod for each shard; one that fails is begun again, {RETRIES} times at most (Kubernetes 1.29 and later).\n\
+         # This folder lies on the volume of the claim `{name}`, and every pod mounts it at /study.\n\
+         # Afterwards, where the volume is mounted: ./merge.sh\n\
+         apiVersion: batch/v1\n\
+         kind: Job\n\
+         metadata:\n  \
+           name: {name}\n\
+         spec:\n  \
+           completionMode: Indexed\n  \
+           completions: {shards}\n  \
+           parallelism: {}\n  \
+           backoffLimitPerIndex: {RETRIES}\n  \
+           template:\n    \
+             spec:\n      \
+               restartPolicy: Never\n      \
+               containers:\n        \
+                 - name: shard\n          \
+                   image: \"{image}\"\n          \
+                   command: [\"sh\", \"-c\", \"exec /study/shard.sh $((JOB_COMPLETION_INDEX + 1))\"]\n          \
+                   resources:\n            \
+                     requests: {{ cpu: \"{threads}\", memory: 256Mi }}\n            \
+                     limits: {{ memory: 1Gi }}\n          \
+                   volumeMounts:\n            \
+                     - {{ name: study, mountPath: /study }}\n      \
+               volumes:\n        \
+                 - {{ name: study, persistentVolumeClaim: {{ claimName: {name} }} }}\n",
+        shards.min(&100)
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{name, quoted};
+
+    #[test]
+    fn names_and_paths_are_safe_in_scripts() {
+        assert_eq!(name("Pick & Place_2"), "sweep-pick---place-2");
+        assert_eq!(quoted("/a b/it's"), "'/a b/it'\\''s'");
+    }
+}

@@ -1,0 +1,162 @@
+//! Costs on the chip: of a controller, of the whole interrupt around it, and the share of the processor.
+//!
+//! The firmware runs more than the controller in the interrupt of a tick: readings, trajectory, safety state machine,
+//! black box, outputs. This part is the same for every choice of a scene. It is measured once, and added to the
+//! controller of each:
+//!
+//! ```text
+//! interrupt(choice) = controller(choice) + [interrupt(firmware) - controller(firmware)]
+//! share(choice)     = interrupt(choice) rate / clock
+//! ```
+//!
+//! `host-sim/tests/chip/interrupt.rs` compares the sum with the interrupt of the choice's own firmware. The firmware
+//! computes in `f32`: the interrupt of an `f64` choice is a sum for which there is no firmware.
+
+use board::chip::cost;
+use board::chip::interrupt::{self, Interrupt};
+use indicatif::ProgressBar;
+use serde::{Deserialize, Serialize};
+use sim::failure::Failure;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Clock of the chip, Hz.
+pub const CLOCK: f64 = 168e6;
+
+/// Cost of the controller's tick on the chip.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cost {
+    /// Mean number of instructions per tick.
+    pub instructions: f64,
+    /// Greatest number of instructions per tick.
+    pub instructions_max: u64,
+    /// Mean number of cycles per tick from flash: an estimate.
+    pub cycles: f64,
+    /// Greatest number of cycles per tick from flash: an estimate.
+    pub cycles_max: f64,
+    /// Code size of the tick and of everything it calls, bytes.
+    pub flash: u64,
+    /// State of the controller, bytes.
+    pub ram: u64,
+    /// Whether the chip's torques equal the desk's to the last bit.
+    pub matches_desk: bool,
+}
+
+impl From<cost::Cost> for Cost {
+    fn from(cost: cost::Cost) -> Self {
+        let cost::Cost { instructions, cycles, flash_bytes, ram_bytes, matches_desk, .. } = cost;
+        Self {
+            instructions: instructions.mean,
+            instructions_max: instructions.max,
+            cycles: cycles.mean,
+            cycles_max: cycles.max,
+            flash: flash_bytes,
+            ram: ram_bytes,
+            matches_desk,
+        }
+    }
+}
+
+/// Cost of the interrupt of a tick on the chip, and its share of the processor.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Load {
+    /// Mean number of cycles per tick: an estimate.
+    pub cycles: f64,
+    /// Greatest number of cycles per tick: an estimate.
+    pub cycles_max: f64,
+    /// Share of the processor at [`CLOCK`] and the choice's rate, of the mean tick.
+    pub cpu_share: f64,
+    /// The same of the longest tick.
+    pub cpu_share_max: f64,
+}
+
+/// Cost of the interrupt around the controller.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Surroundings {
+    /// Instructions.
+    pub instructions: f64,
+    /// Cycles: an estimate.
+    pub cycles: f64,
+}
+
+impl Surroundings {
+    /// Measure the interrupt of a scene's firmware and subtract its controller, whose cost may be known.
+    ///
+    /// # Errors
+    /// As the methods of [`Chip`].
+    pub fn measure(
+        scene: &Path,
+        controller: Option<&Cost>,
+        chip: &dyn Chip,
+        stop: &AtomicBool,
+    ) -> Result<Self, Failure> {
+        let missing = || Failure::Target(miette::miette!("{}: its controller was not measured", scene.display()));
+        let controller = match controller {
+            Some(known) => *known,
+            None => *chip.controllers(&[scene.to_owned()], stop)?.first().ok_or_else(missing)?,
+        };
+        let Interrupt { instructions, cycles } = chip.interrupt(scene, stop)?;
+        Ok(Self {
+            instructions: instructions - controller.instructions_max as f64,
+            cycles: cycles - controller.cycles_max,
+        })
+    }
+
+    /// The interrupt with this controller, at this rate (Hz).
+    #[must_use]
+    pub fn around(&self, controller: &Cost, rate: f64) -> Load {
+        let [cycles, cycles_max] = [controller.cycles, controller.cycles_max].map(|cycles| cycles + self.cycles);
+        let [cpu_share, cpu_share_max] = [cycles, cycles_max].map(|cycles| cycles * rate / CLOCK);
+        Load { cycles, cycles_max, cpu_share, cpu_share_max }
+    }
+}
+
+/// Chip on which costs are measured.
+pub trait Chip {
+    /// Costs of the controllers of scene files, in their order.
+    ///
+    /// # Errors
+    /// A controller that cannot be built, run or trusted.
+    fn controllers(&self, scenes: &[PathBuf], stop: &AtomicBool) -> Result<Vec<Cost>, Failure>;
+
+    /// Longest interrupt of a tick of the firmware of a scene file.
+    ///
+    /// # Errors
+    /// A firmware that cannot be built or run.
+    fn interrupt(&self, scene: &Path, stop: &AtomicBool) -> Result<Interrupt, Failure>;
+}
+
+/// The emulated chip. Its first use installs the tools that it needs.
+#[derive(Clone, Copy, Debug)]
+pub struct EmulatedChip;
+
+impl Chip for EmulatedChip {
+    /// As [`cost::measure`]. A tick that brakes is an error, and so is a torque that differs from the desk's in any bit:
+    /// the cost of such a tick would be meaningless.
+    fn controllers(&self, scenes: &[PathBuf], stop: &AtomicBool) -> Result<Vec<Cost>, Failure> {
+        let costs = cost::measure(scenes, stop, &ProgressBar::hidden())?;
+        for (path, cost) in scenes.iter().zip(&costs) {
+            if let Some(braked) = cost.fault {
+                let fault = braked.fault().map_or_else(|| format!("fault {}", braked.code), |fault| fault.to_string());
+                return Err(Failure::Target(miette::miette!(
+                    "{}: tick {} braked: {fault}",
+                    path.display(),
+                    braked.tick
+                )));
+            }
+            if !cost.matches_desk {
+                return Err(Failure::Target(miette::miette!(
+                    "{}: the chip's torques are not the desk's",
+                    path.display()
+                )));
+            }
+        }
+        Ok(costs.into_iter().map(Cost::from).collect())
+    }
+
+    fn interrupt(&self, scene: &Path, stop: &AtomicBool) -> Result<Interrupt, Failure> {
+        // Ctrl-C reaches the compiler and the emulator too.
+        interrupt::measure(scene)
+            .map_err(|failure| if stop.load(Ordering::Relaxed) { Failure::Interrupted } else { failure })
+    }
+}

@@ -1,0 +1,141 @@
+//! Files of a trade-off: every choice as CSV, all of them in one picture.
+
+use super::chip::CLOCK;
+use super::choice::{TermSet, name};
+use super::report::{CHOICES, choices, choices_of};
+use super::{Point, Trade};
+use sim::failure::{Failure, in_file};
+use sim::run::plot::{PlotError, Scatter, ScatterPanel, Spot, write_scatter};
+use std::path::Path;
+
+impl Trade {
+    /// Write every point with all its numbers.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write_csv(&self, path: &Path) -> Result<(), Failure> {
+        let failed = |error: csv::Error| in_file(path, &error);
+        let mut file = csv::Writer::from_path(path).map_err(failed)?;
+        let mut head: Vec<String> = CHOICES.map(str::to_owned).to_vec();
+        head.extend(
+            [
+                "instructions_mean",
+                "instructions_max",
+                "cycles_mean",
+                "cycles_max",
+                "interrupt_cycles_mean",
+                "interrupt_cycles_max",
+                "cpu_share_mean",
+                "cpu_share_max",
+                "flash",
+                "ram",
+                "matches_desk",
+                "torque_of_limit",
+            ]
+            .map(str::to_owned),
+        );
+        for course in &self.courses {
+            for joint in &self.joints {
+                for what in ["torque_max", "torque_rms", "tracking_max", "tracking_rms"] {
+                    head.push(format!("{}_{joint}_{what}", course.name));
+                }
+            }
+            head.push(format!("{}_fault", course.name));
+        }
+        head.extend(["torque_front", "tracking_front", "command"].map(str::to_owned));
+        file.write_record(&head).map_err(failed)?;
+        for point in &self.points {
+            let (cost, interrupt) = (&point.cost, &point.interrupt);
+            let mut row = choices(point).to_vec();
+            row.extend([
+                cost.instructions.to_string(),
+                cost.instructions_max.to_string(),
+                cost.cycles.to_string(),
+                cost.cycles_max.to_string(),
+                interrupt.cycles.to_string(),
+                interrupt.cycles_max.to_string(),
+                interrupt.cpu_share.to_string(),
+                interrupt.cpu_share_max.to_string(),
+                cost.flash.to_string(),
+                cost.ram.to_string(),
+                cost.matches_desk.to_string(),
+                point.torque_of_limit.map_or_else(String::new, |x| x.to_string()),
+            ]);
+            for course in &point.courses {
+                let torque = |joint: usize, pick: fn(&super::measure::Errors) -> &Vec<f64>| {
+                    course.torque.as_ref().map_or_else(String::new, |errors| pick(errors)[joint].to_string())
+                };
+                for joint in 0..self.joints.len() {
+                    row.extend([
+                        torque(joint, |errors| &errors.max),
+                        torque(joint, |errors| &errors.rms),
+                        course.tracking.max[joint].to_string(),
+                        course.tracking.rms[joint].to_string(),
+                    ]);
+                }
+                row.push(course.fault.clone().unwrap_or_default());
+            }
+            row.extend([point.on_torque_front.to_string(), point.on_tracking_front.to_string(), point.command.clone()]);
+            file.write_record(&row).map_err(failed)?;
+        }
+        file.flush().map_err(Failure::Output)
+    }
+
+    /// Name of a point in a picture: the columns in which it differs from the scene's own choice.
+    pub(super) fn name_of(&self, point: &Point) -> String {
+        let [own, here] = [choices_of(&self.own), choices(point)];
+        let differ = own.iter().zip(&here).zip(CHOICES).filter(|((own, here), _)| own != here);
+        let names: Vec<String> = differ
+            .map(|((_, here), column)| match column {
+                "friction" | "rotors" | "terms" => format!("{column} {here}"),
+                _ => here.clone(),
+            })
+            .collect();
+        if names.is_empty() { "as the scene has it".to_owned() } else { names.join(", ") }
+    }
+
+    /// The one control rate of all points (Hz); `None` if there are several.
+    fn rate(&self) -> Option<f64> {
+        let rate = self.points.first()?.choice.rate;
+        self.points.iter().all(|point| point.choice.rate.to_bits() == rate.to_bits()).then_some(rate)
+    }
+
+    /// Plot every point over the cycles of its controller: torque error above, tracking error below. Each set of terms
+    /// has a colour; a line joins the points of the Pareto front, whose names stand beside it. A ring marks the scene's own
+    /// choice. Where all points have one rate, the abscissa also has the share of the processor.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write_plot(&self, path: &Path) -> Result<(), PlotError> {
+        let sets = [TermSet::Full, TermSet::NoCoriolis, TermSet::Diagonal, TermSet::Gravity, TermSet::None];
+        let panel =
+            |quantity: &'static str, error: &dyn Fn(&Point) -> Option<f64>, on_front: &dyn Fn(&Point) -> bool| {
+                let spots = self.points.iter().filter_map(|point| {
+                    let at = (point.cost.cycles, error(point)?);
+                    let kind = sets.iter().position(|set| *set == point.chosen.terms)?;
+                    let name = on_front(point).then(|| self.name_of(point));
+                    (at.1 > 0.0).then_some(Spot { at, kind, on_front: name, ringed: point.choice == self.own })
+                });
+                ScatterPanel { quantity, spots: spots.collect() }
+            };
+        let rate = self.rate();
+        let label = |cycles: f64| match rate {
+            Some(rate) => format!("{cycles} ({:.1} %)", 100.0 * (cycles + self.surroundings.cycles) * rate / CLOCK),
+            None => format!("{cycles}"),
+        };
+        let share = rate.map(|rate| format!(" (share of 168 MHz of the whole interrupt at {rate} Hz)"));
+        let scatter = Scatter {
+            title: format!("{}: cost and error", self.scene),
+            abscissa: format!("cycles of the controller, estimate{}", share.unwrap_or_default()),
+            abscissa_label: &label,
+            kinds: sets.map(name).to_vec(),
+            panels: vec![
+                panel("torque error / % of the limit", &|p| p.torque_of_limit.map(|x| 100.0 * x), &|p| {
+                    p.on_torque_front
+                }),
+                panel("tracking error / rad", &|p| p.tracking, &|p| p.on_tracking_front),
+            ],
+        };
+        write_scatter(&scatter, path)
+    }
+}

@@ -1,0 +1,94 @@
+//! The set of choices to measure.
+
+use super::baseline::Baseline;
+use super::choice::{Choice, Every, TermSet};
+use clap::ValueEnum;
+use dynamics_core::control::Between;
+use dynamics_core::trig::Method;
+use robot_compiler::kernel::Level;
+use robot_compiler::names::Named as _;
+use robot_compiler::scene::ScalarChoice;
+use sim::failure::Failure;
+
+/// Values to combine on each axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axes {
+    /// Floating-point types.
+    pub scalar: Vec<ScalarChoice>,
+    /// Methods for sine and cosine.
+    pub trig: Vec<Method>,
+    /// Sets of terms.
+    pub terms: Vec<TermSet>,
+    /// Whether friction is fed forward, if the scene does so.
+    pub friction: Vec<bool>,
+    /// Whether the model has rotors, if the scene has them.
+    pub rotors: Vec<bool>,
+    /// Evaluation schedules of the model.
+    pub every: Vec<Every>,
+    /// Levels of the arm's kernel.
+    pub kernel: Vec<Level>,
+    /// Control rates, Hz; if empty, the scene's.
+    pub rate: Vec<f64>,
+    /// Only the product, without the scene's own choice and its variations in one axis.
+    pub alone: bool,
+}
+
+/// Other evaluation schedules to compare with the scene's own.
+const OTHER_TICKS: [Every; 5] = [
+    Every::TICK,
+    Every { ticks: 2, between: Between::Hold },
+    Every { ticks: 4, between: Between::Hold },
+    Every { ticks: 4, between: Between::Extrapolate },
+    Every { ticks: 16, between: Between::Extrapolate },
+];
+
+/// The product of the axes and, unless `alone` is set, the scene's own choice and its variations in one axis. Each
+/// choice occurs once. A given `rate` (Hz) replaces every control rate.
+pub fn choices(axes: &Axes, base: &Baseline, rate: Option<f64>) -> Result<Vec<Choice>, Failure> {
+    let own = Choice { rate: rate.unwrap_or(base.file.control.rate), ..base.own() };
+    let rates = match rate {
+        None if !axes.rate.is_empty() => axes.rate.clone(),
+        _ => vec![own.rate],
+    };
+    if let Some(rate) = rates.iter().find(|rate| !(**rate >= 16.0 && **rate <= 1e5)) {
+        return Err(Failure::Input(miette::miette!("--rate {rate}: expected a rate in Hz, 16 to 100,000")));
+    }
+    let model = &base.file.model;
+    let (rubs, turns) = (model.friction, !matches!(model.rotor, dynamics_core::Term::Absent));
+    // If the scene has no friction or rotors, leaving them out is not a choice.
+    let on = |switches: &[bool], there: bool| if there { switches.to_vec() } else { vec![true] };
+    let mut product = vec![own];
+    spread(&mut product, &rates, |choice, rate| Choice { rate, ..choice });
+    spread(&mut product, &axes.scalar, |choice, scalar| Choice { scalar, ..choice });
+    spread(&mut product, &axes.terms, |choice, terms| Choice { terms, ..choice });
+    spread(&mut product, &on(&axes.friction, rubs), |choice, friction| Choice { friction, ..choice });
+    spread(&mut product, &on(&axes.rotors, turns), |choice, rotors| Choice { rotors, ..choice });
+    spread(&mut product, &axes.kernel, |choice, kernel| Choice { kernel, ..choice });
+    spread(&mut product, &axes.every, |choice, every| Choice { every, ..choice });
+    spread(&mut product, &axes.trig, |choice, trig| Choice { trig, ..choice });
+    if !axes.alone {
+        product.push(own);
+        product.extend(ScalarChoice::NAMES.iter().map(|&(.., scalar)| Choice { scalar, ..own }));
+        product.extend(Method::NAMES.iter().map(|&(.., trig)| Choice { trig, ..own }));
+        product.extend(TermSet::value_variants().iter().map(|&terms| Choice { terms, ..own }));
+        product.extend(rubs.then_some(Choice { friction: false, ..own }));
+        product.extend(turns.then_some(Choice { rotors: false, ..own }));
+        product.extend(OTHER_TICKS.map(|every| Choice { every, ..own }));
+        product.extend(Level::ALL.map(|kernel| Choice { kernel, ..own }));
+    }
+    let mut all: Vec<Choice> = Vec::new();
+    for choice in product {
+        // Axes without effect take their simplest value, except in the scene's own choice.
+        let choice = if choice == own { own } else { choice.plain() };
+        if !all.contains(&choice) {
+            all.push(choice);
+        }
+    }
+    Ok(all)
+}
+
+/// Combine every choice with each of these values.
+fn spread<T: Copy>(choices: &mut Vec<Choice>, values: &[T], with: impl Fn(Choice, T) -> Choice) {
+    let with = &with;
+    *choices = choices.iter().flat_map(|&choice| values.iter().map(move |&value| with(choice, value))).collect();
+}

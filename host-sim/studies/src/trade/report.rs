@@ -1,0 +1,283 @@
+//! Report of a trade-off as tables and Markdown.
+
+use super::choice::{Choice, Named};
+use super::{Point, Trade};
+use sim::run::files::shell_word;
+use sim::run::summary::engineering;
+use sim::table::table;
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// Command that measures one choice.
+#[must_use]
+pub fn command(scene: &Path, choice: &Choice) -> String {
+    let n = choice.named();
+    format!(
+        "host-sim trade {} --scalar {} --trig {} --terms {} --friction {} --rotors {} --every {} --kernel {} --rate {} --alone",
+        shell_word(scene),
+        n.scalar,
+        n.trig,
+        n.terms,
+        n.friction,
+        n.rotors,
+        n.every,
+        n.kernel,
+        n.rate
+    )
+}
+
+/// Column headers of the choices; those of the costs follow.
+pub(super) const CHOICES: [&str; 8] = ["scalar", "trig", "terms", "friction", "rotors", "every", "kernel", "rate"];
+
+pub(super) fn choices(point: &Point) -> [String; 8] {
+    choices_of(&point.choice)
+}
+
+pub(super) fn choices_of(n: &Named) -> [String; 8] {
+    [
+        n.scalar.clone(),
+        n.trig.clone(),
+        n.terms.clone(),
+        n.friction.to_owned(),
+        n.rotors.to_owned(),
+        n.every.clone(),
+        n.kernel.clone(),
+        format!("{}", n.rate),
+    ]
+}
+
+/// Share below which a number is rounding.
+const NOISE: f64 = 1e-12;
+
+/// A share in percent; below 1e-12 it is rounding: `< 1e-10 %`.
+pub(crate) fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    if share != 0.0 && share.abs() < NOISE {
+        format!("< {:e} %", 100.0 * NOISE)
+    } else if percent == 0.0 || (0.01..1e4).contains(&percent) {
+        format!("{percent:.3} %")
+    } else {
+        format!("{percent:.1e} %")
+    }
+}
+
+fn or_fault(value: Option<f64>, show: impl Fn(f64) -> String) -> String {
+    value.map_or_else(|| "fault".to_owned(), show)
+}
+
+impl Point {
+    fn tracking_on(&self, course: usize) -> String {
+        let of = &self.courses[course];
+        let most = of.tracking.max.iter().fold(0.0, |most, x| f64::max(most, *x));
+        or_fault(of.fault.is_none().then_some(most), |x| engineering(x, "rad"))
+    }
+
+    /// Greatest torque error of any joint on any test motion, N m or N.
+    fn torque_max(&self) -> Option<f64> {
+        let of = |course: &super::measure::OnMotion| {
+            Some(course.torque.as_ref()?.max.iter().fold(0.0, |most, x| f64::max(most, *x)))
+        };
+        self.courses.iter().map(of).try_fold(0.0, |most, x| Some(f64::max(most, x?)))
+    }
+
+    fn cells(&self) -> Vec<String> {
+        let (cost, interrupt) = (&self.cost, &self.interrupt);
+        let mean_and_most = |mean: f64, most: f64| {
+            if (most - mean).abs() < 0.5 { format!("{mean:.0}") } else { format!("{mean:.0} ({most:.0})") }
+        };
+        let mut cells = vec![
+            mean_and_most(cost.instructions, cost.instructions_max as f64),
+            mean_and_most(cost.cycles, cost.cycles_max),
+            mean_and_most(interrupt.cycles, interrupt.cycles_max),
+            mean_share(interrupt.cpu_share, interrupt.cpu_share_max),
+            cost.flash.to_string(),
+            cost.ram.to_string(),
+            or_fault(self.torque_of_limit, percent),
+            or_fault(self.torque_max(), |x| engineering(x, "N m")),
+        ];
+        cells.extend((0..self.courses.len()).map(|course| self.tracking_on(course)));
+        cells
+    }
+}
+
+const COSTS: [&str; 8] = [
+    "controller: instructions",
+    "controller: cycles, est.",
+    "interrupt: cycles, est.",
+    "share of 168 MHz, est.",
+    "flash",
+    "RAM",
+    "torque error",
+    "at most",
+];
+
+/// Share of the processor of the mean tick, and of the longest in brackets if they differ.
+pub(crate) fn mean_share(mean: f64, most: f64) -> String {
+    let [mean, most] = [mean, most].map(|share| format!("{:.1}", 100.0 * share));
+    if mean == most { format!("{mean} %") } else { format!("{mean} ({most}) %") }
+}
+
+impl Trade {
+    /// Indices of the choice columns in which the points differ.
+    pub(super) fn varied(&self) -> Vec<usize> {
+        let rows: Vec<[String; 8]> = self.points.iter().map(choices).collect();
+        let varies = |column: &usize| rows.iter().any(|row| row[*column] != rows[0][*column]);
+        let varied: Vec<usize> = (0..CHOICES.len()).filter(varies).collect();
+        if varied.is_empty() { (0..CHOICES.len()).collect() } else { varied }
+    }
+
+    pub(super) fn head(&self, varied: &[usize]) -> Vec<String> {
+        let courses = self.courses.iter().map(|course| format!("tracking, {}", course.name));
+        let named = varied.iter().map(|&column| CHOICES[column].to_owned()).chain(COSTS.map(str::to_owned));
+        named.chain(courses).collect()
+    }
+
+    pub(super) fn row(point: &Point, varied: &[usize]) -> Vec<String> {
+        let chosen = choices(point);
+        varied.iter().map(|&column| chosen[column].clone()).chain(point.cells()).collect()
+    }
+
+    /// Points on the Pareto front of torque error or of tracking error.
+    pub fn front(&self) -> impl Iterator<Item = &Point> {
+        self.points.iter().filter(|point| point.on_torque_front || point.on_tracking_front)
+    }
+
+    /// Table for the terminal.
+    #[must_use]
+    pub fn table(&self) -> String {
+        let varied = self.varied();
+        let mut head = self.head(&varied);
+        head.push("front".to_owned());
+        let mut table = table(head, varied.len());
+        for point in self.front() {
+            let mut row = Self::row(point, &varied);
+            row.push(front_name(point).to_owned());
+            table.add_row(row);
+        }
+        let mut text = format!(
+            "{}: {}, {} choices; those that nothing beats:\n{table}\n",
+            self.scene,
+            self.robot,
+            self.points.len()
+        );
+        for course in &self.courses {
+            let _ = writeln!(
+                text,
+                "{:<10}{:.2} s, speed to {:.0} % of a limit, least eigenvalue of the scaled mass matrix {:.3}",
+                course.name,
+                course.duration,
+                100.0 * course.speed,
+                course.least_eigenvalue
+            );
+        }
+        let _ = writeln!(text, "{}", self.around());
+        let own = self.points.iter().find(|point| point.choice == self.own);
+        text + &own.map_or_else(String::new, |own| self.beside_drives(own))
+    }
+
+    /// Meaning of the share, and the part of it that no choice changes.
+    fn around(&self) -> String {
+        format!(
+            "share: mean cycles of the whole interrupt (the longest in brackets) times the rate over 168 MHz; around the controller the \
+             interrupt takes {:.0} instructions, {:.0} cycles (estimate)",
+            self.surroundings.instructions, self.surroundings.cycles
+        )
+    }
+
+    /// Markdown: the test motions, the Pareto front, and the effect of each axis by itself.
+    #[must_use]
+    pub fn markdown(&self) -> String {
+        let mut text = String::from(
+            "| course | length | speed, of a limit | least eigenvalue of the scaled mass matrix |\n|---|---|---|---|\n",
+        );
+        for course in &self.courses {
+            let _ = writeln!(
+                text,
+                "| {} | {:.2} s | {:.0} % | {:.3} |",
+                course.name,
+                course.duration,
+                100.0 * course.speed,
+                course.least_eigenvalue
+            );
+        }
+        let varied = self.varied();
+        let mut head = self.head(&varied);
+        head.push("front".to_owned());
+        let (count, around) = (self.points.len(), self.around());
+        let _ = write!(
+            text,
+            "\n{count} choices. S{}.\n\nThose that nothing beats:\n\n{}",
+            &around[1..],
+            markdown_head(&head)
+        );
+        for point in self.front() {
+            let mut row = Self::row(point, &varied);
+            row.push(front_name(point).to_owned());
+            let _ = writeln!(text, "| {} |", row.join(" | "));
+        }
+        let simulator = self.simulator_markdown();
+        let own = self.points.iter().find(|point| point.choice == self.own);
+        let Some(own) = own else { return text + &simulator };
+        let _ = write!(
+            text,
+            "\nThe scene's own choice ({}), and each that differs from it in one thing:\n\n",
+            choices(own).join(", ")
+        );
+        let mut head = self.head(&[]);
+        head.insert(0, "instead".to_owned());
+        text += &markdown_head(&head);
+        let here = choices(own);
+        let mut line = |label: &str, point: &Point| {
+            let _ = writeln!(text, "| {label} | {} |", point.cells().join(" | "));
+        };
+        line("(own)", own);
+        for column in 0..CHOICES.len() {
+            for point in &self.points {
+                let there = choices(point);
+                let differ: Vec<usize> = (0..CHOICES.len()).filter(|&k| here[k] != there[k]).collect();
+                if differ == [column] {
+                    line(&format!("{} {}", CHOICES[column], there[column]), point);
+                }
+            }
+        }
+        text + &simulator
+    }
+
+    /// Errors of the simulator's own integrator.
+    fn simulator_markdown(&self) -> String {
+        let mut text = String::from(
+            "\nThe simulator, on the scene's own motion: how far a joint is at most from where the adaptive pair has it at a tolerance of 1e-12.\n\n\
+             | integrator | steps a tick | accelerations a tick | off by | greatest tracking error |\n|---|---|---|---|---|\n",
+        );
+        for method in &self.simulator {
+            let steps = match (method.steps_per_tick, method.tolerance) {
+                (Some(steps), _) => steps.to_string(),
+                (None, Some(tolerance)) => format!("its own, tolerance {tolerance:.0e}"),
+                (None, None) => "its own".to_owned(),
+            };
+            let shown = |x: Option<f64>| x.map_or_else(|| "refused".to_owned(), |x| engineering(x, "rad"));
+            let _ = writeln!(
+                text,
+                "| {} | {steps} | {} | {} | {} |",
+                method.integrator,
+                if method.off_by.is_some() { format!("{:.1}", method.accelerations_per_tick) } else { "-".to_owned() },
+                shown(method.off_by),
+                shown(method.tracking)
+            );
+        }
+        text
+    }
+}
+
+fn markdown_head(head: &[String]) -> String {
+    format!("| {} |\n|{}\n", head.join(" | "), "---|".repeat(head.len()))
+}
+
+pub(super) fn front_name(point: &Point) -> &'static str {
+    match (point.on_torque_front, point.on_tracking_front) {
+        (true, true) => "both",
+        (true, false) => "torque",
+        (false, true) => "tracking",
+        (false, false) => "",
+    }
+}

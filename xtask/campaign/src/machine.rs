@@ -1,0 +1,268 @@
+//! Machine under test: the firmware's session on the desk, or the emulated chip with the desk beside it.
+
+use super::frames::difference;
+use board::chip::{Chip, ChipError};
+use board::session::drill::{DeskSession, Uncounted, desk_session, without_cost};
+use dynamics_core::safety::SafeAction;
+use dynamics_core::{Model, Sensed};
+use joint_io::{JointIo, run_tick};
+use link::seal::SealKey;
+use link::{Actuation, Decoder, Frame, Pacing, Refusal, Status};
+use robot_compiler::SceneFile;
+use session::black_box::Report;
+use session::meter::Meter;
+use session::readings::Lines;
+use session::readings::{JointFaults, Readings};
+use session::{Drives, Reaction};
+
+/// Sensor readings and lines of one tick.
+#[derive(Clone, Debug)]
+pub struct Told<const N: usize> {
+    /// Number of the tick.
+    pub tick: u32,
+    /// Reading of the sensors.
+    pub sensed: Sensed<f32, N>,
+    /// Age of the reading of each joint, ticks.
+    pub age_ticks: [u32; N],
+    /// The emergency stop is pressed.
+    pub emergency_stop: bool,
+    /// The previous tick had not ended when this one was due.
+    pub overrun: bool,
+    /// Every joint knows its zero position.
+    pub zeroed: bool,
+    /// Fault reports of the joints' drives.
+    pub drive_fault: [bool; N],
+    /// Supply voltage, V.
+    pub supply: Option<f32>,
+    /// Temperature, degrees Celsius.
+    pub temperature: Option<f32>,
+}
+
+impl<const N: usize> Told<N> {
+    /// Lines for a drill, which the host sends.
+    pub(super) fn lines(&self) -> link::Lines {
+        link::Lines {
+            emergency_stop: self.emergency_stop,
+            overrun: self.overrun,
+            zeroed: self.zeroed,
+            drive_fault: self.drive_fault.iter().rev().fold(0, |bits, &fault| bits << 1 | u8::from(fault)),
+            supply: self.supply,
+            temperature: self.temperature,
+            ..link::Lines::CALM
+        }
+    }
+
+    /// Greatest age of a joint's reading, ticks.
+    pub(super) fn oldest(&self) -> u32 {
+        self.age_ticks.iter().fold(0, |oldest, age| oldest.max(*age))
+    }
+
+    fn readings(&self) -> Readings<N> {
+        let drive = |fault| if fault { JointFaults::DRIVE } else { JointFaults::NONE };
+        let lost = if self.zeroed { JointFaults::NONE } else { JointFaults::LOST };
+        Readings {
+            sensed: self.sensed,
+            torque: [0.0; N],
+            age_ticks: self.age_ticks,
+            faults: self.drive_fault.map(|fault| drive(fault) | lost),
+            errors: [0; N],
+            on: [true; N],
+            zero_lost: false,
+        }
+    }
+}
+
+/// Output of the machine in one tick.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Said<const N: usize> {
+    /// Command to the drives.
+    pub drives: Drives<N>,
+    /// Status that the machine reports.
+    pub status: Status,
+}
+
+/// Reason why a run cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum Trouble {
+    /// The chip failed.
+    #[error(transparent)]
+    Chip(#[from] ChipError),
+    /// Chip and desk give different answers.
+    #[error("chip and desk differ: {0}")]
+    Differs(String),
+    /// A tick was not reported.
+    #[error("tick {0} was not reported")]
+    Unreported(u32),
+}
+
+/// A machine under test, tick by tick.
+pub trait Machine<const N: usize> {
+    /// Source of its ticks: [`Pacing::Live`] with the lines and readings of a board, or [`Pacing::Drill`].
+    fn pacing(&self) -> Pacing;
+
+    /// Begin a run. Returns the key that the host's packets must be sealed with, where there is one.
+    ///
+    /// # Errors
+    /// [`Trouble`].
+    fn begin(&mut self) -> Result<Option<SealKey>, Trouble> {
+        Ok(None)
+    }
+
+    /// Run one tick after these bytes arrived over the link. In a drill the bytes contain `told`, and the measurement
+    /// comes last.
+    ///
+    /// # Errors
+    /// [`Trouble`].
+    fn tick(&mut self, bytes: &[u8], told: &Told<N>) -> Result<Said<N>, Trouble>;
+}
+
+/// The firmware's session on the desk.
+pub struct Desk<const N: usize> {
+    session: DeskSession<N>,
+    meter: Meter<Uncounted>,
+    decoder: Decoder,
+    pacing: Pacing,
+    answers: Vec<Frame>,
+}
+
+impl<const N: usize> Desk<N> {
+    /// The session of a scene.
+    #[must_use]
+    pub fn new(scene: &SceneFile, model: &Model<f64, N>, pacing: Pacing) -> Self {
+        let session = desk_session(scene, model);
+        Self { session, meter: Meter::new(Uncounted), decoder: Decoder::new(), pacing, answers: Vec::new() }
+    }
+
+    /// Feed received bytes to the session.
+    fn receive(&mut self, bytes: &[u8]) {
+        for received in bytes.iter().filter_map(|byte| self.decoder.push(*byte)) {
+            // A board answers a packet that it cannot open by itself; its session does not hear of it.
+            if received.is_err() {
+                continue;
+            }
+            match self.session.receive(received) {
+                Reaction::Reply(frame) | Reaction::Start(_, frame) => self.answers.push(frame),
+                Reaction::Stop(hello, refusal) => self.answers.extend([hello, refusal]),
+                // The tick follows in `answers`: a drill's measurement comes last.
+                Reaction::Tick | Reaction::None => {}
+            }
+        }
+    }
+
+    /// Run one tick of a board that reaches the joints itself, after these bytes arrived over the link.
+    ///
+    /// # Errors
+    /// The tick was not reported.
+    pub(super) fn on_board(
+        &mut self,
+        bytes: &[u8],
+        joints: &mut impl JointIo<N>,
+        lines: Lines,
+        is_due: impl Fn() -> bool,
+    ) -> Result<Status, Trouble> {
+        self.receive(bytes);
+        run_tick(&mut self.session, joints, &self.meter, || lines, is_due);
+        self.answers.extend(core::iter::from_fn(|| self.session.say()).map(Report::frame));
+        status(core::mem::take(&mut self.answers), 0, Pacing::Live)
+    }
+
+    /// Runs a tick; returns all frames of the session and the command to the drives.
+    fn answers(&mut self, bytes: &[u8], told: &Told<N>) -> (Vec<Frame>, Drives<N>) {
+        self.receive(bytes);
+        let lines = Lines { emergency_stop: told.emergency_stop, supply: told.supply, temperature: told.temperature };
+        self.session.sense(Some(&told.readings()), &lines);
+        if told.overrun && self.pacing == Pacing::Live {
+            self.session.overrun();
+        }
+        let drives = self.session.tick(&self.meter);
+        self.answers.extend(core::iter::from_fn(|| self.session.say()).map(Report::frame));
+        (core::mem::take(&mut self.answers), drives)
+    }
+}
+
+impl<const N: usize> Machine<N> for Desk<N> {
+    fn pacing(&self) -> Pacing {
+        self.pacing
+    }
+
+    fn tick(&mut self, bytes: &[u8], told: &Told<N>) -> Result<Said<N>, Trouble> {
+        let (answers, drives) = self.answers(bytes, told);
+        let status = status(answers, told.tick, self.pacing)?;
+        // A drill drives nothing: the status holds the command that would act.
+        let drives = if self.pacing == Pacing::Live { drives } else { played(&status) };
+        Ok(Said { drives, status })
+    }
+}
+
+/// The emulated chip in a drill, and the desk beside it on the same bytes.
+pub struct Both<const N: usize> {
+    chip: Chip,
+    desk: Desk<N>,
+}
+
+impl<const N: usize> Both<N> {
+    /// Create a pair from a chip that runs the scene's firmware.
+    pub fn new(chip: Chip, scene: &SceneFile, model: &Model<f64, N>) -> Self {
+        Self { chip, desk: Desk::new(scene, model, Pacing::Drill) }
+    }
+}
+
+impl<const N: usize> Machine<N> for Both<N> {
+    fn pacing(&self) -> Pacing {
+        Pacing::Drill
+    }
+
+    fn begin(&mut self) -> Result<Option<SealKey>, Trouble> {
+        let key = self.chip.join_anew()?;
+        if let Some(key) = &key {
+            self.desk.decoder.seal_with(key.clone());
+        }
+        Ok(key)
+    }
+
+    fn tick(&mut self, bytes: &[u8], told: &Told<N>) -> Result<Said<N>, Trouble> {
+        self.chip.write(bytes)?;
+        let (desk, _) = self.desk.answers(bytes, told);
+        let mut chip = Vec::new();
+        loop {
+            let frame = self.chip.receive("the status of a tick")?;
+            let last = matches!(&frame, Frame::Status(status) if status.tick == told.tick);
+            // The channel's answer, not the session's.
+            if !matches!(frame, Frame::Refusal(Refusal::Unauthentic { .. } | Refusal::Undecodable(_))) {
+                chip.push(without_cost(frame));
+            }
+            if last {
+                break;
+            }
+        }
+        if let Some(what) = difference(&chip, &desk) {
+            return Err(Trouble::Differs(format!("tick {}: {what}", told.tick)));
+        }
+        let status = status(chip, told.tick, Pacing::Drill)?;
+        Ok(Said { drives: played(&status), status })
+    }
+}
+
+/// Finds the status of this tick among the answers.
+fn status(answers: Vec<Frame>, tick: u32, pacing: Pacing) -> Result<Status, Trouble> {
+    let statuses = answers.into_iter().filter_map(|frame| match frame {
+        Frame::Status(status) => Some(status),
+        _ => None,
+    });
+    // Without measurements over the link, the session counts its ticks itself.
+    let mut statuses = statuses.filter(|status| pacing == Pacing::Live || status.tick == tick);
+    statuses.next_back().ok_or(Trouble::Unreported(tick))
+}
+
+/// Command to the drives that would act outside a drill.
+pub(super) fn played<const N: usize>(status: &Status) -> Drives<N> {
+    let all = |torque: &link::Joints<f32>| core::array::from_fn(|i| torque.get(i).copied().unwrap_or(f32::NAN));
+    match &status.actuation {
+        Some(Actuation::Drive { torque, .. }) => Drives::Drive(all(torque)),
+        Some(Actuation::Preload { torque, .. }) => Drives::Preload(all(torque)),
+        Some(Actuation::Enable) => Drives::Enable(SafeAction::Brake),
+        Some(Actuation::DampedStop) => Drives::Safe(SafeAction::DampedStop),
+        Some(Actuation::Off) => Drives::Safe(SafeAction::Off),
+        Some(Actuation::Brake) | None => Drives::Safe(SafeAction::Brake),
+    }
+}

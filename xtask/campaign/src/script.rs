@@ -1,0 +1,274 @@
+//! The script of every run: bring the machine to a state, disturb it for a while, and ask for everything that leads back to torque.
+
+use super::case::{Case, FaultKind, Situation};
+use super::host::Host;
+use super::judge::Unsafe;
+use super::machine::Trouble;
+use super::random::Random;
+use super::run::{Counterexample, Finished, Motion, Number, Outcome};
+use board::session::states::{ARMING, DISARMING, FAULT, HOLDING, IDLE, LOWERING};
+use link::codec::FrameTooLong;
+use link::{Frame, Request, Status};
+use sim::failure::Failure;
+use std::path::PathBuf;
+
+/// Reason why a run ended early.
+#[derive(Debug)]
+pub(super) enum Stop {
+    Unsafe {
+        broken: Option<Unsafe>,
+        what: String,
+        inputs: String,
+    },
+    Trouble(Trouble),
+    /// The machine did not reach the state of the case.
+    NotReached(Box<Status>),
+}
+
+impl From<FrameTooLong> for Stop {
+    fn from(error: FrameTooLong) -> Self {
+        Self::Trouble(Trouble::Chip(error.into()))
+    }
+}
+
+/// Longest wait for a state that the machine comes to by itself, ticks.
+const PATIENCE: u32 = 20_000;
+
+/// A run in progress, tick by tick.
+pub(super) trait Script<const N: usize> {
+    /// The host.
+    fn host(&mut self) -> &mut Host<N>;
+
+    /// Random numbers of the run.
+    fn random(&mut self) -> &mut Random;
+
+    /// Status of the last tick.
+    fn status(&self) -> Option<&Status>;
+
+    /// The live inputs as they should be.
+    fn live(&self) -> Frame;
+
+    /// True if the scene limits the first motion after homing.
+    fn limits_first_motion(&self) -> bool;
+
+    /// Run a tick without a fault.
+    fn step(&mut self) -> Result<(), Stop>;
+
+    /// Run a tick with the emergency stop pressed.
+    fn press(&mut self) -> Result<(), Stop>;
+
+    /// Send the beginning of the scene's motion.
+    fn begin_motion(&mut self) -> Result<(), Stop>;
+
+    /// Draw the fault of a case, and the ticks for which it lasts.
+    fn begin_fault(&mut self, case: Case) -> Result<u32, Stop>;
+
+    /// Run tick number `k` of the fault, counted from 0.
+    fn disturbed(&mut self, k: u32) -> Result<(), Stop>;
+
+    /// The fault ends.
+    fn end_fault(&mut self) {}
+
+    /// The host is silent until the fault ends.
+    fn lose_host(&mut self) {}
+
+    /// True if the host homes the arm anew on the way back to torque.
+    fn homes_again(&mut self) -> bool {
+        true
+    }
+
+    /// Ticks of arming.
+    fn arming(&self) -> u32 {
+        1
+    }
+
+    /// Ticks of disarming.
+    fn disarming(&self) -> u32 {
+        0
+    }
+
+    /// State of the machine.
+    fn state(&self) -> u8 {
+        self.status().map_or(IDLE, |status| status.state)
+    }
+
+    /// State and cause of the machine.
+    fn where_it_is(&self) -> (u8, u8) {
+        (self.state(), self.status().map_or(0, |status| status.cause))
+    }
+
+    /// The whole run.
+    fn play(&mut self, case: Case) -> Result<Outcome, Stop> {
+        self.approach(case.situation)?;
+        let before = self.where_it_is();
+        if before.0 != case.situation.state() {
+            let status = self.status().cloned();
+            return Err(status.map_or(Stop::Trouble(Trouble::Unreported(0)), |s| Stop::NotReached(Box::new(s))));
+        }
+        let ticks = self.begin_fault(case)?;
+        let mut outcome = Outcome::Unaffected;
+        for k in 0..ticks {
+            // Simulate a host that clears faults without looking.
+            if case.fault != FaultKind::Nothing && self.random().chance(0.05) {
+                self.host().ask(Request::Clear)?;
+            }
+            self.disturbed(k)?;
+            outcome = self.came_of(outcome, before);
+        }
+        self.end_fault();
+        for _ in 0..self.random().whole(5, 40) {
+            self.step()?;
+            outcome = self.came_of(outcome, before);
+        }
+        if case.fault != FaultKind::Nothing && self.random().chance(0.5) {
+            self.recover()?;
+        }
+        Ok(outcome)
+    }
+
+    /// Effect of the fault so far: the first fault counts, otherwise the first hold.
+    fn came_of(&self, so_far: Outcome, before: (u8, u8)) -> Outcome {
+        let now = self.where_it_is();
+        match (so_far, now) {
+            (Outcome::Fault(_), _) => so_far,
+            (_, (FAULT, code)) if before.0 != FAULT => Outcome::Fault(code),
+            (Outcome::Held(_), _) => so_far,
+            (_, (HOLDING, cause)) if before.0 != HOLDING => Outcome::Held(cause),
+            _ if now != before => Outcome::Asked,
+            _ => so_far,
+        }
+    }
+
+    /// Bring the machine to a state and wait there.
+    fn approach(&mut self, situation: Situation) -> Result<(), Stop> {
+        let live = self.live();
+        self.host().send(&live)?;
+        self.wait(3, 10)?;
+        let requests: &[Request] = match situation {
+            Situation::Idle => &[],
+            Situation::Homing => &[Request::Home],
+            Situation::Homed => &[Request::Home, Request::Confirm],
+            _ => &[Request::Home, Request::Confirm, Request::Arm],
+        };
+        for request in requests {
+            self.host().ask(*request)?;
+            self.step()?;
+            self.lift_limits_after(*request)?;
+            if situation == Situation::Arming && *request == Request::Arm {
+                let most = self.arming().saturating_sub(3);
+                return self.wait(0, most);
+            }
+            while self.state() == ARMING {
+                self.step()?;
+            }
+        }
+        match situation {
+            Situation::Running | Situation::Holding | Situation::Lowering => {
+                self.wait(30, 60)?;
+                self.begin_motion()?;
+                self.host().ask(Request::Run)?;
+                // An arm that has hardly left its rest pose is back at once.
+                self.wait(if situation == Situation::Lowering { 100 } else { 1 }, 400)?;
+            }
+            Situation::Fault => {
+                self.wait(0, 40)?;
+                self.press()?;
+            }
+            _ => {}
+        }
+        if situation == Situation::Holding {
+            self.host().ask(Request::Hold)?;
+        }
+        if situation == Situation::Disarming {
+            self.wait(0, 60)?;
+            // A drive's coarse speed may look like motion for a tick; then the machine rejects it.
+            for _ in 0..PATIENCE {
+                self.host().ask(Request::Disarm)?;
+                self.step()?;
+                if self.state() == DISARMING {
+                    break;
+                }
+            }
+            let most = self.disarming().saturating_sub(3);
+            return self.wait(0, most);
+        }
+        if situation == Situation::Lowering {
+            self.lose_host();
+            for _ in 0..PATIENCE {
+                if self.state() == LOWERING {
+                    break;
+                }
+                self.step()?;
+            }
+        }
+        self.wait(1, 60)
+    }
+
+    /// Ask to clear the fault and to go on to torque, whether or not the machine grants it.
+    fn recover(&mut self) -> Result<(), Stop> {
+        let homes = self.homes_again();
+        for request in [Request::Clear, Request::Home, Request::Confirm, Request::Arm, Request::Run, Request::Hold] {
+            if !homes && matches!(request, Request::Home | Request::Confirm) {
+                continue;
+            }
+            self.host().ask(request)?;
+            self.wait(1, 8)?;
+            self.lift_limits_after(request)?;
+            while self.state() == ARMING {
+                self.step()?;
+            }
+        }
+        Ok(())
+    }
+
+    /// After homing, lifts the limits of the first motion: faults are judged at full speed and torque.
+    fn lift_limits_after(&mut self, request: Request) -> Result<(), Stop> {
+        if request == Request::Confirm && self.limits_first_motion() {
+            self.host().ask(Request::FullRange)?;
+            self.step()?;
+        }
+        Ok(())
+    }
+
+    /// Run some ticks without a fault.
+    fn wait(&mut self, least: u32, most: u32) -> Result<(), Stop> {
+        for _ in 0..self.random().whole(least, most) {
+            self.step()?;
+        }
+        Ok(())
+    }
+}
+
+/// The result of a run that has ended.
+///
+/// # Errors
+/// [`Failure::Target`] if the chip fails; [`Failure::Input`] if the scene's machine does not reach the state.
+pub(super) fn finish(
+    (scene, path): &(String, PathBuf),
+    case: Case,
+    Number { seed, run }: Number,
+    tick: u32,
+    motion: Motion,
+    played: Result<Outcome, Stop>,
+) -> Result<Finished, Failure> {
+    let (outcome, counterexample) = match played {
+        Ok(outcome) => (outcome, None),
+        Err(Stop::Trouble(trouble)) => return Err(Failure::Target(miette::Report::from_err(trouble))),
+        Err(Stop::NotReached(status)) => {
+            return Err(Failure::Input(miette::miette!(
+                help = "expected a scene whose arm stands at the start of its motion and can be driven from there",
+                "{}: with --seed {seed} --run {run} the machine does not come to the state `{}`: {status:?}",
+                path.display(),
+                case.situation.name()
+            )));
+        }
+        Err(Stop::Unsafe { broken, what, inputs }) => {
+            let law = broken.map(|broken| broken.law);
+            (
+                Outcome::Unaffected,
+                Some(Counterexample { scene: scene.clone(), seed, run, tick, case, law, what, inputs }),
+            )
+        }
+    };
+    Ok(Finished { case, outcome, ticks: tick, motion, counterexample })
+}
