@@ -368,7 +368,7 @@ fn integral_action_brings_the_puma_to_rest_within_a_count_whatever_it_holds_and_
     for name in ["puma560_pick.toml", "puma560_wrong_payload.toml"] {
         let mut scene = SceneFile::load(&scenes.join(name)).unwrap();
         let MotionSpec::Quintic { points, .. } = &mut scene.motion else { panic!("a quintic") };
-        points.last_mut().unwrap().dwell = 3.0;
+        points.last_mut().unwrap().dwell = 4.0;
         let per_turn: Vec<f64> =
             scene.robot.joints.iter().map(|joint| joint.encoder.unwrap().counts_per_turn).collect();
         let count = |joint: usize| TAU / per_turn[joint];

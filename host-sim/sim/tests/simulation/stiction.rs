@@ -243,7 +243,7 @@ fn tracking(scene: &SceneFile) -> Vec<f64> {
 #[test]
 fn tracking_errors_at_the_default_step_are_those_of_the_adaptive_integrator() {
     for name in ["yam_move", "rebot_move", "puma560_pick"] {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name).with_extension("toml");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name).with_extension("toml");
         let mut scene = SceneFile::load(&path).unwrap();
         scene.plant.integrator = Integrator::Adaptive { tolerance: 1e-9 };
         let exact = tracking(&scene);
