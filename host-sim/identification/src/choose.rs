@@ -7,6 +7,7 @@ use crate::base::Base;
 use crate::fit::Problem;
 use crate::friction::{Direction, Law, Term};
 use crate::prepare::Prepared;
+use rayon::prelude::*;
 
 /// Share by which a term must lower the held-out error. Below this, blocks of one log cannot tell a better law from a lucky one: with
 /// a third of it, terms were taken on one half of a log of a real arm that made its other half worse.
@@ -128,14 +129,14 @@ impl Change {
 
 /// Fits every change in all joints at once, and lets each joint keep the one that helps it most.
 fn try_group(
-    judge: &impl Fn(&[Law]) -> Vec<f64>,
+    judge: &(impl Fn(&[Law]) -> Vec<f64> + Sync),
     laws: &mut [Law],
     best: &mut [f64],
     tried: &mut Vec<Tried>,
     changes: &[Change],
 ) {
     let errors: Vec<Vec<f64>> =
-        changes.iter().map(|change| judge(&laws.iter().map(|law| change.of(law)).collect::<Vec<_>>())).collect();
+        changes.par_iter().map(|change| judge(&laws.iter().map(|law| change.of(law)).collect::<Vec<_>>())).collect();
     let pick = |joint: usize| {
         let all = errors.iter().enumerate().map(|(k, e)| (k, e[joint]));
         all.min_by(|a, b| a.1.total_cmp(&b.1))

@@ -5,14 +5,13 @@
 //! there they stay, and friction is what the last motion has left ([`crate::friction::Direction::Hysteresis`]).
 
 use crate::Series;
-use crate::filter::position_noise;
 
 /// Time for which a joint has not moved before and after a sample, in `1 / cut-off` of the torque filter.
 const STILL: f64 = 0.1;
 /// Time beside a held sample in which the torque filter still mixes, in `1 / cut-off`.
 const MIXED: f64 = 0.5;
 /// Range of a position at rest, in standard deviations of its noise.
-const RANGE: f64 = 6.0;
+const RANGE: f64 = 9.0;
 /// Range of a position at rest without noise, rad or m.
 const LEAST: f64 = 1e-7;
 /// Share of a log from which on it is one of rests.
@@ -34,7 +33,7 @@ pub fn held(q: &Series, rate: f64, cutoff: f64) -> Vec<Vec<bool>> {
 
 fn of_joint(q: &[f64], still: usize, mixed: usize) -> Vec<bool> {
     let count = q.len();
-    let limit = (RANGE * position_noise(q)).max(LEAST);
+    let limit = (RANGE * noise(q)).max(LEAST);
     let around = |k: usize, reach: usize| k.saturating_sub(reach)..(k + reach + 1).min(count);
     let rests = |k: usize| {
         let (low, high) = q[around(k, still)].iter().fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(*x), h.max(*x)));
@@ -45,6 +44,13 @@ fn of_joint(q: &[f64], still: usize, mixed: usize) -> Vec<bool> {
         return vec![false; count];
     }
     (0..count).map(|k| rests[around(k, mixed)].contains(&true)).collect()
+}
+
+/// Standard deviation of a position's noise, from the median of third differences: a motion leaves little in them, a jolt moves no median.
+fn noise(q: &[f64]) -> f64 {
+    let mut third: Vec<f64> = q.windows(4).map(|q| (q[3] - 3.0 * q[2] + 3.0 * q[1] - q[0]).abs()).collect();
+    third.sort_by(f64::total_cmp);
+    1.4826 * third.get(third.len() / 2).copied().unwrap_or(0.0) / 20.0_f64.sqrt()
 }
 
 #[cfg(test)]

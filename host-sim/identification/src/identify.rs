@@ -8,7 +8,6 @@ use crate::clock;
 use crate::consistent::{Consistent, Maker, nearest};
 use crate::correction::shifted;
 use crate::delay::{Delays, delays, torque_slope};
-use crate::filter::position_noise;
 use crate::fit::{Fit, Normal, Problem, inverse, solve};
 use crate::friction::{Direction, Law, Term};
 use crate::log::Log;
@@ -17,6 +16,7 @@ use dynamics_core::regressor::PARAMETERS;
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
+use rayon::prelude::*;
 
 /// Cut-off of the filter of torques, Hz, where the log is fast enough.
 pub const TORQUE_CUTOFF: f64 = 8.0;
@@ -191,7 +191,7 @@ fn best_delay(arm: &dyn Arm, base: &Base, logs: &[Log], torque: f64) -> (Vec<f64
     };
     let laws = DELAY_DIRECTIONS.map(|direction| vec![Law::with(direction, &[]); n]);
     let judge_by = |count: usize, logs: &[Prepared]| -> Vec<Vec<f64>> {
-        laws[..count].iter().map(|laws| Problem { logs, base, laws }.fit().held_out()).collect()
+        laws[..count].par_iter().map(|laws| Problem { logs, base, laws }.fit().held_out()).collect()
     };
     let judge = |logs: &[Prepared]| judge_by(laws.len(), logs);
     let least = |errors: &[Vec<f64>]| -> Vec<(usize, f64)> {
@@ -200,7 +200,7 @@ fn best_delay(arm: &dyn Arm, base: &Base, logs: &[Log], torque: f64) -> (Vec<f64
     };
     let mean = |errors: &[(usize, f64)]| errors.iter().map(|(_, e)| e.max(1e-12).ln()).sum::<f64>() / n.max(1) as f64;
     let prepared = prepare(&vec![0.0; n]);
-    let by_law: Vec<Delays> = laws[..BY_LAW].iter().map(|laws| delays(&prepared, base, laws)).collect();
+    let by_law: Vec<Delays> = laws[..BY_LAW].par_iter().map(|laws| delays(&prepared, base, laws)).collect();
     let any = by_law.iter().any(|delays| !delays.candidates().is_empty());
     let now = least(&judge_by(if any { laws.len() } else { BY_LAW }, &prepared));
     let chosen = |pick: &[(usize, f64)]| {
@@ -275,6 +275,12 @@ fn add_position_noise(
     *covariance += &moved * moved.transpose();
 }
 
+/// Standard deviation of the noise of a position, from third differences, which leave little of a motion.
+fn position_noise(q: &[f64]) -> f64 {
+    let third: f64 = q.windows(4).map(|q| (q[3] - 3.0 * q[2] + 3.0 * q[1] - q[0]).powi(2)).sum();
+    (third / (20 * q.len().max(1)) as f64).sqrt()
+}
+
 /// The cut-off of motions with the least held-out error of torques behind their own filter, which stays the same.
 fn best_cutoff(
     base: &Base,
@@ -291,7 +297,7 @@ fn best_cutoff(
             let laws = vec![Law::with(direction, &[Term::Load, Term::Root]); base.joints];
             Problem { logs: &logs, base, laws: &laws }.fit().held_out()
         };
-        let [one, other] = DIRECTIONS.map(judge);
+        let (one, other) = rayon::join(|| judge(DIRECTIONS[0]), || judge(DIRECTIONS[1]));
         let errors: Vec<f64> = one.iter().zip(&other).map(|(a, b)| a.min(*b)).collect();
         let mean = (errors.iter().map(|e| e.max(1e-12).ln()).sum::<f64>() / errors.len() as f64).exp();
         tried.push((motion, mean));

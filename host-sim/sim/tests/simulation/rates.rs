@@ -88,7 +88,7 @@ fn the_shipped_scene_tracks_nearly_as_the_pick_does() {
     assert_near(error(&load("../../scenes/puma560_pick.toml")), 8.053e-4, "in every tick");
     let mut slow = load("../../scenes/puma560_slow_model.toml");
     assert_eq!((slow.control.model_every, slow.control.model_between), (4, Between::Extrapolate));
-    assert_near(error(&slow), 7.550e-4, "in every 4th tick, along a line");
+    assert_near(error(&slow), 8.018e-4, "in every 4th tick, along a line");
     slow.control.model_between = Between::Hold;
     assert_near(error(&slow), 7.674e-4, "in every 4th tick, held");
     // The same world: with its model in every tick it equals the pick, to the bit.
