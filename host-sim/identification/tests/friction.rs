@@ -2,8 +2,11 @@
 
 use crate::arms::load;
 use crate::made::{Making, log};
-use identification::friction::{Direction, Term};
+use identification::base::Base;
+use identification::fit::Problem;
+use identification::friction::{Direction, Law, Term};
 use identification::identify::{Settings, difference, identify, rms};
+use identification::prepare::{Filters, Prepared};
 
 #[test]
 fn a_joint_that_jitters_at_rest_keeps_the_friction_it_came_with() {
@@ -45,5 +48,44 @@ fn an_arm_identified_without_its_masses_misses_its_torques() {
     let left = rms(&difference(&prediction.measured, &prediction.model));
     for joint in 0..6 {
         assert!(missed[joint] > 5.0 * left[joint], "joint {joint}: {missed:?}, {left:?}");
+    }
+}
+
+/// A joint that friction holds takes any torque. With those samples in the fit, its friction is wrong; without them it is right.
+#[test]
+fn samples_in_which_friction_holds_a_joint_are_left_out_and_would_spoil_the_fit() {
+    let known = load("yam.toml");
+    let making = Making { moves: Some(12), duration: 24.0, ..Making::default() };
+    let mut log = log(&known, &known.parameters, &making);
+    let at_rest = |q: &[f64], k: usize| (q[k.saturating_sub(3)] - q[(k + 3).min(q.len() - 1)]).abs() < 1e-4;
+    for joint in 0..6 {
+        // The drive has let go until friction holds the joint from the other side.
+        let direction = Direction::Hysteresis(1e-4).along(&log.q[joint], &[]);
+        for k in 0..log.time.len() {
+            if at_rest(&log.q[joint], k) {
+                log.tau[joint][k] -= 0.39 * direction[k];
+            }
+        }
+    }
+    let base = Base::of(known.arm.as_ref());
+    let filters = Filters { motion: 20.0, torque: 8.0 };
+    let prepared = Prepared::new(&log, known.arm.as_ref(), &base, filters);
+    let mut all = prepared.clone();
+    all.held.iter_mut().flatten().for_each(|held| *held = false);
+    let laws = vec![Law::with(Direction::Hysteresis(1e-4), &[]); 6];
+    let coulomb = |logs: &[Prepared]| -> Vec<f64> {
+        let problem = Problem { logs, base: &base, laws: &laws };
+        let fit = problem.fit();
+        (0..6).map(|joint| fit.x[problem.offset(joint) + 2]).collect()
+    };
+    let (moving, with_held) = (coulomb(&[prepared.clone()]), coulomb(&[all]));
+    let share = |joint: usize| {
+        let held = &prepared.held[joint];
+        held.iter().filter(|held| **held).count() as f64 / held.len() as f64
+    };
+    for joint in 0..6 {
+        assert!((0.05..0.8).contains(&share(joint)), "joint {joint}: {}", share(joint));
+        assert!((moving[joint] - 0.2).abs() < 0.03, "joint {joint}: {moving:?}");
+        assert!((with_held[joint] - 0.2).abs() > 0.05, "joint {joint}: {with_held:?}");
     }
 }

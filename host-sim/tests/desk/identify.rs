@@ -62,6 +62,28 @@ fn missed(model: &Robot, truth: &Robot) -> [f64; 6] {
     worst
 }
 
+/// From a URDF with geometry alone, by way of the robot file that `import` writes, in which every mass is a gap.
+fn a_file_without_masses_is_identified_too(folder: &Path, log: &str, other: &str) {
+    let [urdf, arm, out] = ["bare.urdf", "bare.toml", "found.toml"].map(|name| folder.join(name).display().to_string());
+    done(&["export", ROBOT, "--urdf", "--out", &urdf, "--force"]);
+    let text = std::fs::read_to_string(&urdf).unwrap();
+    let bare: String = text
+        .split("<inertial>")
+        .enumerate()
+        .map(|(part, text)| if part == 0 { text } else { text.split_once("</inertial>").unwrap().1 })
+        .collect();
+    assert!(text.contains("<inertial>") && !bare.contains("inertial"));
+    std::fs::write(&urdf, bare).unwrap();
+    done(&["import", &urdf, "--out", &arm, "--force"]);
+    assert_eq!(std::fs::read_to_string(&arm).unwrap().matches("mass = 0.0 # ?").count(), 6);
+    let found = done(&["identify", &arm, "--log", log, "--validate", other, "--json", "--out", &out, "--force"]);
+    let found: Value = serde_json::from_str(&found).unwrap();
+    for joint in found["joints"].as_array().unwrap() {
+        let [left, file] = ["relative_rms", "robot_file"].map(|key| joint[key].as_f64().unwrap());
+        assert!(left < 0.03 && file < 0.06, "{joint}");
+    }
+}
+
 #[test]
 fn a_simulated_yam_is_identified_from_the_log_of_an_excitation() {
     let folder = folder("yam");
@@ -95,6 +117,8 @@ fn a_simulated_yam_is_identified_from_the_log_of_an_excitation() {
     let ratio: [f64; 2] = serde_json::from_value(audit["ratio"].clone()).unwrap();
     assert!(audit["smallest_eigenvalue"].as_f64().unwrap() > 0.0, "{audit}");
     assert!(ratio[0] > 0.6 && ratio[0] < 1.0 && ratio[1] > 1.0 && ratio[1] < 1.4, "{audit}");
+
+    a_file_without_masses_is_identified_too(&folder, &log, &other);
 
     // The robot file: no physicist objects, and gravity is known to within friction.
     let new = Robot::load(&out).unwrap();
