@@ -1,5 +1,6 @@
 //! The program as used by a person or a script.
 
+use crate::compare_output;
 use crate::program::at_its_fixtures;
 use serde_json::Value;
 use std::io::Write;
@@ -268,7 +269,7 @@ fn bad_lines_are_named_with_what_was_found_and_expected() {
     ];
     let refused =
         cases.map(|(name, line)| format!("{name}: {line}\n{}", refusal(&["dynamics", ROBOT, "--input", "-"], line)));
-    insta::assert_snapshot!(refused.join("\n"));
+    compare_output("bad_lines_are_named_with_what_was_found_and_expected", refused.join("\n"));
 }
 
 #[test]
@@ -330,7 +331,7 @@ fn bad_options_and_files_are_named() {
         }
         format!("{}\n{}", arguments.join(" "), refusal(&all, ""))
     });
-    insta::assert_snapshot!(refused.join("\n"));
+    compare_output("bad_options_and_files_are_named", refused.join("\n"));
 }
 
 #[test]
@@ -364,5 +365,5 @@ fn a_reader_that_has_seen_enough_is_no_error() {
 fn info_shows_every_joint() {
     let output = at_its_fixtures().args(["info", ROBOT]).output().unwrap();
     assert!(output.status.success());
-    insta::assert_snapshot!(String::from_utf8(output.stdout).unwrap());
+    compare_output("info_shows_every_joint", String::from_utf8(output.stdout).unwrap());
 }
