@@ -37,7 +37,6 @@ fn main() -> ExitCode {
         Command::Replay(args) => cli::replay::run(&args),
         Command::Bound(args) => cli::bound::run(&args).map(|()| 0),
         Command::Extremes(args) => cli::extremes::run(&args).map(|()| 0),
-        Command::Campaign(args) => cli::campaign::run(&args, &stop_on_interrupt()),
         Command::Sweep(args) => cli::sweep::run(&args, &stop_on_interrupt()),
         Command::Merge(args) => cli::merge::run(&args),
         Command::Trade(args) => cli::trade::run(&args, &EmulatedChip, &stop_on_interrupt()).map(|()| 0),

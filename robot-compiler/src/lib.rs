@@ -50,10 +50,10 @@ pub use describe::scene::SceneFile;
 pub use describe::{drive, scene};
 pub use read::actuators;
 
-/// Studies: many runs of one scene, or of a campaign.
+/// Studies: many runs of one scene.
 pub mod study {
     pub use crate::describe::study::{
-        Design, Experiment, Figure, Key, Literal, Metric, Relative, Runs, Setting, Study, Subject, Values, Vary,
+        Design, Experiment, Figure, Key, Literal, Metric, Relative, Runs, Setting, Study, Values, Vary,
     };
     pub use crate::read::study::{Drawn, Template, with_robot};
 }

@@ -25,6 +25,7 @@ mod toolchain;
 use bad_input::BadInput;
 use clap::{Parser, Subcommand};
 use firmware::Board;
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -92,6 +93,13 @@ enum Task {
     Scale {
         #[command(flatten)]
         options: scale::Options,
+    },
+    /// Inject every fault in every state of the safety state machine, and judge every tick; --help lists the options
+    #[command(disable_help_flag = true)]
+    Campaign {
+        /// Options and scenes of the campaign
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<OsString>,
     },
     /// Check that no soft double and no panic is reachable from the control tick
     Gate {
@@ -199,6 +207,7 @@ fn run(task: Task) -> anyhow::Result<()> {
         Task::Measured { options } => measured::run(&options),
         Task::Report { options } => report::run_task(&options),
         Task::Scale { options } => scale::run_all(&options),
+        Task::Campaign { arguments } => process::become_command(process::cargo_run("campaign").args(arguments)),
         Task::Gate { scene } => gate::check(&scene),
         Task::Firmware { task } => match task {
             FirmwareTask::Build { what, message_path, emulator, dma_stand_in } => {

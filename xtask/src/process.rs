@@ -33,6 +33,12 @@ pub(crate) fn cargo_run(package: &str) -> Command {
     cargo(["run", "--quiet", "--locked", "--release", "--package", package, "--"])
 }
 
+/// Runs a command, and ends this program with its exit code; returns only if the command cannot start.
+pub(crate) fn become_command(command: &mut Command) -> Result<()> {
+    let status = command.status().with_context(|| format!("cannot start {command:?}"))?;
+    std::process::exit(status.code().unwrap_or(1));
+}
+
 /// Runs a command to its end; an error names the command.
 pub(crate) fn run(command: &mut Command) -> Result<()> {
     let status = command.status().with_context(|| format!("cannot start {command:?}"))?;

@@ -57,12 +57,13 @@ const ALL: &[&str] = &[
     "chip-image",
     "chip-log",
     "chip-budget",
+    "campaign",
     "bench",
     "dynamics-batch",
     "bench-peers",
 ];
 
-const ROWS: [Row; 28] = [
+const ROWS: [Row; 29] = [
     row("dynamics-core", "dynamics-core", &[], &[]),
     row("robot-compiler", "robot-compiler", &["dynamics-core"], &[]),
     row("kernel-tests", "robot-compiler/kernel-tests", &["dynamics-core", "robot-compiler"], &[]),
@@ -125,18 +126,14 @@ const ROWS: [Row; 28] = [
         &["board", "dynamics-core", "identification", "link", "report", "robot-compiler", "session", "sim", "studies"],
         &[],
     ),
-    row(
-        "fuzz",
-        "host-sim/fuzz",
-        &["board", "dynamics-core", "link", "robot-compiler", "session", "sim", "studies"],
-        &[],
-    ),
     row("clearance", "host-sim/clearance", &["dynamics-core"], &["identification", "robot-compiler"]),
     row("identification", "host-sim/identification", &["dynamics-core"], &["robot-compiler"]),
     row("report", "host-sim/report", &[], &[]),
     row("chip-image", "xtask/image", &[], &[]),
     row("chip-log", "xtask/log", &[], &[]),
     row("chip-budget", "xtask/budget", ALL, ALL),
+    row("campaign", "xtask/campaign", ALL, ALL),
+    row("fuzz", "xtask/fuzz", ALL, ALL),
     row("bench", "xtask/bench", &["dynamics-core", "robot-compiler"], &["dynamics-batch"]),
     row("dynamics-batch", "xtask/bench/batch", &["dynamics-core"], &["kernel-tests", "robot-compiler"]),
     row("bench-peers", "xtask/bench/peers/ours", ALL, ALL),

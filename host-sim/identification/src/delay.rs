@@ -6,7 +6,7 @@
 
 use crate::base::Base;
 use crate::filter::{derivative, spline};
-use crate::fit::{Normal, Problem, Rows, deviation, solve};
+use crate::fit::{Normal, Problem, Rows, solve};
 use crate::friction::Law;
 use crate::prepare::Prepared;
 use nalgebra::{DMatrix, DVector};
@@ -54,7 +54,7 @@ pub fn delays(logs: &[Prepared], base: &Base, laws: &[Law]) -> Delays {
     let n = base.joints;
     let unknowns = problem.unknowns();
     let mut found = Delays { value: vec![0.0; n], deviation: vec![EXPECTED; n] };
-    let mut sigma: Vec<f64> = rows.iter().map(|rows| deviation(rows.target.as_slice())).collect();
+    let mut sigma: Vec<f64> = rows.iter().map(|rows| rows.deviation(&rows.target)).collect();
     let mut x = DVector::zeros(unknowns);
     for step in 0..STEPS {
         let mut more: Vec<Rows> = rows.clone();
@@ -76,7 +76,11 @@ pub fn delays(logs: &[Prepared], base: &Base, laws: &[Law]) -> Delays {
                 // Ends are continued by reflection, and a moved torque has none there.
                 let count = left.len();
                 let end = (count / 20).clamp(1, 8);
-                let inside = |k: usize| if k < end || k + end >= count { 1e-6 } else { 1.0 };
+                let inside = |k: usize| match rows.held[k] {
+                    true => 0.0,
+                    false if k < end || k + end >= count => 1e-6,
+                    false => 1.0,
+                };
                 left.iter().enumerate().map(|(k, e)| inside(k) * (1.5 * sigma / e.abs().max(1e-12)).min(1.0)).collect()
             })
             .collect();
@@ -90,7 +94,7 @@ pub fn delays(logs: &[Prepared], base: &Base, laws: &[Law]) -> Delays {
         let all = solve(&normal.matrix, &normal.right);
         x = all.rows(0, unknowns).into_owned();
         for (rows, sigma) in more.iter().zip(&mut sigma) {
-            *sigma = deviation(rows.residual(&all).as_slice());
+            *sigma = rows.deviation(&rows.residual(&all));
         }
         if step > 0 {
             let mut change = 0.0_f64;
@@ -103,7 +107,7 @@ pub fn delays(logs: &[Prepared], base: &Base, laws: &[Law]) -> Delays {
             if change < SETTLED || step + 1 == STEPS {
                 let covariance = crate::fit::inverse(&normal.matrix);
                 for joint in 0..n {
-                    let left = more[joint].residual(&all);
+                    let left = more[joint].residual(&all).component_mul(&DVector::from_vec(more[joint].weights()));
                     let runs = more[joint].runs(left.as_slice());
                     let at = unknowns + joint;
                     found.deviation[joint] = (covariance[(at, at)].max(0.0) * runs).sqrt();

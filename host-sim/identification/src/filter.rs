@@ -141,3 +141,10 @@ fn between(time: &[f64], at: &[f64], value: impl Fn(usize, f64) -> f64) -> Vec<f
 pub fn thinned(series: &Series, step: usize) -> Series {
     series.iter().map(|x| x.iter().step_by(step).copied().collect()).collect()
 }
+
+/// Standard deviation of the noise of a position, from third differences, which leave little of a motion.
+#[must_use]
+pub fn position_noise(q: &[f64]) -> f64 {
+    let third: f64 = q.windows(4).map(|q| (q[3] - 3.0 * q[2] + 3.0 * q[1] - q[0]).powi(2)).sum();
+    (third / (20 * q.len().max(1)) as f64).sqrt()
+}

@@ -42,6 +42,8 @@ pub struct Rows {
     pub target: DVector<f64>,
     /// Log and block of each row.
     pub from: Vec<(usize, usize)>,
+    /// Rows in which friction holds the joint: they weigh nothing.
+    pub held: Vec<bool>,
     /// Rows a second.
     pub rate: f64,
 }
@@ -113,7 +115,9 @@ impl Problem<'_> {
         let target =
             DVector::from_iterator(picked.len(), picked.iter().map(|(log, k, _)| self.logs[*log].tau[joint][*k]));
         let rate = self.logs.first().map_or(1.0, |log| log.rate / log.row_step() as f64);
-        Rows { places, columns, target, from: picked.into_iter().map(|(log, _, block)| (log, block)).collect(), rate }
+        let held = picked.iter().map(|(log, k, _)| self.logs[*log].held[joint][*k]).collect();
+        let from = picked.into_iter().map(|(log, _, block)| (log, block)).collect();
+        Rows { places, columns, target, from, held, rate }
     }
 
     /// Normal equations of all rows. An offset of the torque is expected to be small: on a vertical slide it looks like weight, and is
@@ -133,8 +137,8 @@ impl Problem<'_> {
     pub fn fit(&self) -> Fit {
         let mut loads: Vec<Series> = self.logs.iter().map(|log| log.tau.clone()).collect();
         let mut rows = self.rows(&loads);
-        let mut sigma: Vec<f64> = rows.iter().map(|rows| deviation(rows.target.as_slice())).collect();
-        let mut weights: Vec<Vec<f64>> = rows.iter().map(|rows| vec![1.0; rows.target.len()]).collect();
+        let mut sigma: Vec<f64> = rows.iter().map(|rows| rows.deviation(&rows.target)).collect();
+        let mut weights: Vec<Vec<f64>> = rows.iter().map(Rows::weights).collect();
         let mut x = DVector::zeros(self.unknowns());
         let uses_loads = self.laws.iter().any(|law| law.terms.iter().any(|term| term.uses_load()));
         for round in 0..ROUNDS {
@@ -142,9 +146,10 @@ impl Problem<'_> {
             x = solve(&normal.matrix, &normal.right);
             for ((rows, sigma), weights) in rows.iter().zip(&mut sigma).zip(&mut weights) {
                 let left = rows.residual(&x);
-                *sigma = deviation(left.as_slice());
+                *sigma = rows.deviation(&left);
+                *weights = rows.weights();
                 for (weight, e) in weights.iter_mut().zip(left.iter()) {
-                    *weight = (HUBER * *sigma / e.abs().max(1e-12)).min(1.0);
+                    *weight *= (HUBER * *sigma / e.abs().max(1e-12)).min(1.0);
                 }
             }
             if uses_loads && round + 1 < ROUNDS {
@@ -170,6 +175,19 @@ impl Rows {
 }
 
 impl Rows {
+    /// 1 for every row, 0 where friction holds the joint.
+    #[must_use]
+    pub fn weights(&self) -> Vec<f64> {
+        self.held.iter().map(|held| if *held { 0.0 } else { 1.0 }).collect()
+    }
+
+    /// Robust deviation of the rows in which friction does not hold the joint.
+    #[must_use]
+    pub fn deviation(&self, left: &DVector<f64>) -> f64 {
+        let moving: Vec<f64> = left.iter().zip(&self.held).filter(|(_, held)| !**held).map(|(e, _)| *e).collect();
+        deviation(&moving)
+    }
+
     /// How many neighbouring rows of this residual say as much as one independent row.
     #[must_use]
     pub fn runs(&self, left: &[f64]) -> f64 {
@@ -188,9 +206,11 @@ impl Fit {
             let x = solve(&(&self.normal.matrix - &held.matrix), &(&self.normal.right - &held.right));
             for (rows, (sum, count)) in self.rows.iter().zip(&mut squares) {
                 let left = rows.residual(&x);
-                for (e, _) in left.iter().zip(&rows.from).filter(|(_, (_, b))| *b == block) {
-                    *sum += e * e;
-                    *count += 1;
+                for ((e, (_, of)), held) in left.iter().zip(&rows.from).zip(&rows.held) {
+                    if *of == block && !held {
+                        *sum += e * e;
+                        *count += 1;
+                    }
                 }
             }
         }
@@ -201,7 +221,7 @@ impl Fit {
     #[must_use]
     pub fn persistence(&self) -> Vec<f64> {
         let of = |rows: &Rows| {
-            let left = rows.residual(&self.x);
+            let left = rows.residual(&self.x).component_mul(&DVector::from_vec(rows.weights()));
             let lag = ((0.25 * rows.rate).round() as usize).max(1);
             let pairs = (0..left.len().saturating_sub(lag)).filter(|k| rows.from[*k].0 == rows.from[k + lag].0);
             let product: f64 = pairs.map(|k| left[k] * left[k + lag]).sum();

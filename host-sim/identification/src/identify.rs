@@ -8,6 +8,7 @@ use crate::clock;
 use crate::consistent::{Consistent, Maker, nearest};
 use crate::correction::shifted;
 use crate::delay::{Delays, delays, torque_slope};
+use crate::filter::position_noise;
 use crate::fit::{Fit, Normal, Problem, inverse, solve};
 use crate::friction::{Direction, Law, Term};
 use crate::log::Log;
@@ -107,6 +108,8 @@ pub struct Prediction {
     pub model: Series,
     /// Velocity of each joint behind its filter.
     pub qd: Series,
+    /// Samples of each joint in which friction holds it: no model tells its torque there.
+    pub held: Vec<Vec<bool>>,
 }
 
 /// Identify an arm from logs.
@@ -272,12 +275,6 @@ fn add_position_noise(
     *covariance += &moved * moved.transpose();
 }
 
-/// Standard deviation of the noise of a position, from third differences, which leave little of a motion.
-fn position_noise(q: &[f64]) -> f64 {
-    let third: f64 = q.windows(4).map(|q| (q[3] - 3.0 * q[2] + 3.0 * q[1] - q[0]).powi(2)).sum();
-    (third / (20 * q.len().max(1)) as f64).sqrt()
-}
-
 /// The cut-off of motions with the least held-out error of torques behind their own filter, which stays the same.
 fn best_cutoff(
     base: &Base,
@@ -350,7 +347,7 @@ impl Identified {
                 model.iter_mut().zip(column).for_each(|(sum, x)| *sum += c * x);
             }
         }
-        Prediction { time: prepared.time, measured: prepared.tau, model, qd: prepared.qd }
+        Prediction { time: prepared.time, measured: prepared.tau, model, qd: prepared.qd, held: prepared.held }
     }
 
     /// Torque along a log by other parameters and a law `friction(joint, qd, load)` of one's own, N m or N: what a robot file says. The
@@ -407,6 +404,30 @@ impl Identified {
     pub fn distance(&self) -> f64 {
         let off = &self.free - &self.bodies.beta;
         off.dot(&(inverse(&self.covariance) * &off))
+    }
+}
+
+impl Prediction {
+    /// What a model leaves of the measured torque, N m or N; 0 where friction holds a joint.
+    #[must_use]
+    pub fn left(&self, model: &Series) -> Series {
+        self.moving(&difference(&self.measured, model))
+    }
+
+    /// A series of torques without those of held joints: 0 in their place.
+    #[must_use]
+    pub fn moving(&self, series: &Series) -> Series {
+        let of = |(x, held): (&Vec<f64>, &Vec<bool>)| {
+            x.iter().zip(held).map(|(x, held)| if *held { 0.0 } else { *x }).collect()
+        };
+        series.iter().zip(&self.held).map(of).collect()
+    }
+
+    /// Share of the samples in which friction holds each joint.
+    #[must_use]
+    pub fn held_share(&self) -> Vec<f64> {
+        let of = |held: &Vec<bool>| held.iter().filter(|held| **held).count() as f64 / held.len().max(1) as f64;
+        self.held.iter().map(of).collect()
     }
 }
 

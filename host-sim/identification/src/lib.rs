@@ -9,6 +9,7 @@
 //! | [`arm`] | what identification sees of an arm: torque by inertial parameters |
 //! | [`base`] | the combinations of parameters that torques depend on |
 //! | [`friction`] | laws of friction, linear in their coefficients |
+//! | [`held`] | samples in which friction holds a joint, which tell nothing |
 //! | [`prepare`] | a log and an arm together: filtered torques and columns |
 //! | [`fit`] | weighted least squares with robust weights, held-out error, deviations |
 //! | [`choose`] | which terms of friction and which cut-off earn their place |
@@ -38,6 +39,7 @@ pub mod excite;
 pub mod filter;
 pub mod fit;
 pub mod friction;
+pub mod held;
 pub mod hypotheses;
 pub mod identify;
 pub mod log;

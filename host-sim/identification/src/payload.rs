@@ -17,7 +17,7 @@ use crate::base::Base;
 use crate::clock::repaired;
 use crate::consistent::{Maker, central, nearest};
 use crate::correction::shifted;
-use crate::fit::{Normal, Problem, Rows, deviation, inverse, solve};
+use crate::fit::{Normal, Problem, Rows, inverse, solve};
 use crate::friction::{Direction, Law};
 use crate::identify::Identified;
 use crate::log::Log;
@@ -128,8 +128,8 @@ impl Known {
             let rows = problem.rows(&loads);
             let asked: Vec<Rows> = rows.iter().map(|rows| rows_of_load(rows, b, &last, &known)).collect();
             if weights.is_empty() {
-                weights = asked.iter().map(|rows| vec![1.0; rows.target.len()]).collect();
-                sigma = asked.iter().map(|rows| deviation(rows.target.as_slice())).collect();
+                weights = asked.iter().map(Rows::weights).collect();
+                sigma = asked.iter().map(|rows| rows.deviation(&rows.target)).collect();
             }
             let prior = self.prior(&sigma, &start, more);
             let normal = Normal::of(&asked, &sigma, &weights, |_| true, PARAMETERS + more);
@@ -138,11 +138,11 @@ impl Known {
             held = x.rows(0, PARAMETERS).into_owned();
             for ((rows, sigma), weights) in asked.iter().zip(&mut sigma).zip(&mut weights) {
                 let left = rows.residual(&x);
-                let size = deviation(left.as_slice());
+                let size = rows.deviation(&left);
                 let runs = rows.runs(left.as_slice());
                 *sigma = size;
                 let weight = |e: &f64| (1.5 * size / e.abs().max(1e-12)).min(1.0) / runs;
-                *weights = left.iter().map(weight).collect();
+                *weights = left.iter().zip(rows.weights()).map(|(e, moving)| moving * weight(e)).collect();
             }
             let through = self.through(&rows, &asked, &sigma, &weights, more);
             found = Some((asked, x, matrix, through));
@@ -208,7 +208,7 @@ fn rows_of_load(rows: &Rows, base: usize, last: &DMatrix<f64>, known: &DVector<f
         columns.column_mut(PARAMETERS + k).copy_from(&rows.columns.column(bodies + k));
         places.push(PARAMETERS + place - base);
     }
-    Rows { places, columns, target: rows.residual(known), from: rows.from.clone(), rate: rows.rate }
+    Rows { places, columns, target: rows.residual(known), from: rows.from.clone(), held: rows.held.clone(), rate: rows.rate }
 }
 
 impl Payload {

@@ -4,6 +4,7 @@ use crate::Series;
 use crate::arm::Arm;
 use crate::base::Base;
 use crate::filter::{LowPass, derivative, even_times, lines, spline, thinned};
+use crate::held::held;
 use crate::log::Log;
 use dynamics_core::regressor::PARAMETERS;
 use nalgebra::DMatrix;
@@ -44,6 +45,8 @@ pub struct Prepared {
     pub cutoff: f64,
     /// Columns of the base parameters at each joint, through the filter of torques: samples x base parameters.
     pub columns: Vec<DMatrix<f64>>,
+    /// Samples of each joint in which friction holds it.
+    pub held: Vec<Vec<bool>>,
 }
 
 impl Prepared {
@@ -56,7 +59,8 @@ impl Prepared {
         let rate = log.rate();
         let even = even_times(&log.time, rate);
         let motion = LowPass::new(filters.motion, rate);
-        let smooth: Series = log.q.iter().map(|q| motion.apply(&spline(&log.time, q, &even))).collect();
+        let raw: Series = log.q.iter().map(|q| spline(&log.time, q, &even)).collect();
+        let smooth: Series = raw.iter().map(|q| motion.apply(q)).collect();
         let speed: Series = smooth.iter().map(|q| derivative(q, rate)).collect();
         let change: Series = speed.iter().map(|qd| derivative(qd, rate)).collect();
         let first = LowPass::new(filters.torque, rate);
@@ -70,7 +74,8 @@ impl Prepared {
         let (q, qd, qdd) = (thinned(&smooth, step), thinned(&speed, step), thinned(&change, step));
         let columns = columns(arm, base, [&q, &qd, &qdd], &low_pass);
         let cutoff = filters.torque;
-        Self { rate, time, q, qd, qdd, tau: thinned(&torque, step), low_pass, cutoff, columns }
+        let held = held(&thinned(&raw, step), rate, cutoff);
+        Self { rate, time, q, qd, qdd, tau: thinned(&torque, step), low_pass, cutoff, columns, held }
     }
 
     /// Number of samples.

@@ -1,8 +1,7 @@
 //! Verdict on an identification: trusted, doubtful or refused, with reasons.
 
-use crate::Series;
 use crate::hypotheses::{Explanation, Findings};
-use crate::identify::{Identified, difference, rms};
+use crate::identify::{Identified, Prediction, rms};
 
 /// What becomes of an identified model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -194,13 +193,14 @@ impl Verdict {
 
 /// Autocorrelation of what is left of each joint's torque after a quarter of a second, from 0 to 1, and the root mean square of it.
 #[must_use]
-pub fn persistence(time: &[f64], measured: &Series, model: &Series) -> Vec<f64> {
+pub fn persistence(prediction: &Prediction) -> Vec<f64> {
+    let (time, measured) = (&prediction.time, &prediction.measured);
     let step = match (time.first(), time.last()) {
         (Some(first), Some(last)) if time.len() > 1 => (last - first) / (time.len() - 1) as f64,
         _ => return vec![0.0; measured.len()],
     };
     let lag = ((0.25 / step).round() as usize).max(1);
-    let left = difference(measured, model);
+    let left = prediction.left(&prediction.model);
     let of = |(left, rms): (&Vec<f64>, f64)| {
         let product: f64 = left.iter().zip(left.iter().skip(lag)).map(|(a, b)| a * b).sum();
         (product / (rms * rms * left.len() as f64).max(1e-300)).max(0.0)

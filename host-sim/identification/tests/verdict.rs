@@ -37,7 +37,7 @@ fn judged_with(known: &Known, train: &Log, other: &Log, change: &dyn Fn(&mut Err
         before: share(rms(&difference(&prediction.measured, &before))),
         after: share(rms(&difference(&prediction.measured, &prediction.model))),
         held_out: share(found.held_out.clone()),
-        persistence: persistence(&prediction.time, &prediction.measured, &prediction.model),
+        persistence: persistence(&prediction),
         others: true,
     };
     change(&mut errors);

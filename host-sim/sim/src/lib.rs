@@ -7,6 +7,7 @@
 //! | [`output`] | files that commands write: nothing is overwritten that this program did not write |
 //! | [`failure`] | reasons why a command fails, and exit codes |
 //! | [`table`] | tables in the terminal |
+//! | [`terminal`] | results on standard output, and the progress bar |
 #![forbid(unsafe_code)]
 
 pub mod failure;
@@ -15,3 +16,4 @@ pub mod output;
 pub mod plant;
 pub mod run;
 pub mod table;
+pub mod terminal;

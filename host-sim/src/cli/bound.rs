@@ -3,12 +3,12 @@
 use crate::cli::chain::ChainArgs;
 use crate::cli::document;
 use crate::cli::names::named;
-use crate::cli::output::print;
-use crate::cli::progress::progress_bar;
 use clap::Args;
 use robot_compiler::kernel::Level;
 use robot_compiler::with_dof;
 use sim::failure::Failure;
+use sim::terminal::print;
+use sim::terminal::progress_bar;
 use std::path::PathBuf;
 use studies::bound::{Question, answer, load, markdown, work};
 use studies::robot_or_scene::RobotOrScene;

@@ -2,10 +2,10 @@
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::gravity::GravityArgs;
-use crate::cli::output::{json, print};
 use clap::Args;
 use robot_compiler::check::{Draft, Severity};
 use sim::failure::{FAULT, Failure};
+use sim::terminal::{json, print};
 use std::path::PathBuf;
 use studies::check::answer_in;
 use studies::robot_or_scene::scene_about;

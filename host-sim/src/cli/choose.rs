@@ -2,10 +2,10 @@
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::force::ForceArgs;
-use crate::cli::output::{json, print};
 use crate::cli::trade::{AxisArgs, folder, measured};
 use clap::Args;
 use sim::failure::{Failure, in_file};
+use sim::terminal::{json, print};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;

@@ -1,9 +1,10 @@
 //! `compare`: two runs on one page.
 
 use crate::cli::force::ForceArgs;
-use crate::cli::output::{files, print, write_report};
+use crate::cli::output::{files, write_report};
 use clap::Args;
 use sim::failure::Failure;
+use sim::terminal::print;
 use std::path::PathBuf;
 use studies::compare::{Side, page};
 

@@ -2,10 +2,10 @@
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::gravity::GravityArgs;
-use crate::cli::output::{json, print};
 use clap::Args;
 use robot_compiler::{Robot, with_dof};
 use sim::failure::Failure;
+use sim::terminal::{json, print};
 use std::path::PathBuf;
 use studies::contact::{Known, Question, answer};
 use studies::robot_or_scene::say_mounting;

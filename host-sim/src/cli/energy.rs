@@ -1,13 +1,14 @@
 //! `energy`: run a scene and account for the energy.
 
 use crate::cli::force::ForceArgs;
-use crate::cli::output::{files, json, print};
+use crate::cli::output::files;
 use crate::cli::run::{exit_code, set_duration};
 use clap::Args;
 use robot_compiler::{SceneFile, with_dof};
 use sim::failure::{Failure, in_file};
 use sim::run::files::file_name;
 use sim::run::plot;
+use sim::terminal::{json, print};
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, stdin};
 use std::path::{Path, PathBuf};

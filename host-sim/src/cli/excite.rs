@@ -2,11 +2,11 @@
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::force::ForceArgs;
-use crate::cli::output::{json, print};
-use crate::cli::progress::progress_bar;
 use clap::Args;
 use robot_compiler::with_dof;
 use sim::failure::{Failure, in_file};
+use sim::terminal::progress_bar;
+use sim::terminal::{json, print};
 use std::path::PathBuf;
 use studies::excite::{Kind, Surroundings, Wishes, design};
 use studies::robot_or_scene::RobotOrScene;

@@ -1,9 +1,9 @@
 //! `explain`: what each term of a scene's model costs, and what goes wrong without it.
 
-use crate::cli::output::{json, print};
 use clap::Args;
 use robot_compiler::{SceneFile, with_dof};
 use sim::failure::Failure;
+use sim::terminal::{json, print};
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use studies::explain::explain;

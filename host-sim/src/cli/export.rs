@@ -2,11 +2,11 @@
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::force::ForceArgs;
-use crate::cli::output::print;
 use clap::Args;
 use robot_compiler::Robot;
 use robot_compiler::emit::urdf;
 use sim::failure::Failure;
+use sim::terminal::print;
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\

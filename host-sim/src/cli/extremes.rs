@@ -2,9 +2,10 @@
 
 use crate::cli::document;
 use crate::cli::force::ForceArgs;
-use crate::cli::output::{json, print, write_report};
+use crate::cli::output::write_report;
 use clap::Args;
 use sim::failure::Failure;
+use sim::terminal::{json, print};
 use std::path::PathBuf;
 use studies::extremes::{Report, time, write_plots};
 

@@ -2,12 +2,12 @@
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::force::ForceArgs;
-use crate::cli::output::print;
 use clap::Args;
 use robot_compiler::UrdfArm;
 use robot_compiler::check::Draft;
 use robot_compiler::emit::robot_file;
 use sim::failure::Failure;
+use sim::terminal::print;
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\

@@ -1,13 +1,13 @@
 //! `info`: what a robot file holds.
 
 use crate::cli::chain::ChainArgs;
-use crate::cli::output::print;
 use clap::Args;
 use dynamics_core::JointKind;
 use robot_compiler::Robot;
 use sim::failure::Failure;
 use sim::run::record::JointLabel;
 use sim::table::table;
+use sim::terminal::print;
 use std::path::PathBuf;
 use studies::robot_or_scene::say_mounting;
 

@@ -2,13 +2,13 @@
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::names::named;
-use crate::cli::output::{json, print};
 use clap::Args;
 use robot_compiler::kernel::functions::Springs;
 use robot_compiler::kernel::{Function, Level};
 use robot_compiler::scene::ScalarChoice;
 use robot_compiler::with_dof;
 use sim::failure::Failure;
+use sim::terminal::{json, print};
 use std::path::PathBuf;
 use studies::kernel::{Asked, Kernels};
 use studies::robot_or_scene::scene_about;

@@ -2,7 +2,7 @@
 
 use crate::cli::force::ForceArgs;
 use crate::cli::names::named;
-use crate::cli::output::{files, json, print};
+use crate::cli::output::files;
 use clap::Args;
 use dynamics_core::linkage::{Branch, Linkage, LinkageError};
 use robot_compiler::LinkageFile;
@@ -10,6 +10,7 @@ use robot_compiler::names::name;
 use sim::failure::{self, Failure, number};
 use sim::output::Output;
 use sim::run::files::file_name;
+use sim::terminal::{json, print};
 use std::path::{Path, PathBuf};
 use studies::linkage::files::{write_run, write_turn};
 use studies::linkage::report::{describe_range, run_table, turn_table};

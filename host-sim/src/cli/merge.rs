@@ -1,11 +1,11 @@
 //! `merge`: the shards of a study, put together.
 
 use crate::cli::force::ForceArgs;
-use crate::cli::progress::progress_bar;
-use crate::cli::sweep::{Shown, code, show};
+use crate::cli::sweep::{Shown, show};
 use clap::Args;
 use indicatif::ProgressBar;
 use sim::failure::Failure;
+use sim::terminal::progress_bar;
 use std::path::PathBuf;
 use studies::sweep::results::Results;
 use studies::sweep::store;
@@ -53,5 +53,5 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     let (prepared, _) = merged?;
     let results = Results::of(&prepared, &args.out)?;
     show(&Shown { json: args.json, quiet: args.quiet, pace: "" }, &prepared, &results, &args.out, &output)?;
-    Ok(code(&prepared, &results))
+    Ok(0)
 }

@@ -1,7 +1,6 @@
 //! The command line: one file a command, with its arguments, its help, the call and what is printed.
 
 pub mod bound;
-pub mod campaign;
 pub mod chain;
 pub mod check;
 pub mod choose;
@@ -36,7 +35,6 @@ pub mod trade;
 
 mod document;
 mod output;
-mod progress;
 
 use clap::{Parser, Subcommand};
 
@@ -58,7 +56,7 @@ Exit codes:
   1    something outside failed: a file could not be written, the target died; a replay that differs, or ends before its record
   2    bad input: a file, a line or an option; the message says where and what was expected
   3    the run ended in a fault, a command of a session was refused, the simulated arm ran away, the simulated linkage came to a dead
-       point, a campaign found an unsafe command, or a check found something wrong; everything recorded was written
+       point, or a check found something wrong; everything recorded was written
   4    chip and desk differed in some tick
   130  interrupted; everything recorded until then was written";
 
@@ -107,8 +105,6 @@ pub enum Command {
     Choose(choose::ChooseArgs),
     /// What happens at the edges: masses, numbers, integrators, time, gains; pass or fail, cell by cell.
     Extremes(extremes::ExtremesArgs),
-    /// Inject every fault in every state of the safety state machine, and judge every tick.
-    Campaign(campaign::CampaignArgs),
     /// Very many runs of a scene whose keys vary: a study, or a shard of it.
     Sweep(sweep::SweepArgs),
     /// Put the shards of a study together.

@@ -1,10 +1,10 @@
 //! `motion`: a motion from the path that an arm was led along by hand.
 
 use crate::cli::force::ForceArgs;
-use crate::cli::output::print;
 use clap::Args;
 use robot_compiler::{SceneFile, with_dof};
 use sim::failure::{Failure, in_file};
+use sim::terminal::print;
 use std::path::PathBuf;
 use studies::taught::{Path as Led, taught};
 

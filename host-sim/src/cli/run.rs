@@ -2,8 +2,7 @@
 
 use crate::cli::force::ForceArgs;
 use crate::cli::names::{Target, named};
-use crate::cli::output::{files, json, print};
-use crate::cli::progress::progress_bar;
+use crate::cli::output::files;
 use clap::Args;
 use dynamics_core::control::Law;
 use dynamics_core::trig::Method;
@@ -17,6 +16,8 @@ use sim::run::closed_loop::End;
 use sim::run::files::{file_name, write, write_report};
 use sim::run::mcap_file;
 use sim::run::simulate::{self, Run};
+use sim::terminal::progress_bar;
+use sim::terminal::{json, print};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use studies::robot_or_scene::say_mounting;

@@ -3,11 +3,12 @@
 use crate::cli::chain::ChainArgs;
 use crate::cli::force::ForceArgs;
 use crate::cli::gravity::GravityArgs;
-use crate::cli::output::{files, json, print};
+use crate::cli::output::files;
 use clap::Args;
 use robot_compiler::{Robot, with_dof};
 use sim::failure::{Failure, in_file};
 use sim::run::files::file_name;
+use sim::terminal::{json, print};
 use std::path::{Path, PathBuf};
 use studies::robot_or_scene::say_mounting;
 use studies::statics::{Axes, Question, answer, sweep};

@@ -3,22 +3,22 @@
 use crate::cli::document;
 use crate::cli::force::ForceArgs;
 use crate::cli::names::named;
-use crate::cli::output::{files, json, print};
-use crate::cli::progress::progress_bar;
+use crate::cli::output::files;
 use clap::Args;
 use indicatif::ProgressBar;
-use robot_compiler::study::Subject;
 use sim::failure::{self, Failure};
 use sim::output::Output;
 use sim::run::files::file_name;
+use sim::terminal::progress_bar;
+use sim::terminal::{json, print};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use studies::parallel::Jobs;
 use studies::sweep::Prepared;
-use studies::sweep::repeat::Repeat;
 use studies::sweep::replay::{Replayed, replay};
 use studies::sweep::results::{FILES, Results};
+use studies::sweep::store::STUDY;
 use studies::sweep::store::{self, Done, Progress, Shard};
 use studies::sweep::submit::{self, Engine, Submission};
 
@@ -128,16 +128,12 @@ pub fn run(args: &SweepArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     }
     let pace = format!("{:<21}{}\n", "pace", pace(&done));
     show(&Shown { json: args.json, quiet: args.quiet, pace: &pace }, &prepared, &results, &folder, &output)?;
-    Ok(code(&prepared, &results))
+    Ok(0)
 }
 
 /// Outputs of the command: the study and its scenes are never overwritten.
 fn outputs(args: &SweepArgs, prepared: &Prepared) -> Output {
-    let scenes = match &prepared.study.subject {
-        Subject::Scene(experiment) => std::slice::from_ref(&experiment.scene),
-        Subject::Campaign(scenes) => scenes.as_slice(),
-    };
-    scenes.iter().fold(args.force.output().reads(&args.study), |output, scene| output.reads(scene))
+    args.force.output().reads(&args.study).reads(&prepared.study.experiment.scene)
 }
 
 /// Do the runs; `None` where they were interrupted.
@@ -191,13 +187,7 @@ pub(super) fn show(
     if shown.quiet {
         return Ok(());
     }
-    print(&format!("{}{}{}", results.text(&Repeat::new(prepared, folder)), shown.pace, files(&written)))
-}
-
-/// Failing runs are what a study asks for; an unsafe command of a campaign is not.
-pub(super) fn code(prepared: &Prepared, results: &Results) -> u8 {
-    let is_campaign = matches!(prepared.study.subject, Subject::Campaign(_));
-    if is_campaign && results.failures.count > 0 { failure::FAULT } else { 0 }
+    print(&format!("{}{}{}", results.text(&folder.join(STUDY)), shown.pace, files(&written)))
 }
 
 /// Write files for an engine; they lie beside each other wherever the folder is.

@@ -2,10 +2,10 @@
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::names::Presence;
-use crate::cli::output::{json, print};
 use clap::Args;
 use robot_compiler::with_dof;
 use sim::failure::Failure;
+use sim::terminal::{json, print};
 use std::path::PathBuf;
 use studies::robot_or_scene::scene_about;
 use studies::terms::{Method, Question, describe, terms};

@@ -3,7 +3,6 @@
 //! | module | holds |
 //! |---|---|
 //! | [`bound`] | error of single precision: a proven bound, and the largest error found |
-//! | [`campaign`] | every fault in every state of the safety state machine, each tick judged |
 //! | [`check`] | rules about the numbers of a robot file, with the loads that they compare with |
 //! | [`compare`] | two runs on one page |
 //! | [`contact`] | the wrench at the tip, felt through a sensor in the base |
@@ -25,7 +24,6 @@
 #![forbid(unsafe_code)]
 
 pub mod bound;
-pub mod campaign;
 pub mod check;
 pub mod compare;
 pub mod contact;

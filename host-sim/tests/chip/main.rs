@@ -2,7 +2,6 @@
 //! the test another.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
-mod campaign;
 mod closed_loop;
 mod cost;
 mod drill;

@@ -1,8 +1,8 @@
 //! Friction beyond viscous and Coulomb friction: the simulated joint has it, a log gives it back, and the controller compensates it.
 
 use crate::program::{at_the_top, new, told};
+use robot_compiler::{Breakaway, JointFriction};
 use serde_json::Value;
-use sim::plant::friction::{Breakaway, JointFriction};
 use std::path::{Path, PathBuf};
 
 const SCENE: &str = "scenes/examples/yam_friction.toml";
@@ -100,15 +100,7 @@ fn an_arm_without_such_terms_has_none_explained() {
 
 #[test]
 fn the_simulated_joint_has_every_term_of_its_friction() {
-    let plain = JointFriction {
-        viscous: 0.3,
-        coulomb: 0.7,
-        sign_speed: 1e-3,
-        breakaway: None,
-        coulomb_load: 0.0,
-        asymmetry: 0.0,
-        offset: 0.0,
-    };
+    let plain = JointFriction::new(0.3, 0.7);
     let fast = |friction: &JointFriction, drive: f64, qd: f64| friction.torque_under(drive, qd) - 0.3 * qd;
     let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} is not {b}");
     // Growth with the load, of Coulomb's torque and between it and breakaway.

@@ -4,8 +4,6 @@
 
 mod bound;
 mod browser;
-mod campaign;
-mod campaign_drives;
 #[path = "../../../robot-compiler/tests/common/cases.rs"]
 #[allow(dead_code, reason = "the robot compiler's tests need more of it")]
 mod cases;
@@ -26,7 +24,6 @@ mod friction;
 mod heat;
 mod identify;
 mod identify_logs;
-mod judge;
 mod kernel_command;
 mod linkage;
 mod live_board;

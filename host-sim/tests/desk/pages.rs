@@ -1,7 +1,7 @@
 //! Pages of studies in a real browser: they load, stay within their window and can be read there, and show the numbers of the files.
 
 use crate::browser::{Browser, FLAT};
-use crate::{campaign, trade};
+use crate::trade;
 use report::{Block, Page};
 use robot_compiler::scene::ScalarChoice;
 use serde_json::{Value, json};
@@ -135,32 +135,4 @@ fn a_trade_shows_the_front_of_its_table_and_hands_over_the_command_of_a_point() 
     }
     assert_eq!(browser.complaints(), [""; 0]);
     std::fs::remove_dir_all(&folder).unwrap();
-}
-
-#[test]
-fn a_campaigns_page_counts_what_its_json_counts() {
-    let Some(mut browser) = Browser::start("campaign", FLAT) else { return };
-    let report = campaign::report(0..64);
-    let counted = serde_json::to_value(&report).unwrap();
-    let page = written("campaign", &report.page(&[]));
-    let of_json = counted["rows"].as_array().unwrap();
-    assert!(of_json.len() > 3, "{}", of_json.len());
-    for window in WINDOWS {
-        open(&mut browser, &page, window);
-        let shown = rows(&mut browser, "Faults in states, and how runs ended");
-        assert_eq!(shown.len(), of_json.len());
-        for (shown, row) in shown.iter().zip(of_json) {
-            let [runs, ticks, not_safe] = shown.last_chunk().unwrap();
-            let numbers = ["runs", "ticks", "unsafe_commands"].map(|key| row[key].to_string());
-            assert_eq!([&runs.0, &ticks.0, &not_safe.0], numbers.each_ref());
-        }
-        // Every run is in one bar of the figure.
-        let bars =
-            browser.value("[...document.querySelectorAll('figure .point title')].map((title) => title.textContent)");
-        let runs = |bar: &Value| {
-            bar.as_str().unwrap().rsplit_once(": ").unwrap().1.replace(" runs", "").parse::<u64>().unwrap()
-        };
-        assert_eq!(bars.as_array().unwrap().iter().map(runs).sum::<u64>(), counted["runs"]);
-    }
-    assert_eq!(browser.complaints(), [""; 0]);
 }

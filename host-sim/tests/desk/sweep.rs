@@ -140,21 +140,5 @@ fn every_shipped_study_is_read_with_its_first_run() {
         assert_eq!(path.file_stem().unwrap().to_str().unwrap(), prepared.study.name);
         count += 1;
     }
-    assert!(count >= 4, "{count}");
-}
-
-#[test]
-fn a_campaign_is_a_study_of_its_own_kind() {
-    let out = folder("campaign");
-    let mut command = at_the_top();
-    command.args(["sweep", "scenes/studies/campaign.toml", "--runs", "60", "--json", "--out"]).arg(&out);
-    let found: Value = serde_json::from_str(&printed(command.output().unwrap())).unwrap();
-    assert_eq!((&found["runs"], &found["failures"]["count"]), (&60.into(), &0.into()));
-    // As the study's page says it, on the copies of its scenes.
-    let mut one = at_the_top();
-    one.args(["campaign", "--seed", "1", "--run", "31", "--json"]);
-    let run = printed(one.args((1..=3).map(|scene| out.join(format!("scene_{scene}.toml")))).output().unwrap());
-    let run: Value = serde_json::from_str(&run).unwrap();
-    let row = &cells(&out.join("runs.csv"))[32];
-    assert_eq!(row[5], run["ticks"].to_string(), "{row:?}");
+    assert_eq!(count, 3);
 }

@@ -89,8 +89,4 @@ fn options_that_contradict_are_refused() {
         let (code, _, error) = told(at_the_top().args(["sweep", study]).args(&options).output().unwrap());
         assert!(code == 2 && error.contains(words), "{options:?}: {error}");
     }
-    let (code, _, error) =
-        told(at_the_top().args(["sweep", "scenes/studies/campaign.toml", "--replay", "7"]).output().unwrap());
-    let command = "host-sim campaign --seed 1 --run 7 scenes/studies/../campaign/encoders.toml scenes";
-    assert!(code == 2 && unbroken(&error).contains(command), "{error}");
 }

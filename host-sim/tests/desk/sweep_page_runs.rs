@@ -9,7 +9,6 @@ use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
-use studies::sweep::results::Results;
 
 /// What a command prints that a shell runs in a folder.
 fn done(command: &str, folder: &Path) -> String {
@@ -80,45 +79,6 @@ fn runs_in_a_fault_have_a_row_of_their_own_on_a_desk_and_on_a_phone() {
     for window in WINDOWS {
         open(&mut browser, &out.join("report.html"), window);
         shows_the_distributions(&mut browser, &results, &cells(&out.join("runs.csv")));
-    }
-    assert_eq!(browser.complaints(), [""; 0]);
-}
-
-#[test]
-fn a_study_that_is_a_campaign_has_a_page_without_figures_and_commands_for_runs_that_failed() {
-    let Some(mut browser) = Browser::start("sweep_campaign", FLAT) else { return };
-    let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/studies/campaign.toml");
-    let (out, results) = studied("campaign_page", &study, 30);
-    assert_eq!((&results["failing"], &results["failures"]["count"]), (&json!([]), &json!(0)));
-    let page = out.join("report.html");
-    for window in WINDOWS {
-        open(&mut browser, &page, window);
-        assert_eq!(browser.value("document.querySelectorAll('figure, pre, [data-command]').length"), 0);
-        let words = browser.value("document.body.textContent");
-        assert!(!["--replay", "--run"].iter().any(|option| words.as_str().unwrap().contains(option)), "{words}");
-        // Every run is in one cell, as `failed/runs`.
-        let cells = rows(&mut browser, "Failed of runs");
-        let runs = cells.iter().flat_map(|row| &row[1..]).filter_map(|cell| cell.0.strip_prefix("0/"));
-        assert_eq!(runs.map(|runs| runs.parse::<u64>().unwrap()).sum::<u64>(), 30);
-    }
-    // A table that says that one run was unsafe.
-    let mut table = cells(&out.join("runs.csv"));
-    let ticks = table[8][5].clone();
-    table[8].splice(6.., ["unsafe".to_owned(), "0".to_owned()]);
-    let text: String = table.iter().map(|row| row.join(",") + "\n").collect();
-    fs::write(out.join("runs.csv"), text).unwrap();
-    let prepared = prepared("scenes/studies/campaign.toml", 30);
-    Results::of(&prepared, &out).unwrap().write(&out, &prepared).unwrap();
-    for window in WINDOWS {
-        open(&mut browser, &page, window);
-        assert_eq!(browser.value("document.querySelectorAll('figure, pre').length"), 0);
-        let shown = rows(&mut browser, FAILING);
-        assert_eq!((shown.len(), shown[0][0].0.as_str()), (1, "7"));
-        let command = shown[0][1].0.clone();
-        assert_eq!(handed_over(&mut browser, FAILING), [command.as_str()]);
-        assert_eq!(browser.value("document.querySelectorAll('[data-command]').length"), 1);
-        let run: Value = serde_json::from_str(&done(&format!("{command} --json"), &out)).unwrap();
-        assert_eq!(run["ticks"].to_string(), ticks, "the very run");
     }
     assert_eq!(browser.complaints(), [""; 0]);
 }

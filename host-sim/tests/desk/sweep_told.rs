@@ -3,11 +3,9 @@
 use crate::sweep::{cells, folder};
 use dynamics_core::JointKind::{Prismatic, Revolute};
 use robot_compiler::study::{Figure, Metric};
-use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 use studies::sweep::Prepared;
-use studies::sweep::repeat::Repeat;
 use studies::sweep::results::Results;
 
 pub(crate) fn prepared(study: &str, runs: u64) -> Prepared {
@@ -55,7 +53,7 @@ fn every_figure_has_its_unit_and_every_interval_its_confidence() {
     let prepared = prepared("host-sim/tests/fixtures/study.toml", 11);
     let (out, results) = of_rows("told_units", &prepared, &rods());
     let page = fs::read_to_string(out.join("report.html")).unwrap();
-    let terminal = results.text(&Repeat::new(&prepared, &out));
+    let terminal = results.text(&out.join("study.toml"));
     for text in [&page, &terminal, &results.markdown()] {
         for words in ["tracking_max / rad", "torque_peak.1 / (N m)", "settling_time / s", "%), with 95 % confidence."] {
             assert!(text.contains(words), "no {words} in {text}");
@@ -103,21 +101,4 @@ fn a_page_says_what_the_study_was_and_hands_over_commands_that_a_shell_takes() {
     assert!(page.contains(&command), "no {command}");
     // Five worst runs of each figure, and ten that failed.
     assert_eq!(page.matches("data-command=\"").count(), 25);
-}
-
-#[test]
-fn a_campaign_that_failed_says_how_its_run_is_repeated() {
-    let prepared = prepared("scenes/studies/campaign.toml", 3);
-    let row = |index: u32, end: &str| {
-        format!("{index},encoders,overrun,running,fault 6,9,{end},{}", u8::from(end != "unsafe"))
-    };
-    let rows = [row(0, "complete"), row(1, "unsafe"), row(2, "complete")];
-    let (out, results) = of_rows("told_campaign", &prepared, &rows);
-    let command = Repeat::new(&prepared, &out).command(1);
-    let scene = out.join("scene_1.toml").display().to_string();
-    assert!(command.starts_with(&format!("host-sim campaign --seed 1 --run 1 {scene} ")), "{command}");
-    assert!(results.text(&Repeat::new(&prepared, &out)).contains(&command));
-    assert!(fs::read_to_string(out.join("report.html")).unwrap().contains(&format!("data-command=\"{command}\"")));
-    let json: Value = serde_json::from_str(&fs::read_to_string(out.join("results.json")).unwrap()).unwrap();
-    assert_eq!((&json["failing"], &json["broken_off"]["share"]["count"]), (&serde_json::json!([1]), &1.into()));
 }

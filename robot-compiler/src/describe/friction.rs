@@ -85,6 +85,42 @@ impl FrictionPart {
 const SIGN_SHARE: f64 = 0.1;
 
 impl JointFriction {
+    /// Viscous and Coulomb friction.
+    #[must_use]
+    pub const fn new(viscous: f64, coulomb: f64) -> Self {
+        Self { viscous, coulomb, coulomb_load: 0.0, breakaway: None, asymmetry: 0.0, offset: 0.0 }
+    }
+
+    /// True if the joint has dry friction, which can hold it at rest.
+    #[must_use]
+    pub fn is_dry(&self) -> bool {
+        let rises = self.breakaway.is_some_and(|it| it.torque > 0.0 || it.load > 0.0);
+        self.coulomb > 0.0 || self.coulomb_load > 0.0 || rises
+    }
+
+    /// Torque opposed to the motion of a joint that carries no load, N m or N; at rest, the offset alone.
+    #[must_use]
+    pub fn torque(&self, qd: f64) -> f64 {
+        self.torque_under(0.0, qd)
+    }
+
+    /// Torque opposed to the motion while the actuator gives `drive`, N m or N; at rest, the offset alone.
+    #[must_use]
+    pub fn torque_under(&self, drive: f64, qd: f64) -> f64 {
+        let sign = if qd == 0.0 { 0.0 } else { qd.signum() };
+        self.viscous * qd + self.level(drive, qd) * sign + self.asymmetry * sign.abs() + self.offset
+    }
+
+    /// Dry friction at this velocity while the actuator gives `drive`, N m or N; at rest, the largest that it can hold.
+    #[must_use]
+    #[inline]
+    pub fn level(&self, drive: f64, qd: f64) -> f64 {
+        let coulomb = self.coulomb + self.coulomb_load * drive.abs();
+        let Some(Breakaway { torque, speed, load }) = &self.breakaway else { return coulomb };
+        let rise = torque + load * drive.abs() - coulomb;
+        coulomb + rise * libm::exp(-(qd / speed) * (qd / speed))
+    }
+
     /// Whether the joint has terms in addition to viscous and Coulomb friction.
     #[must_use]
     pub fn has_terms(&self) -> bool {

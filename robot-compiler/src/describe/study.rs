@@ -1,4 +1,4 @@
-//! Studies: many runs of a scene whose keys vary, or many runs of a fault-injection campaign.
+//! Studies: many runs of a scene whose keys vary.
 
 use crate::describe::diagnostics::{FileError, Source};
 use crate::names::Named;
@@ -14,8 +14,8 @@ pub struct Study {
     pub name: String,
     /// The file it came from.
     pub path: PathBuf,
-    /// The runs' subject.
-    pub subject: Subject,
+    /// The scene, its changes, and the figures of each run.
+    pub experiment: Experiment,
     /// Number of the runs, and how values are chosen for them.
     pub runs: Runs,
     pub(crate) source: Source,
@@ -26,19 +26,10 @@ pub struct Study {
 /// Places in a study file that a copy of it changes.
 #[derive(Clone, Debug)]
 pub(crate) struct Places {
-    /// The path of each scene.
-    pub(crate) scenes: Vec<Range<usize>>,
+    /// The path of the scene.
+    pub(crate) scene: Range<usize>,
     /// The number of runs; `None` for a grid, whose values give it.
     pub(crate) count: Option<Range<usize>>,
-}
-
-/// The subject of a study's runs.
-#[derive(Clone, Debug)]
-pub enum Subject {
-    /// Runs of one scene.
-    Scene(Experiment),
-    /// Runs of a fault-injection campaign on these scenes, in turn.
-    Campaign(Vec<PathBuf>),
 }
 
 /// A scene, its changes, and the figures that are kept of each run.

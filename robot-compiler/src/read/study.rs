@@ -4,7 +4,7 @@ use super::fields::text;
 use super::table::{Table, Value, counted, parse};
 use super::text::read_text;
 use crate::describe::diagnostics::{FileError, Source};
-use crate::describe::study::{Design, Experiment, Figure, Metric, Places, Runs, Study, Subject, Vary};
+use crate::describe::study::{Design, Experiment, Figure, Metric, Places, Runs, Study, Vary};
 use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -24,13 +24,7 @@ const VARY_MAX: usize = 32;
 /// Most figures of a run.
 const METRICS_MAX: usize = 64;
 
-const KEYS: [&str; 9] = ["name", "kind", "scene", "scenes", "runs", "unset", "set", "vary", "metric"];
-
-#[derive(Clone, Copy, PartialEq)]
-enum Kind {
-    Scene,
-    Campaign,
-}
+const KEYS: [&str; 7] = ["name", "scene", "runs", "unset", "set", "vary", "metric"];
 
 impl Study {
     /// Reads a study file; the scenes that it names are read by [`Template::load`].
@@ -53,60 +47,29 @@ impl Study {
 }
 
 fn read(source: Source) -> Result<Study, FileError> {
-    let (name, subject, runs, places) = {
+    let (name, experiment, runs, places) = {
         let document = parse(&source)?;
         let root = Table::root(&source, &document);
         root.only(&KEYS)?;
         let name = text(&root.require("name", "the study's name")?, "the study's name")?;
-        let kind = root
-            .get("kind")
-            .map_or(Ok(Kind::Scene), |value| value.choice(&[("scene", Kind::Scene), ("campaign", Kind::Campaign)]))?;
         let folder = Path::new(&source.file).parent().unwrap_or(Path::new(""));
-        match kind {
-            Kind::Scene => scene_study(&root, &source, folder, name)?,
-            Kind::Campaign => campaign(&root, folder, name)?,
-        }
+        experiment(&root, &source, folder, name)?
     };
-    Ok(Study { name, path: PathBuf::from(&source.file), subject, runs, source, places })
+    Ok(Study { name, path: PathBuf::from(&source.file), experiment, runs, source, places })
 }
 
-type Read = (String, Subject, Runs, Places);
+type Read = (String, Experiment, Runs, Places);
 
-fn scene_study(root: &Table<'_>, source: &Source, folder: &Path, name: String) -> Result<Read, FileError> {
+fn experiment(root: &Table<'_>, source: &Source, folder: &Path, name: String) -> Result<Read, FileError> {
     const SCENE: &str = "the path of a scene file, relative to this file";
-    if let Some(value) = root.get("scenes") {
-        return Err(value.error("given in a study of one scene", "`scene`, or `kind = \"campaign\"`"));
-    }
     let scene = root.require("scene", SCENE)?;
     let set = vary::settings(root, source)?;
     let vary = vary::varied(root, source)?;
     let (runs, count) = runs(root, &vary)?;
     let metrics = metrics(root)?;
-    let places = Places { scenes: vec![scene.span.clone()], count };
+    let places = Places { scene: scene.span.clone(), count };
     let experiment = Experiment { scene: folder.join(scene.string(SCENE)?), set, vary, metrics };
-    Ok((name, Subject::Scene(experiment), runs, places))
-}
-
-fn campaign(root: &Table<'_>, folder: &Path, name: String) -> Result<Read, FileError> {
-    const SCENES: &str = "a list of 1 to 64 paths of scene files, relative to this file";
-    for key in ["scene", "unset", "set", "vary", "metric"] {
-        if let Some(value) = root.get(key) {
-            return Err(value.error("given in a campaign", "only `scenes` and `runs` beside `kind = \"campaign\"`"));
-        }
-    }
-    let list = root.require("scenes", SCENES)?;
-    let items = list.array(SCENES)?;
-    if !(1..=64).contains(&items.len()) {
-        return Err(list.error(format!("found {}", counted(items.len(), "entry", "entries")), SCENES));
-    }
-    let paths = items.iter().map(|item| Ok(folder.join(item.string(SCENES)?))).collect::<Result<_, FileError>>()?;
-    let (runs, count) = runs(root, &[])?;
-    if runs.design != Design::Random {
-        let problem = "a campaign draws its faults at random";
-        return Err(root.require("runs", "")?.error(problem, "`[runs]` with `count` and `seed`"));
-    }
-    let places = Places { scenes: items.iter().map(|item| item.span.clone()).collect(), count };
-    Ok((name, Subject::Campaign(paths), runs, places))
+    Ok((name, experiment, runs, places))
 }
 
 /// The runs, and the place of their number.

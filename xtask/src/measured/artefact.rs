@@ -26,7 +26,7 @@ pub(super) enum Artefact {
     Kernels,
     /// The log of the first half second of a scene's run.
     Log(&'static str),
-    /// What `host-sim` prints for these arguments and `--json`, without times.
+    /// What `host-sim`, or `campaign` by its first word, prints for these arguments and `--json`, without times.
     Printed(&'static str),
 }
 
@@ -197,21 +197,21 @@ fn fresh(name: &str) -> Result<PathBuf> {
     Ok(folder)
 }
 
-/// The standard output of `host-sim`, in the profile of this program.
-fn host_sim(arguments: &[&str]) -> Result<String> {
-    let done = program()?.args(arguments).output().context("cannot start host-sim")?;
+/// The standard output of `host-sim` or `campaign`, in the profile of this program.
+fn output_of(package: &str, arguments: &[&str]) -> Result<String> {
+    let done = program(package)?.args(arguments).output().with_context(|| format!("cannot start {package}"))?;
     // A fault is a result too.
     let ended = matches!(done.status.code(), Some(0 | 3));
-    ensure!(ended, "host-sim {}: {}", arguments.join(" "), String::from_utf8_lossy(&done.stderr));
+    ensure!(ended, "{package} {}: {}", arguments.join(" "), String::from_utf8_lossy(&done.stderr));
     Ok(String::from_utf8(done.stdout)?)
 }
 
-/// `host-sim`. A test takes the program that was built with it: cargo, asked for this package alone, would build it again.
-fn program() -> Result<Command> {
-    let built = target_directory().join("debug/host-sim");
+/// A package's program. A test takes the program that was built with it: cargo, asked for this package alone, would build it again.
+fn program(package: &str) -> Result<Command> {
+    let built = target_directory().join("debug").join(package);
     let made = built.metadata().and_then(|data| data.modified()).ok();
     let newer = |folder: &str| newest(&root().join(folder)).map(|time| made.is_none_or(|made| made < time));
-    let sources = ["host-sim", "dynamics-core/src", "robot-compiler/src", "link"];
+    let sources = ["host-sim", "dynamics-core/src", "robot-compiler/src", "link", "xtask/campaign/src"];
     if cfg!(debug_assertions)
         && !sources.iter().map(|folder| newer(folder)).collect::<Result<Vec<_>>>()?.contains(&true)
     {
@@ -220,7 +220,7 @@ fn program() -> Result<Command> {
         return Ok(command);
     }
     let profile: &[&str] = if cfg!(debug_assertions) { &[] } else { &["--release"] };
-    let mut command = cargo(["run", "--quiet", "--locked", "--package", "host-sim"]);
+    let mut command = cargo(["run", "--quiet", "--locked", "--package", package]);
     command.args(profile).arg("--");
     Ok(command)
 }
@@ -238,21 +238,22 @@ fn newest(folder: &Path) -> Result<SystemTime> {
 fn log(scene: &str) -> Result<String> {
     let folder = fresh(&format!("log-{}", scene.replace('/', "-")))?;
     let (path, out) = (format!("scenes/{scene}.toml"), folder.display().to_string());
-    host_sim(&["run", &path, "--duration", DURATION, "--quiet", "--no-report", "--out", &out])?;
+    output_of("host-sim", &["run", &path, "--duration", DURATION, "--quiet", "--no-report", "--out", &out])?;
     let file = folder.join("log.csv");
     std::fs::read_to_string(&file).with_context(|| file.display().to_string())
 }
 
 fn printed(arguments: &str) -> Result<String> {
     let mut words: Vec<&str> = arguments.split_whitespace().chain(["--json"]).collect();
+    let package = if words.first() == Some(&"campaign") { words.remove(0) } else { "host-sim" };
     let out = fresh("printed")?.display().to_string();
     if words.first() == Some(&"sweep") {
         words.extend(["--out", &out]);
     }
-    let text = host_sim(&words)?;
+    let text = output_of(package, &words)?;
     let values = serde_json::Deserializer::from_str(&text).into_iter::<Value>();
     let values = values.map(|value| Ok(timeless(value?))).collect::<Result<Vec<Value>>>();
-    Ok(serde_json::to_string(&values.with_context(|| format!("host-sim {arguments} --json"))?)?)
+    Ok(serde_json::to_string(&values.with_context(|| format!("{package} {arguments} --json"))?)?)
 }
 
 /// JSON without times of this machine.

@@ -92,9 +92,9 @@ pub(super) const BLOCKS: &[Block] = &[
     block("budget", "tick start", BUDGET_COMMAND, FLOOD),
     block("budget", "link", "cargo xtask budget --link --write", &[PICK, CHIP, ESTIMATOR]),
     block("calibration", "calibration", "the programs of others, by hand: the page says how", &[ESTIMATOR]),
-    block("campaign", "campaign, desk", "cargo sim campaign --runs 10000 --write", &[Printed("campaign --runs 700")]),
-    block("campaign", "campaign, drives", "cargo sim campaign --target drives --runs 10000 --write", DRIVES),
-    block("campaign", "campaign, qemu", "cargo sim campaign --target qemu --runs 700 --write", QEMU),
+    block("campaign", "campaign, desk", "cargo xtask campaign --runs 10000 --write", &[Printed("campaign --runs 700")]),
+    block("campaign", "campaign, drives", "cargo xtask campaign --target drives --runs 10000 --write", DRIVES),
+    block("campaign", "campaign, qemu", "cargo xtask campaign --target qemu --runs 700 --write", QEMU),
     block("cycles", "cycles", CYCLE_COMMAND, CYCLES),
     block("cycles", "cycles by class", CYCLE_COMMAND, CYCLES),
     block("extremes", "extremes", EXTREMES_COMMAND, EXTREMES),
@@ -123,7 +123,7 @@ pub(super) const BLOCKS: &[Block] = &[
 
 const FLOOD: &[Artefact] = &[Programs(&["puma560_collision"]), CHIP];
 const DRIVES: &[Artefact] = &[Printed("campaign --target drives --runs 700")];
-const QEMU: &[Artefact] = &[CAMPAIGNS, CHIP, Files("sources of the campaign", &["host-sim/studies/src/campaign"])];
+const QEMU: &[Artefact] = &[CAMPAIGNS, CHIP, Files("sources of the campaign", &["xtask/campaign/src"])];
 const BOUND: &[Artefact] = &[Printed("bound robots/scara.toml --samples 100 --boxes 20")];
 const SCALE: &[Artefact] = &[Printed("sweep scenes/studies/pick_payload_friction.toml --runs 32")];
 

@@ -30,7 +30,8 @@ fn add(spread: &mut DMatrix<f64>, rows: &Rows, sigma: f64, weights: &[f64], x: &
     let covariances = autocovariance(&left, rows);
     let lags = covariances.len();
     let bartlett = |lag: usize| 1.0 - lag as f64 / lags as f64;
-    let independent = count as f64 / run_length(&covariances);
+    let moving = rows.held.iter().filter(|held| !**held).count();
+    let independent = moving as f64 / run_length(&covariances);
     let used = rows.places.len() as f64;
     // Each joint pays for its friction and for its share of the bodies; no more than nine tenths.
     let raise = independent / (independent - used.min(0.9 * independent));

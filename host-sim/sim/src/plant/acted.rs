@@ -4,8 +4,9 @@ use super::actuator::{Drive, rippled};
 use super::arm_kernel::ArmKernel;
 use super::dynamics::Mechanism;
 use super::elasticity::{Motors, Pair};
-use super::friction::{JointFriction, oppose};
+use super::friction::{JointFriction, level, middle};
 use super::integrator::{Flow, Lanes, States};
+use super::stiction::Dry;
 use super::{Diverged, State};
 use core::cell::{Cell, OnceCell, RefCell};
 use dynamics_core::trig::Polynomial;
@@ -21,6 +22,8 @@ const WORTH_A_KERNEL: u64 = 10_000;
 pub(crate) struct Acted<const N: usize> {
     pub(super) mechanism: Mechanism<N>,
     pub(super) friction: Option<[JointFriction; N]>,
+    /// One for each joint with dry friction, zero for the others; `None` if there is none.
+    rough: Option<[[f64; 1]; N]>,
     pub(super) ripple: Option<Ripple>,
     pub(super) kinds: [JointKind; N],
     /// Number of solutions of the equations of motion.
@@ -38,7 +41,14 @@ impl<const N: usize> Acted<N> {
         ripple: Option<Ripple>,
         kinds: [JointKind; N],
     ) -> Self {
-        Self { mechanism, friction, ripple, kinds, solved: Cell::new(0), kernel: OnceCell::new() }
+        let rough = friction.map(|friction| friction.map(|joint| [f64::from(u8::from(joint.is_dry()))]));
+        let rough = rough.filter(|rough| rough.contains(&[1.0]));
+        Self { mechanism, friction, rough, ripple, kinds, solved: Cell::new(0), kernel: OnceCell::new() }
+    }
+
+    /// True if a joint has dry friction.
+    pub(super) fn is_dry(&self) -> bool {
+        self.rough.is_some()
     }
 
     /// Torques of the actuators after ripple, on the joints or their motors, at this state.
@@ -46,11 +56,15 @@ impl<const N: usize> Acted<N> {
         self.ripple.map_or(*torque, |ripple| rippled(ripple, &self.kinds, torque, &state.q))
     }
 
-    /// Torques of the actuators after ripple, less friction.
-    fn driving(&self, torque: &[f64; N], state: &State<N>) -> [f64; N] {
+    /// Torques of the actuators after ripple, less viscous friction and that of the joints that slide.
+    fn driving(&self, torque: &[f64; N], state: &State<N>, dry: &mut Dry<N, 1>) -> [f64; N] {
         let mut torque = self.acting(torque, state);
         if let Some(friction) = &self.friction {
-            oppose(friction, &state.qd, &mut torque);
+            for i in 0..N {
+                let level = level(&friction[i], torque[i], state.qd[i]);
+                torque[i] -= friction[i].viscous * state.qd[i] + level * dry.sign[i][0] + middle(&friction[i]);
+                dry.level[i][0] = level;
+            }
         }
         torque
     }
@@ -70,29 +84,33 @@ impl<const N: usize> Acted<N> {
         self.solved.set(self.solved.get() + solutions);
     }
 
-    /// `(qd, qdd)` under these torques.
-    fn moved(&self, state: &State<N>, torque: &[f64; N]) -> Result<State<N>, Diverged> {
+    /// `(qd, qdd)` under these torques. With `dry`, its joints may be held, and what loads them is written to it.
+    fn moved(&self, state: &State<N>, torque: &[f64; N], dry: Option<&mut Dry<N, 1>>) -> Result<State<N>, Diverged> {
         if !within(state) {
             return Err(Diverged::NotFinite);
         }
         self.solved.set(self.solved.get() + 1);
-        let qdd = self.acceleration(state, torque).ok_or(Diverged::SingularInertia)?;
+        let qdd = self.acceleration(state, torque, dry).ok_or(Diverged::SingularInertia)?;
         Ok(State { q: state.qd, qd: qdd })
     }
 
     /// Accelerations under these torques; `None` if the inertia matrix is not positive definite.
-    fn acceleration(&self, state: &State<N>, torque: &[f64; N]) -> Option<[f64; N]> {
+    fn acceleration(&self, state: &State<N>, torque: &[f64; N], dry: Option<&mut Dry<N, 1>>) -> Option<[f64; N]> {
         let Self { mechanism, kernel, .. } = self;
         if self.solved.get() > WORTH_A_KERNEL {
-            let kernel = kernel.get_or_init(|| ArmKernel::of_one(mechanism).map(RefCell::new));
+            let kernel = kernel.get_or_init(|| ArmKernel::of_one(mechanism, dry.is_some()).map(RefCell::new));
             let kernel = kernel.as_ref().map(RefCell::borrow_mut);
             if let Some(mut kernel) = kernel
                 && kernel.feels(mechanism.tip_wrench())
             {
-                return kernel.solve_one(&state.q, &state.qd, torque);
+                return kernel.solve_one(&state.q, &state.qd, torque, dry);
             }
         }
-        mechanism.acceleration(&state.q, &state.qd, torque)
+        let Some(dry) = dry else { return mechanism.acceleration(&state.q, &state.qd, torque) };
+        let free = dry.free.map(|[free]| free);
+        let (qdd, load) = mechanism.acceleration_held((&state.q, &state.qd), torque, &free)?;
+        dry.load = load.map(|load| [load]);
+        Some(qdd)
     }
 }
 
@@ -107,16 +125,28 @@ pub(super) struct Rigid<'a, const N: usize> {
     pub(super) drive: &'a Drive<N>,
 }
 
-impl<const N: usize> Flow<States<N, 1>, 1> for Rigid<'_, N> {
+impl<const N: usize> Flow<States<N, 1>, N, 1> for Rigid<'_, N> {
     type Input = [f64; N];
+
+    fn rough(&self) -> Option<&[[f64; 1]; N]> {
+        self.body.rough.as_ref()
+    }
 
     fn input(&self, [t]: &[f64; 1]) -> [f64; N] {
         self.drive.at(*t)
     }
 
-    fn slope(&self, point: &States<N, 1>, torque: &[f64; N], slope: &mut States<N, 1>, lanes: &mut Lanes<1>) {
+    fn slope(
+        &self,
+        point: &States<N, 1>,
+        torque: &[f64; N],
+        dry: &mut Dry<N, 1>,
+        slope: &mut States<N, 1>,
+        lanes: &mut Lanes<1>,
+    ) {
         let state = point.lane(0);
-        match self.body.moved(&state, &self.body.driving(torque, &state)) {
+        let driving = self.body.driving(torque, &state, dry);
+        match self.body.moved(&state, &driving, self.body.is_dry().then_some(dry)) {
             Ok(found) => *slope = States::alone(&found),
             Err(why) => lanes.fail(0, why),
         }
@@ -130,20 +160,26 @@ pub(super) struct Elastic<'a, const N: usize> {
     pub(super) drive: &'a Drive<N>,
 }
 
-impl<const N: usize> Flow<Pair<N>, 1> for Elastic<'_, N> {
+impl<const N: usize> Flow<Pair<N>, N, 1> for Elastic<'_, N> {
     type Input = [f64; N];
+
+    fn rough(&self) -> Option<&[[f64; 1]; N]> {
+        self.body.rough.as_ref()
+    }
 
     fn input(&self, [t]: &[f64; 1]) -> [f64; N] {
         self.drive.at(*t)
     }
 
-    fn slope(&self, pair: &Pair<N>, torque: &[f64; N], slope: &mut Pair<N>, lanes: &mut Lanes<1>) {
+    fn slope(&self, pair: &Pair<N>, torque: &[f64; N], dry: &mut Dry<N, 1>, slope: &mut Pair<N>, lanes: &mut Lanes<1>) {
         let (link, motor) = (pair.link.lane(0), pair.motor.lane(0));
-        let driving = self.body.driving(torque, &motor);
+        let driving = self.body.driving(torque, &motor, dry);
         let carried = self.motors.springs.torques(&motor, &link);
-        match self.body.moved(&link, &carried) {
+        match self.body.moved(&link, &carried, None) {
             Ok(link) => {
-                let qdd = core::array::from_fn(|i| (driving[i] - carried[i]) / self.motors.inertia[i]);
+                // Rotors are coupled by the links alone: each is held, or moves, by itself.
+                dry.load = core::array::from_fn(|i| [driving[i] - carried[i]]);
+                let qdd = core::array::from_fn(|i| dry.free[i][0] * dry.load[i][0] / self.motors.inertia[i]);
                 let motor = State { q: motor.qd, qd: qdd };
                 *slope = Pair { link: States::alone(&link), motor: States::alone(&motor) };
             }
@@ -198,7 +234,7 @@ mod tests {
                 arm.tip_wrench = wrench;
                 let bodies = bodies(&arm);
                 let drawn = TestRunner::default().run(&(each(3.0), each(2.0), each(80.0)), |(q, qd, torque)| {
-                    let [computed, run] = bodies.each_ref().map(|body| body.moved(&State { q, qd }, &torque));
+                    let [computed, run] = bodies.each_ref().map(|body| body.moved(&State { q, qd }, &torque, None));
                     prop_assert_eq!(computed, run);
                     Ok(())
                 });
@@ -213,12 +249,12 @@ mod tests {
         let state = State { q: [0.3; 6], qd: [0.1; 6] };
         let mut pushed = [few.clone(), often.clone()];
         for body in &mut pushed {
-            body.moved(&state, &[1.0; 6]).unwrap();
+            body.moved(&state, &[1.0; 6], None).unwrap();
             body.mechanism.push(wrench());
         }
-        let [computed, run] = pushed.each_ref().map(|body| body.moved(&state, &[1.0; 6]).unwrap());
+        let [computed, run] = pushed.each_ref().map(|body| body.moved(&state, &[1.0; 6], None).unwrap());
         assert_eq!(computed, run);
-        assert_ne!(computed, few.moved(&state, &[1.0; 6]).unwrap());
+        assert_ne!(computed, few.moved(&state, &[1.0; 6], None).unwrap());
         let [few, often] = pushed.map(|body| body.kernel.get().is_some_and(Option::is_some));
         assert_eq!((few, often), (false, Instructions::Avx.are_here()));
     }

@@ -4,7 +4,8 @@
 //! make superfluous is left out. Every other number of the arm is an input, so arms that differ in masses, lengths, payload or gravity
 //! share the code. Each arm's accelerations are equal (`==`) to those of [`Mechanism::acceleration`]; only a zero may have the other sign.
 
-use super::dynamics::Mechanism;
+use super::dynamics::{HeldSolution, Mechanism, Solution};
+use super::stiction::Dry;
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{JointKind, Scalar, Wrench};
 use machine_code::{Instructions, Kernel, LANES};
@@ -13,11 +14,12 @@ use robot_compiler::kernel::tape::{Arena, Expr, input, trace};
 use robot_compiler::kernel::{Precision, Program, RuleSet};
 use std::collections::HashMap;
 
-/// Groups of inputs with one number a joint: position, velocity, torque.
-const GROUPS: usize = 3;
+/// Groups of inputs with one number a joint: position, velocity, torque, and one or zero for a joint that is free or held.
+const GROUPS: usize = 4;
 const POSITION: usize = 0;
 const VELOCITY: usize = 1;
 const TORQUE: usize = 2;
+const FREE: usize = 3;
 
 /// Numbers of a wrench at the tip, which follow.
 const WRENCH: usize = 6;
@@ -39,11 +41,13 @@ pub(crate) struct Shape {
     joints: Vec<(bool, usize)>,
     numbers: Vec<Number>,
     wrench: bool,
+    /// Friction can hold a joint.
+    dry: bool,
     rotor_coupling: bool,
 }
 
 /// The shape of an arm, and the numbers that the code is given.
-pub(super) fn take_apart<const N: usize>(mechanism: &Mechanism<N>, wrench: bool) -> (Shape, Vec<f64>) {
+pub(super) fn take_apart<const N: usize>(mechanism: &Mechanism<N>, wrench: bool, dry: bool) -> (Shape, Vec<f64>) {
     let (mut numbers, mut given) = (Vec::new(), Vec::new());
     let mut known: HashMap<u64, usize> = HashMap::new();
     let rotor_coupling = mechanism.has_rotor_coupling();
@@ -64,7 +68,7 @@ pub(super) fn take_apart<const N: usize>(mechanism: &Mechanism<N>, wrench: bool)
         None,
     );
     let joints = mechanism.joints().map(|(kind, bodies)| (kind == JointKind::Revolute, bodies)).to_vec();
-    (Shape { joints, numbers, wrench, rotor_coupling }, given)
+    (Shape { joints, numbers, wrench, dry, rotor_coupling }, given)
 }
 
 /// The equations of motion of arms of one shape, with the states of as many arms as a kernel has lanes.
@@ -84,8 +88,8 @@ impl<const N: usize> ArmKernel<N> {
     /// The kernel of arms of this shape; `None` where this processor has none.
     ///
     /// Cost: some 10 ms for six joints.
-    pub(super) fn new(mechanism: &Mechanism<N>, wrench: bool) -> Option<Self> {
-        let (shape, given) = take_apart(mechanism, wrench);
+    pub(super) fn new(mechanism: &Mechanism<N>, wrench: bool, dry: bool) -> Option<Self> {
+        let (shape, given) = take_apart(mechanism, wrench, dry);
         let kernel = Kernel::new(&program(mechanism, &shape), GROUPS * N + WRENCH + given.len())?;
         Some(Self { kernel, shape })
     }
@@ -93,12 +97,12 @@ impl<const N: usize> ArmKernel<N> {
     /// The kernel of this arm alone, in lane 0; `None` where this processor has none.
     ///
     /// Cost: as that of several arms.
-    pub(super) fn of_one(mechanism: &Mechanism<N>) -> Option<Self> {
+    pub(super) fn of_one(mechanism: &Mechanism<N>, dry: bool) -> Option<Self> {
         let wrench = mechanism.tip_wrench().is_some();
-        let (shape, given) = take_apart(mechanism, wrench);
+        let (shape, given) = take_apart(mechanism, wrench, dry);
         let kernel = Kernel::of_one(&program(mechanism, &shape), GROUPS * N + WRENCH + given.len())?;
         let mut kernel = Self { kernel, shape };
-        kernel.place(0, mechanism);
+        kernel.place(0, mechanism, dry);
         Some(kernel)
     }
 
@@ -109,8 +113,8 @@ impl<const N: usize> ArmKernel<N> {
     }
 
     /// Place an arm of this shape in a lane; false if it has another shape.
-    pub(super) fn place(&mut self, lane: usize, mechanism: &Mechanism<N>) -> bool {
-        let (shape, given) = take_apart(mechanism, self.shape.wrench);
+    pub(super) fn place(&mut self, lane: usize, mechanism: &Mechanism<N>, dry: bool) -> bool {
+        let (shape, given) = take_apart(mechanism, self.shape.wrench, dry);
         if shape != self.shape {
             return false;
         }
@@ -137,16 +141,29 @@ impl<const N: usize> ArmKernel<N> {
         self.kernel.instructions()
     }
 
-    /// Write the accelerations of all lanes' arms to `qdd`. Returns the lanes whose inertia matrix is positive definite.
+    /// Write the accelerations of all lanes' arms to `qdd`, and what loads their held joints to `dry`. Returns the lanes whose inertia
+    /// matrix is positive definite.
     #[inline(always)]
-    pub(super) fn solve(&mut self, q: &Joints<N>, qd: &Joints<N>, drive: &Joints<N>, qdd: &mut Joints<N>) -> Flags {
+    pub(super) fn solve(
+        &mut self,
+        (q, qd): (&Joints<N>, &Joints<N>),
+        drive: &Joints<N>,
+        dry: &mut Dry<N, LANES>,
+        qdd: &mut Joints<N>,
+    ) -> Flags {
         let (inputs, _) = self.kernel.inputs().as_chunks_mut::<LANES>();
         inputs[POSITION * N..(POSITION + 1) * N].copy_from_slice(q);
         inputs[VELOCITY * N..(VELOCITY + 1) * N].copy_from_slice(qd);
         inputs[TORQUE * N..(TORQUE + 1) * N].copy_from_slice(drive);
+        if self.shape.dry {
+            inputs[FREE * N..(FREE + 1) * N].copy_from_slice(&dry.free);
+        }
         self.kernel.run();
         let (outputs, _) = self.kernel.outputs().as_chunks::<LANES>();
         qdd.copy_from_slice(&outputs[..N]);
+        if self.shape.dry {
+            dry.load.copy_from_slice(&outputs[2 * N..3 * N]);
+        }
         let mut definite = [1_u64; LANES];
         for pivot in &outputs[N..2 * N] {
             for lane in 0..LANES {
@@ -156,15 +173,25 @@ impl<const N: usize> ArmKernel<N> {
         definite
     }
 
-    /// Accelerations of an arm alone; `None` if its inertia matrix is not positive definite.
-    pub(super) fn solve_one(&mut self, q: &[f64; N], qd: &[f64; N], drive: &[f64; N]) -> Option<[f64; N]> {
+    /// Accelerations of an arm alone; `None` if its inertia matrix is not positive definite. What loads the held joints is written to `dry`.
+    pub(super) fn solve_one(
+        &mut self,
+        q: &[f64; N],
+        qd: &[f64; N],
+        drive: &[f64; N],
+        dry: Option<&mut Dry<N, 1>>,
+    ) -> Option<[f64; N]> {
         let (inputs, _) = self.kernel.inputs().as_chunks_mut::<LANES>();
-        for (to, from) in inputs.iter_mut().zip(q.iter().chain(qd).chain(drive)) {
+        let free = dry.as_ref().map_or(&[][..], |dry| &dry.free);
+        for (to, from) in inputs.iter_mut().zip(q.iter().chain(qd).chain(drive).chain(free.as_flattened())) {
             to[0] = *from;
         }
         self.kernel.run_one();
         let (outputs, _) = self.kernel.outputs().as_chunks::<LANES>();
         let definite = |pivot: &[f64; LANES]| pivot[0] > 0.0 && pivot[0].is_finite();
+        if let Some(dry) = dry {
+            dry.load = core::array::from_fn(|joint| [outputs[2 * N + joint][0]]);
+        }
         outputs[N..2 * N].iter().all(definite).then(|| core::array::from_fn(|joint| outputs[joint][0]))
     }
 
@@ -175,7 +202,7 @@ impl<const N: usize> ArmKernel<N> {
     }
 }
 
-/// The equations of motion on a tape: accelerations, then pivots.
+/// The equations of motion on a tape: accelerations, then pivots, then the loads of held joints.
 fn program<const N: usize>(mechanism: &Mechanism<N>, shape: &Shape) -> Program {
     let (outputs, arena) = trace(Arena::new(RuleSet::ALL, Precision::Double), || {
         let joints = |group: usize| -> [Expr; N] { core::array::from_fn(|i| input((group * N + i) as u32)) };
@@ -189,8 +216,13 @@ fn program<const N: usize>(mechanism: &Mechanism<N>, shape: &Shape) -> Program {
             _ => Expr::literal(x),
         };
         let mechanism = mechanism.map(number, shape.wrench.then_some(wrench));
-        let solution = mechanism.solution(&turn, &joints(POSITION), &joints(VELOCITY), &joints(TORQUE));
-        solution.qdd.into_iter().chain(solution.pivot).collect::<Vec<_>>()
+        let (q, qd, torque) = (joints(POSITION), joints(VELOCITY), joints(TORQUE));
+        if shape.dry {
+            let HeldSolution { qdd, pivot, load } = mechanism.solution_held(&turn, (&q, &qd), &torque, &joints(FREE));
+            return [qdd, pivot, load].concat();
+        }
+        let Solution { qdd, pivot } = mechanism.solution(&turn, &q, &qd, &torque);
+        [qdd, pivot].concat()
     });
     Program::new(arena, &outputs)
 }

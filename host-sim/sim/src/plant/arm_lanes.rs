@@ -2,10 +2,10 @@
 
 use super::actuator::{Drive, rippled};
 use super::arm_kernel::{ArmKernel, Flags, Joints, Shape, take_apart};
-use super::friction::JointFriction;
+use super::friction::{JointFriction, level, middle, varies};
 use super::integrator::{self, Flow, Lanes, States};
 use super::solver::Passage;
-use super::tanh::tanh;
+use super::stiction::Dry;
 use super::{Acted, Diverged, Plant};
 use core::cell::{Cell, RefCell};
 use dynamics_core::trig::Polynomial;
@@ -19,7 +19,7 @@ impl<const N: usize> Plant<N> {
     /// in its joints, or with a ledger.
     pub(crate) fn shape(&self) -> Option<Shape> {
         let alone = self.motors.is_some() || self.ledger.is_some();
-        (!alone).then(|| take_apart(&self.body.mechanism, self.may_touch()).0)
+        (!alone).then(|| take_apart(&self.body.mechanism, self.may_touch(), self.body.is_dry()).0)
     }
 
     /// Whether a wrench acts at the tip, now or later.
@@ -46,7 +46,7 @@ pub(crate) struct ArmLanes<const N: usize> {
 impl<const N: usize> ArmLanes<N> {
     /// Lanes for arms of this plant's shape; `None` where this processor has no kernel.
     pub(crate) fn new(plant: &Plant<N>) -> Option<Self> {
-        let kernel = ArmKernel::new(&plant.body.mechanism, plant.may_touch())?;
+        let kernel = ArmKernel::new(&plant.body.mechanism, plant.may_touch(), plant.body.is_dry())?;
         Some(Self {
             instructions: kernel.instructions(),
             kernel: RefCell::new(kernel),
@@ -64,7 +64,7 @@ impl<const N: usize> ArmLanes<N> {
         let Acted { mechanism, friction, ripple, .. } = &plant.body;
         self.friction.place(lane, friction.as_ref());
         self.ripple[lane] = *ripple;
-        self.kernel.get_mut().place(lane, mechanism)
+        self.kernel.get_mut().place(lane, mechanism, plant.body.is_dry())
     }
 
     /// Set the wrench at the tip of a lane's arm.
@@ -82,8 +82,13 @@ impl<const N: usize> ArmLanes<N> {
     }
 }
 
-impl<const N: usize> Flow<States<N, LANES>, LANES> for ArmLanes<N> {
+impl<const N: usize> Flow<States<N, LANES>, N, LANES> for ArmLanes<N> {
     type Input = Joints<N>;
+
+    #[inline(always)]
+    fn rough(&self) -> Option<&Joints<N>> {
+        self.friction.is_dry.then_some(&self.friction.rough)
+    }
 
     #[inline(always)]
     fn input(&self, t: &[f64; LANES]) -> Joints<N> {
@@ -104,10 +109,11 @@ impl<const N: usize> Flow<States<N, LANES>, LANES> for ArmLanes<N> {
         &self,
         point: &States<N, LANES>,
         torque: &Joints<N>,
+        dry: &mut Dry<N, LANES>,
         slope: &mut States<N, LANES>,
         lanes: &mut Lanes<LANES>,
     ) {
-        self.instructions.run(Slope { arms: self, point, torque, slope, lanes });
+        self.instructions.run(Slope { arms: self, point, torque, dry, slope, lanes });
     }
 }
 
@@ -152,6 +158,7 @@ struct Slope<'a, const N: usize> {
     arms: &'a ArmLanes<N>,
     point: &'a States<N, LANES>,
     torque: &'a Joints<N>,
+    dry: &'a mut Dry<N, LANES>,
     slope: &'a mut States<N, LANES>,
     lanes: &'a mut Lanes<LANES>,
 }
@@ -161,7 +168,7 @@ impl<const N: usize> Work for Slope<'_, N> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { arms, point, torque, slope, lanes } = self;
+        let Self { arms, point, torque, dry, slope, lanes } = self;
         let mut driving = *torque;
         for lane in (0..LANES).filter(|&lane| arms.ripple[lane].is_some()) {
             let Some(ripple) = arms.ripple[lane] else { continue };
@@ -170,7 +177,7 @@ impl<const N: usize> Work for Slope<'_, N> {
                 driving[joint][lane] = rippled[joint];
             }
         }
-        arms.friction.oppose(&point.qd, &mut driving);
+        arms.friction.oppose(&point.qd, dry, &mut driving);
         fail_others(within(point), Diverged::NotFinite, lanes);
         let (mut solved, live) = (arms.solved.get(), lanes.live());
         for lane in 0..LANES {
@@ -178,7 +185,7 @@ impl<const N: usize> Work for Slope<'_, N> {
         }
         arms.solved.set(solved);
         slope.q = point.qd;
-        let definite = arms.kernel.borrow_mut().solve(&point.q, &point.qd, &driving, &mut slope.qd);
+        let definite = arms.kernel.borrow_mut().solve((&point.q, &point.qd), &driving, dry, &mut slope.qd);
         fail_others(definite, Diverged::SingularInertia, lanes);
     }
 }
@@ -207,33 +214,27 @@ fn within<const N: usize>(point: &States<N, LANES>) -> Flags {
     fine
 }
 
-/// Ratio of speeds from which the sign is one to the last bit, and above where [`tanh`] says so, so that roundings do not matter.
-const FAST: f64 = 21.0;
-
 /// Friction of the joints of all lanes' arms.
 #[derive(Clone, Debug)]
 struct Frictions<const N: usize> {
     viscous: Joints<N>,
     coulomb: Joints<N>,
-    sign_speed: Joints<N>,
+    /// One for a joint with dry friction, zero for others.
+    rough: Joints<N>,
+    is_dry: bool,
     /// As each lane's arm has it; `None` without friction.
     whole: [Option<[JointFriction; N]>; LANES],
-    /// Joints of which some arm has Coulomb friction, and of which some has more than viscous and Coulomb friction.
-    rough: [bool; N],
+    /// Torque that does not depend on the motion.
+    constant: Joints<N>,
+    /// Joints of which some arm's level depends on torque or velocity.
     special: [bool; N],
 }
 
 impl<const N: usize> Frictions<N> {
     fn none() -> Self {
         let zero = [[0.0; LANES]; N];
-        Self {
-            viscous: zero,
-            coulomb: zero,
-            sign_speed: [[1.0; LANES]; N],
-            whole: [None; LANES],
-            rough: [false; N],
-            special: [false; N],
-        }
+        let special = [false; N];
+        Self { viscous: zero, coulomb: zero, constant: zero, rough: zero, is_dry: false, whole: [None; LANES], special }
     }
 
     fn place(&mut self, lane: usize, friction: Option<&[JointFriction; N]>) {
@@ -242,53 +243,30 @@ impl<const N: usize> Frictions<N> {
             let own = friction.map(|friction| friction[joint]);
             self.viscous[joint][lane] = own.map_or(0.0, |own| own.viscous);
             self.coulomb[joint][lane] = own.map_or(0.0, |own| own.coulomb);
-            self.sign_speed[joint][lane] = own.map_or(1.0, |own| own.sign_speed);
-            let special = |friction: &Option<[JointFriction; N]>| friction.is_some_and(|it| !it[joint].is_plain());
-            self.special[joint] = self.whole.iter().any(special);
-            self.rough[joint] = self.coulomb[joint].iter().any(|coulomb| *coulomb > 0.0);
+            self.constant[joint][lane] = own.map_or(0.0, |own| middle(&own));
+            self.rough[joint][lane] = f64::from(u8::from(own.is_some_and(|own| own.is_dry())));
+            let varies = |friction: &Option<[JointFriction; N]>| friction.is_some_and(|it| varies(&it[joint]));
+            self.special[joint] = self.whole.iter().any(varies);
         }
+        self.is_dry = self.rough.as_flattened().contains(&1.0);
     }
 
-    /// Take friction at these velocities off the torques of the drives.
+    /// Take viscous friction at these velocities, and that of the joints that slide, off the torques of the drives.
     #[inline(always)]
-    fn oppose(&self, qd: &Joints<N>, torque: &mut Joints<N>) {
+    fn oppose(&self, qd: &Joints<N>, dry: &mut Dry<N, LANES>, torque: &mut Joints<N>) {
         for joint in 0..N {
+            dry.level[joint] = self.coulomb[joint];
             if self.special[joint] {
                 for lane in 0..LANES {
                     let own = self.whole[lane].map(|friction| friction[joint]);
-                    let drive = torque[joint][lane];
-                    torque[joint][lane] -= own.map_or(0.0, |own| own.torque_under(drive, qd[joint][lane]));
+                    dry.level[joint][lane] = own.map_or(0.0, |own| level(&own, torque[joint][lane], qd[joint][lane]));
                 }
-                continue;
             }
-            let (coulomb, qd) = (&self.coulomb[joint], &qd[joint]);
-            let signs = if self.rough[joint] { self.signs(joint, qd) } else { [0.0; LANES] };
+            let (viscous, level, sign) = (&self.viscous[joint], &dry.level[joint], &dry.sign[joint]);
+            let constant = &self.constant[joint];
             for lane in 0..LANES {
-                torque[joint][lane] -= self.viscous[joint][lane] * qd[lane] + coulomb[lane] * signs[lane];
+                torque[joint][lane] -= viscous[lane] * qd[joint][lane] + level[lane] * sign[lane] + constant[lane];
             }
         }
-    }
-
-    /// Sign of a joint's speed in every lane, smooth about rest; zero where the joint has no Coulomb friction.
-    #[inline(always)]
-    fn signs(&self, joint: usize, qd: &[f64; LANES]) -> [f64; LANES] {
-        let (coulomb, speed) = (&self.coulomb[joint], &self.sign_speed[joint]);
-        let mut fast = [1_u64; LANES];
-        let mut signs = [0.0; LANES];
-        for lane in 0..LANES {
-            fast[lane] = u64::from(qd[lane].abs() > FAST * speed[lane]);
-            signs[lane] = 1.0_f64.copysign(qd[lane]);
-        }
-        // Most of the time all joints are fast, or at rest in all lanes.
-        if fast != [1; LANES] {
-            for lane in 0..LANES {
-                signs[lane] = qd[lane] / speed[lane];
-            }
-            signs = tanh(&signs);
-        }
-        for lane in 0..LANES {
-            signs[lane] = if coulomb[lane] > 0.0 { signs[lane] } else { 0.0 };
-        }
-        signs
     }
 }

@@ -21,6 +21,8 @@
 //!
 //! The source is generic in its scalar and has no data-dependent branch, so that it can be traced.
 
+pub use super::factors::{HeldSolution, Solution};
+use super::factors::{solve, solve_held};
 use super::kinematics::{Chain, Pose, Solid};
 use super::rotor_coupling;
 use dynamics_core::trig::Polynomial;
@@ -63,15 +65,6 @@ pub struct Terms<const N: usize, S = f64> {
     pub gravity: [S; N],
     /// Torques `J^T w` with which the tip wrench drives the joints, N m or N.
     pub tip: [S; N],
-}
-
-/// Accelerations, and the pivots of their solution. The accelerations are meaningful only if all pivots are above zero.
-#[derive(Clone, Copy, Debug)]
-pub struct Solution<S, const N: usize> {
-    /// Joint acceleration, rad/s^2 or m/s^2.
-    pub qdd: [S; N],
-    /// Inertia that the joint feels while the joints before it are free, kg m^2 or kg.
-    pub pivot: [S; N],
 }
 
 impl<const N: usize> Arm<N> {
@@ -180,7 +173,19 @@ impl<const N: usize> Mechanism<N> {
     #[must_use]
     pub fn acceleration(&self, q: &[f64; N], qd: &[f64; N], drive: &[f64; N]) -> Option<[f64; N]> {
         let Solution { qdd, pivot } = self.solution(&Polynomial.sin_cos_all(q), q, qd, drive);
-        pivot.iter().all(|&pivot| pivot > 0.0 && pivot.is_finite()).then_some(qdd)
+        definite(&pivot).then_some(qdd)
+    }
+
+    /// As [`Mechanism::acceleration`], with the joints held for which `free` is zero. The second list has the torques on the held joints.
+    #[must_use]
+    pub fn acceleration_held(
+        &self,
+        (q, qd): (&[f64; N], &[f64; N]),
+        drive: &[f64; N],
+        free: &[f64; N],
+    ) -> Option<([f64; N], [f64; N])> {
+        let found = self.solution_held(&Polynomial.sin_cos_all(q), (q, qd), drive, free);
+        definite(&found.pivot).then_some((found.qdd, found.load))
     }
 
     /// Torques `J^T w` of the wrench at the tip, N m or N; `None` without a wrench.
@@ -190,13 +195,37 @@ impl<const N: usize> Mechanism<N> {
     }
 }
 
+/// True if all pivots are those of a positive definite matrix.
+fn definite<const N: usize>(pivot: &[f64; N]) -> bool {
+    pivot.iter().all(|&pivot| pivot > 0.0 && pivot.is_finite())
+}
+
 impl<S: Field, const N: usize> Mechanism<N, S> {
     /// As [`Mechanism::acceleration`]; returns the pivots and does not judge them.
     #[must_use]
     pub fn solution(&self, turn: &[SinCos<S>; N], q: &[S; N], qd: &[S; N], drive: &[S; N]) -> Solution<S, N> {
+        let (matrix, rest) = self.equations(turn, q, qd, drive);
+        solve(&matrix, &rest)
+    }
+
+    /// As [`Mechanism::solution`], with the joints held for which `free` is zero; it is one for the others.
+    #[must_use]
+    pub fn solution_held(
+        &self,
+        turn: &[SinCos<S>; N],
+        (q, qd): (&[S; N], &[S; N]),
+        drive: &[S; N],
+        free: &[S; N],
+    ) -> HeldSolution<S, N> {
+        let (matrix, rest) = self.equations(turn, q, qd, drive);
+        solve_held(&matrix, &rest, free)
+    }
+
+    /// Inertia matrix, and the torques that accelerate it.
+    fn equations(&self, turn: &[SinCos<S>; N], q: &[S; N], qd: &[S; N], drive: &[S; N]) -> (SMatrix<S, N, N>, [S; N]) {
         let terms = self.terms(turn, q, qd);
         let rest = core::array::from_fn(|i| drive[i] + terms.tip[i] - terms.coriolis[i] - terms.gravity[i]);
-        solve(&terms.mass_matrix, &rest)
+        (terms.mass_matrix, rest)
     }
 }
 
@@ -436,38 +465,4 @@ impl<S: Scalar> Load<S> {
             JointKind::Prismatic => pose.axis.dot(&self.force),
         }
     }
-}
-
-/// Solution `x` of `A x = b` by Cholesky factors without square roots, `A = L P L^T`; reads the lower triangle.
-pub(super) fn solve<S: Field, const N: usize>(a: &SMatrix<S, N, N>, b: &[S; N]) -> Solution<S, N> {
-    // Entries below the diagonal hold `L P` first, and `L` once their row is done.
-    let mut l = *a;
-    let mut inverse = [S::zero(); N];
-    let mut x = *b;
-    for j in 0..N {
-        for k in 0..j {
-            let mut rest = l[(j, k)];
-            for m in 0..k {
-                rest -= l[(j, m)] * l[(k, m)];
-            }
-            l[(j, k)] = rest;
-        }
-        let mut pivot = l[(j, j)];
-        for k in 0..j {
-            let ratio = l[(j, k)] * inverse[k];
-            pivot -= ratio * l[(j, k)];
-            x[j] -= ratio * x[k];
-            l[(j, k)] = ratio;
-        }
-        l[(j, j)] = pivot;
-        inverse[j] = S::one() / pivot;
-    }
-    for j in (0..N).rev() {
-        x[j] *= inverse[j];
-        for k in j + 1..N {
-            let carried = l[(k, j)] * x[k];
-            x[j] -= carried;
-        }
-    }
-    Solution { qdd: x, pivot: core::array::from_fn(|i| l[(i, i)]) }
 }

@@ -51,7 +51,7 @@ pub(super) struct Pair<const N: usize> {
     pub(super) motor: States<N, 1>,
 }
 
-impl<const N: usize> Point<1> for Pair<N> {
+impl<const N: usize> Point<N, 1> for Pair<N> {
     fn combine<const K: usize>(&self, others: [&Self; K], f: impl Fn(usize, f64, [f64; K]) -> f64) -> Self {
         let link = self.link.combine(others.map(|other| &other.link), &f);
         Self { link, motor: self.motor.combine(others.map(|other| &other.motor), &f) }
@@ -69,6 +69,14 @@ impl<const N: usize> Point<1> for Pair<N> {
     fn take(&mut self, other: &Self, lanes: &[bool; 1]) {
         self.link.take(&other.link, lanes);
         self.motor.take(&other.motor, lanes);
+    }
+
+    fn rubbing(&self) -> &States<N, 1> {
+        &self.motor
+    }
+
+    fn rubbing_mut(&mut self) -> &mut States<N, 1> {
+        &mut self.motor
     }
 }
 

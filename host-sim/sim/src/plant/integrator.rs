@@ -1,7 +1,8 @@
 //! Integrators: they advance the simulated arm from one instant to the next.
 //!
 //! The torque is constant over a tick, so the right-hand side jumps between ticks. Every method therefore restarts at
-//! each tick, and also inside a tick if a jitter moves the jump there: no step crosses a jump.
+//! each tick, and also inside a tick if a jitter moves the jump there: no step crosses a jump. Dry friction jumps too, where a joint comes
+//! to rest or breaks loose; [`stiction`](super::stiction) ends a step there.
 //!
 //! Several arms may go side by side, one a lane. Each has its own time, step, method and end; a lane that has arrived waits and keeps its
 //! state. The operations of a lane are those of an arm alone.
@@ -11,6 +12,8 @@
 //! the platform's library, so that a run would not have the same bits on every machine. A third, `diffsol` 0.18, is
 //! made for stiff systems and brings a matrix library.
 
+use super::curve::Curve;
+use super::stiction::{Dry, EVENTS_MAX};
 use super::{Diverged, State};
 use robot_compiler::scene::Integrator;
 
@@ -39,7 +42,7 @@ impl<const N: usize, const L: usize> States<N, L> {
 }
 
 /// Points of the state space, one a lane, each with positions and velocities.
-pub(super) trait Point<const L: usize>: Copy {
+pub(super) trait Point<const N: usize, const L: usize>: Copy {
     /// Apply `f` to the lane, every component, and the same components of the others.
     fn combine<const K: usize>(&self, others: [&Self; K], f: impl Fn(usize, f64, [f64; K]) -> f64) -> Self;
 
@@ -51,6 +54,12 @@ pub(super) trait Point<const L: usize>: Copy {
 
     /// Take over some lanes of another point.
     fn take(&mut self, other: &Self, lanes: &[bool; L]);
+
+    /// The side of the joints that friction acts on.
+    fn rubbing(&self) -> &States<N, L>;
+
+    /// As [`Point::rubbing`].
+    fn rubbing_mut(&mut self) -> &mut States<N, L>;
 }
 
 /// A component of several lanes. A compiler that knew its number would make vectors of components, which lie apart, and gather them; lanes
@@ -78,7 +87,7 @@ fn row<const L: usize, const K: usize>(
     to
 }
 
-impl<const N: usize, const L: usize> Point<L> for States<N, L> {
+impl<const N: usize, const L: usize> Point<N, L> for States<N, L> {
     #[inline(always)]
     fn combine<const K: usize>(&self, others: [&Self; K], f: impl Fn(usize, f64, [f64; K]) -> f64) -> Self {
         let mut to = *self;
@@ -125,6 +134,16 @@ impl<const N: usize, const L: usize> Point<L> for States<N, L> {
             }
         }
     }
+
+    #[inline(always)]
+    fn rubbing(&self) -> &Self {
+        self
+    }
+
+    #[inline(always)]
+    fn rubbing_mut(&mut self) -> &mut Self {
+        self
+    }
 }
 
 /// Lanes on their way.
@@ -156,15 +175,19 @@ impl<const L: usize> Lanes<L> {
 }
 
 /// Differential equation of a point.
-pub(super) trait Flow<Y, const L: usize> {
+pub(super) trait Flow<Y, const N: usize, const L: usize> {
     /// Inputs from outside at one instant.
     type Input;
+
+    /// One for each joint with dry friction, zero for the others; `None` if there is no dry friction.
+    fn rough(&self) -> Option<&[[f64; L]; N]>;
 
     /// Inputs at `t` (s into the tick).
     fn input(&self, t: &[f64; L]) -> Self::Input;
 
-    /// Write the rate of change of the point under the input, per second, to `slope`.
-    fn slope(&self, point: &Y, input: &Self::Input, slope: &mut Y, lanes: &mut Lanes<L>);
+    /// Write the rate of change of the point under the input, per second, to `slope`, with joints that slide or are held as `dry` says.
+    /// Writes to it what loads the held joints.
+    fn slope(&self, point: &Y, input: &Self::Input, dry: &mut Dry<N, L>, slope: &mut Y, lanes: &mut Lanes<L>);
 }
 
 /// A part of a tick without a jump, s, and its number of steps.
@@ -195,7 +218,7 @@ pub(super) struct Plan {
 /// Advance every lane with a plan along its stretch and call `each` after every step of a lane. Returns why a lane could not be
 /// continued; `point` then holds its last good state. The plans' next steps are renewed.
 #[inline(always)]
-pub(super) fn advance<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
+pub(super) fn advance<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L: usize>(
     flow: &F,
     point: &mut Y,
     plans: &mut [Option<Plan>; L],
@@ -227,9 +250,10 @@ enum Fixed {
     SemiImplicitEuler,
 }
 
-/// Advance the lanes of a mask in steps of the length that their plans say.
+/// Advance the lanes of a mask in steps of the length that their plans say. A step that ends early, by an event, is one step more; those
+/// that follow are evenly shorter.
 #[inline(always)]
-fn fixed<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
+fn fixed<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L: usize>(
     method: Fixed,
     flow: &F,
     point: &mut Y,
@@ -239,17 +263,22 @@ fn fixed<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
     each: &mut impl FnMut(&Step<'_, Y>),
 ) {
     let stretch = plans.map(|plan| plan.map_or(Stretch { from: 0.0, to: 0.0, steps: 1 }, |plan| plan.stretch));
-    let h = stretch.map(|stretch| (stretch.to - stretch.from) / f64::from(stretch.steps));
-    let mut step = 0;
+    let whole = stretch.map(|stretch| (stretch.to - stretch.from) / f64::from(stretch.steps));
+    // Steps of one length from an instant on: their start, length, number, and how many of them are over.
+    let (mut from, mut h) = (stretch.map(|stretch| stretch.from), whole);
+    let (mut steps, mut over) = (stretch.map(|stretch| stretch.steps), [0; L]);
+    let mut events_left = [EVENTS_MAX; L];
+    let mut dry = Dry::none();
     loop {
-        lanes.active = core::array::from_fn(|lane| mask[lane] && step < stretch[lane].steps);
+        lanes.active = core::array::from_fn(|lane| mask[lane] && over[lane] < steps[lane]);
         if lanes.over() {
             return;
         }
-        let t = core::array::from_fn(|lane| stretch[lane].from + f64::from(step) * h[lane]);
-        let after = match method {
-            Fixed::RungeKutta => runge_kutta(flow, point, &t, &h, lanes),
-            Fixed::SemiImplicitEuler => semi_implicit_euler(flow, point, &t, &h, lanes),
+        let t = core::array::from_fn(|lane| from[lane] + f64::from(over[lane]) * h[lane]);
+        let among = core::array::from_fn(|lane| lanes.active[lane] && events_left[lane] > 0);
+        let (after, part) = match method {
+            Fixed::RungeKutta => runge_kutta(flow, point, (&t, &h), &mut dry, among, lanes),
+            Fixed::SemiImplicitEuler => semi_implicit_euler(flow, point, (&t, &h), &mut dry, among, lanes),
         };
         let largest = after.largest();
         for lane in 0..L {
@@ -259,60 +288,93 @@ fn fixed<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
         }
         let done = lanes.live();
         for lane in (0..L).filter(|&lane| done[lane]) {
-            each(&Step { t: t[lane], h: h[lane], before: point, after: &after });
+            let passed = part.map_or(1.0, |part| part[lane]) * h[lane];
+            each(&Step { t: t[lane], h: passed, before: point, after: &after });
+            over[lane] += 1;
+            if part.is_some_and(|part| part[lane] < 1.0) {
+                events_left[lane] -= 1;
+                from[lane] = t[lane] + passed;
+                let left = stretch[lane].to - from[lane];
+                // A rounding error gets no step of its own.
+                (steps[lane], over[lane]) = (libm::ceil(left / whole[lane] - 1e-9).max(0.0) as u32, 0);
+                h[lane] = left / f64::from(steps[lane].max(1));
+            }
         }
         point.take(&after, &done);
-        step += 1;
     }
 }
 
 /// `start + slope * h`.
 #[inline(always)]
-fn along<Y: Point<L>, const L: usize>(start: &Y, slope: &Y, h: &[f64; L]) -> Y {
+fn along<Y: Point<N, L>, const N: usize, const L: usize>(start: &Y, slope: &Y, h: &[f64; L]) -> Y {
     start.combine([slope], |lane, x, [k]| x + k * h[lane])
 }
 
-/// One classical fourth-order step from `t` (s into the tick).
+/// One classical fourth-order step from `t` (s into the tick), of length `h`, or as far as to the first event. Returns the points there, and
+/// the parts of the step that were passed if an event ended the step of a lane.
 #[inline(always)]
-fn runge_kutta<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
+fn runge_kutta<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L: usize>(
     flow: &F,
     start: &Y,
-    t: &[f64; L],
-    h: &[f64; L],
+    (t, h): (&[f64; L], &[f64; L]),
+    dry: &mut Dry<N, L>,
+    among: [bool; L],
     lanes: &mut Lanes<L>,
-) -> Y {
+) -> (Y, Option<[f64; L]>) {
     let half = h.map(|h| h / 2.0);
     let at = |part: &[f64; L]| flow.input(&core::array::from_fn(|lane| t[lane] + part[lane]));
     let middle = at(&half);
     // Every slope is written before it is read.
     let mut k = [*start; 4];
-    flow.slope(start, &flow.input(t), &mut k[0], lanes);
+    dry.begin(flow, start, &flow.input(t), &mut k[0], lanes);
     for stage in 1..3 {
         if lanes.over() {
-            return *start;
+            return (*start, None);
         }
         let point = along(start, &k[stage - 1], &half);
-        flow.slope(&point, &middle, &mut k[stage], lanes);
+        flow.slope(&point, &middle, dry, &mut k[stage], lanes);
     }
     if lanes.over() {
-        return *start;
+        return (*start, None);
     }
-    flow.slope(&along(start, &k[2], h), &at(h), &mut k[3], lanes);
-    start.combine(k.each_ref(), |lane, x, k| x + (k[0] + 2.0 * (k[1] + k[2]) + k[3]) * (h[lane] / 6.0))
+    flow.slope(&along(start, &k[2], h), &at(h), dry, &mut k[3], lanes);
+    let end = start.combine(k.each_ref(), |lane, x, k| x + (k[0] + 2.0 * (k[1] + k[2]) + k[3]) * (h[lane] / 6.0));
+    if flow.rough().is_none() {
+        return (end, None);
+    }
+    shortened(dry, &Curve { start, end: &end, first: &k[0], last: Some(&k[3]), fourth: None, h }, among)
 }
 
-/// One step of first order, symplectic for a free arm of constant inertia.
+/// The end of a step, brought to the first event of each of these lanes, and the parts of the step up to it if there is any.
 #[inline(always)]
-fn semi_implicit_euler<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
+fn shortened<Y: Point<N, L>, const N: usize, const L: usize>(
+    dry: &Dry<N, L>,
+    curve: &Curve<'_, Y, L>,
+    among: [bool; L],
+) -> (Y, Option<[f64; L]>) {
+    match dry.events(curve, among) {
+        None => (*curve.end, None),
+        Some(events) => (events.cut(curve), Some(events.part)),
+    }
+}
+
+/// One step of first order, symplectic for a free arm of constant inertia, as [`runge_kutta`] otherwise.
+#[inline(always)]
+fn semi_implicit_euler<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L: usize>(
     flow: &F,
     start: &Y,
-    t: &[f64; L],
-    h: &[f64; L],
+    (t, h): (&[f64; L], &[f64; L]),
+    dry: &mut Dry<N, L>,
+    among: [bool; L],
     lanes: &mut Lanes<L>,
-) -> Y {
+) -> (Y, Option<[f64; L]>) {
     let mut slope = *start;
-    flow.slope(start, &flow.input(t), &mut slope, lanes);
-    start.kicked(&slope, h)
+    dry.begin(flow, start, &flow.input(t), &mut slope, lanes);
+    let end = start.kicked(&slope, h);
+    if flow.rough().is_none() {
+        return (end, None);
+    }
+    shortened(dry, &Curve { start, end: &end, first: &slope, last: None, fourth: None, h }, among)
 }
 
 /// `sum a_i k_i`.
@@ -322,29 +384,30 @@ fn sum<const K: usize>(a: [f64; K], k: [f64; K]) -> f64 {
 }
 
 /// A step of the embedded pair: the points of fifth order, their slopes, and the errors of the points of fourth order relative to the
-/// tolerances.
+/// tolerances. The points are those of the first event in the step, if there is any; then the parts of the step are given.
 struct Pair<Y, const L: usize> {
     end: Y,
     slope: Y,
     error: [f64; L],
+    part: Option<[f64; L]>,
 }
 
 /// One step of Dormand and Prince's pair from `t` of length `h`. (J. R. Dormand, P. J. Prince, A family of embedded Runge-Kutta
 /// formulae, 1980.)
 #[inline(always)]
-fn dormand_prince<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
+fn dormand_prince<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L: usize>(
     flow: &F,
-    start: &Y,
-    k1: &Y,
+    (start, k1): (&Y, &Y),
     (t, h): (&[f64; L], &[f64; L]),
     tolerance: &[f64; L],
+    (dry, among): (&mut Dry<N, L>, [bool; L]),
     lanes: &mut Lanes<L>,
 ) -> Pair<Y, L> {
     // Every slope is written before it is read.
     let [mut k2, mut k3, mut k4, mut k5, mut k6, mut k7] = [*k1; 6];
     let mut slope = |c: f64, at: &Y, k: &mut Y| {
         if !lanes.over() {
-            flow.slope(at, &flow.input(&core::array::from_fn(|lane| t[lane] + c * h[lane])), k, lanes);
+            flow.slope(at, &flow.input(&core::array::from_fn(|lane| t[lane] + c * h[lane])), dry, k, lanes);
         }
     };
     slope(1.0 / 5.0, &along(start, k1, &h.map(|h| h / 5.0)), &mut k2);
@@ -367,12 +430,29 @@ fn dormand_prince<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
         let size = if end.abs() > x.abs() { end.abs() } else { x.abs() };
         h[lane] * sum(E, k) / (tolerance[lane] * (1.0 + size))
     });
-    Pair { end, slope: k7, error: error.largest() }
+    let error = error.largest();
+    let curve = Curve { start, end: &end, first: k1, last: Some(&k7), fourth: None, h };
+    let Some(events) = flow.rough().and_then(|_| dry.events(&curve, among)) else {
+        return Pair { end, slope: k7, error, part: None };
+    };
+    // The interpolant of fourth order (L. F. Shampine, Some practical Runge-Kutta formulas, 1986).
+    const D: [f64; 6] = [
+        -12_715_105_075.0 / 11_282_082_432.0,
+        87_487_479_700.0 / 32_700_410_799.0,
+        -10_690_763_975.0 / 1_880_347_072.0,
+        701_980_252_875.0 / 199_316_789_632.0,
+        -1_453_857_185.0 / 822_651_844.0,
+        69_997_945.0 / 29_380_423.0,
+    ];
+    let fourth = start.combine([k1, &k3, &k4, &k5, &k6, &k7], |lane, _, k| h[lane] * sum(D, k));
+    let curve = Curve { fourth: Some(&fourth), ..curve };
+    let events = dry.events(&curve, among).unwrap_or(events);
+    Pair { end: events.cut(&curve), slope: k7, error, part: Some(events.part) }
 }
 
 /// Advance the lanes of a mask in steps as long as their tolerances allow.
 #[inline(always)]
-fn adapt<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
+fn adapt<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L: usize>(
     flow: &F,
     point: &mut Y,
     plans: &mut [Option<Plan>; L],
@@ -389,7 +469,8 @@ fn adapt<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
     let mut there = mask.map(|asked| !asked);
     lanes.active = mask;
     let mut slope = *point;
-    flow.slope(point, &flow.input(&t), &mut slope, lanes);
+    let (mut dry, mut events_left) = (Dry::none(), [EVENTS_MAX; L]);
+    dry.begin(flow, point, &flow.input(&t), &mut slope, lanes);
     for _ in 0..ATTEMPTS_MAX {
         lanes.active = there.map(|there| !there);
         if lanes.over() {
@@ -399,10 +480,11 @@ fn adapt<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
         // A remainder of the size of a rounding error gets no step of its own.
         let last: [bool; L] = core::array::from_fn(|lane| next[lane] >= left[lane] * (1.0 - 1e-9));
         let h = core::array::from_fn(|lane| if last[lane] { left[lane] } else { next[lane] });
+        let among = core::array::from_fn(|lane| lanes.active[lane] && events_left[lane] > 0);
         let mut tried = *lanes;
-        let Pair { end, slope: slope_after, error } =
-            dormand_prince(flow, point, &slope, (&t, &h), &tolerance, &mut tried);
-        let (live, mut done) = (lanes.live(), [false; L]);
+        let Pair { end, slope: slope_after, error, part } =
+            dormand_prince(flow, (point, &slope), (&t, &h), &tolerance, (&mut dry, among), &mut tried);
+        let (live, mut done, mut cut) = (lanes.live(), [false; L], [false; L]);
         for lane in (0..L).filter(|&lane| live[lane]) {
             let error = match tried.failed[lane] {
                 None => error[lane],
@@ -416,17 +498,26 @@ fn adapt<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
             let factor = factor(error);
             done[lane] = error <= 1.0;
             if done[lane] {
+                let part = part.map_or(1.0, |part| part[lane]);
+                cut[lane] = part < 1.0;
                 // The end of the stretch may have cut the last step short; then keep the longer one.
                 next[lane] = if last[lane] { next[lane].max(h[lane] * factor) } else { h[lane] * factor };
-                each(&Step { t: t[lane], h: h[lane], before: point, after: &end });
-                there[lane] = last[lane];
-                t[lane] += h[lane];
+                let passed = part * h[lane];
+                each(&Step { t: t[lane], h: passed, before: point, after: &end });
+                t[lane] += passed;
+                events_left[lane] -= u32::from(cut[lane]);
+                there[lane] = if cut[lane] { t[lane] >= to[lane] } else { last[lane] };
             } else {
                 next[lane] = h[lane] * factor.min(0.9);
             }
         }
         point.take(&end, &done);
         slope.take(&slope_after, &done);
+        dry.keep_margin(done);
+        if cut.contains(&true) {
+            lanes.active = cut;
+            dry.begin(flow, point, &flow.input(&t), &mut slope, lanes);
+        }
     }
     lanes.active = there.map(|there| !there);
     for lane in 0..L {

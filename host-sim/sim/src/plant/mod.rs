@@ -8,7 +8,10 @@
 //! | `arm_lanes` | friction, ripple and torque curves of these arms; they pass their time together |
 //! | [`integrator`] | fourth-order Runge-Kutta, semi-implicit Euler, an adaptive pair |
 //! | [`elasticity`] | motor and link sides of elastic joints, play between them |
+//! | `factors` | solution of the equations of motion, with joints that are held |
 //! | [`friction`] | viscous, Coulomb and Stribeck friction |
+//! | `stiction` | which joints slide and which friction holds, and when that changes |
+//! | `curve` | interpolant of a step, from which that instant is taken |
 //! | [`actuator`] | delay, saturation, lag and ripple of an ideal drive's torque |
 //! | [`drives`] | simulated drives: the board's own code before three CAN buses, an actuator at every joint |
 //! | [`jitter`] | random offsets of the instants of measuring and acting |
@@ -22,9 +25,11 @@ pub(crate) mod arm_kernel;
 pub(crate) mod arm_lanes;
 #[cfg(test)]
 mod calls;
+mod curve;
 pub mod drives;
 pub mod dynamics;
 pub mod elasticity;
+mod factors;
 pub mod friction;
 pub mod integrator;
 pub mod jitter;
@@ -33,7 +38,7 @@ pub mod ledger;
 mod rotor_coupling;
 pub mod sensor;
 pub(crate) mod solver;
-mod tanh;
+mod stiction;
 #[cfg(test)]
 mod tests;
 
@@ -182,7 +187,7 @@ impl<const N: usize> Plant<N> {
     }
 
     /// The same arm at the same position, with its rotors behind springs, and measured on one side of them. Every rotor
-    /// needs an inertia. Friction, if there is any, must be the rotors': [`JointFriction::on_motors`].
+    /// needs an inertia. Friction, if there is any, acts on the rotors.
     #[must_use]
     pub fn with_elasticity(mut self, springs: Elasticity<N>, side: Side) -> Self {
         self.motors = Some(Motors::new(springs, &mut self.body.mechanism, &self.state, side));

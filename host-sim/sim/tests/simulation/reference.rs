@@ -1,4 +1,5 @@
 //! External reference data: robots and states from `robots/golden/*.json`.
+#![allow(dead_code, reason = "shared by test programs, of which each reads some of it")]
 
 use dynamics_core::{Body, Dh, Frame, JointKind, JointSpec, Limits, Rotor, Tool, Wrench};
 use nalgebra::{Matrix3, Vector3};

@@ -118,7 +118,10 @@ fn nearest(subject: &Subject, found: &Identified, logs: &[Log]) -> Vec<JointFric
         let prediction = found.predict(subject.arm.as_ref(), log);
         let rest = found.predict_by(subject.arm.as_ref(), log, &bodies, &|_, _, _| 0.0);
         for (joint, left) in difference(&prediction.measured, &rest).iter().enumerate() {
-            for (tau, qd) in left.iter().zip(&prediction.qd[joint]) {
+            for ((tau, qd), held) in left.iter().zip(&prediction.qd[joint]).zip(&prediction.held[joint]) {
+                if *held {
+                    continue;
+                }
                 let (a, b, y) = (*qd, torque(&unit, *qd, 0.0), tau - offset(joint));
                 let more = [a * a, a * b, b * b, a * y, b * y];
                 sums[joint].iter_mut().zip(more).for_each(|(sum, x)| *sum += x);

@@ -52,6 +52,10 @@ pub struct JointError {
     pub before: f64,
     /// Relative error by the new robot file.
     pub file: f64,
+    /// Relative error by the identified model over all samples, those in which friction holds the joint included.
+    pub all: f64,
+    /// Share of the samples in which friction holds the joint.
+    pub held: f64,
 }
 
 impl Outcome {
@@ -95,8 +99,7 @@ impl Outcome {
         let sizes: Vec<f64> = (0..n).map(|joint| errors[joint].rms / errors[joint].relative.max(1e-300)).collect();
         let mut kept = vec![0.0; n];
         for judged in &self.judged {
-            let prediction = &judged.prediction;
-            let of = persistence(&prediction.time, &prediction.measured, &prediction.model);
+            let of = persistence(&judged.prediction);
             kept.iter_mut().zip(of).for_each(|(sum, x)| *sum += x / self.judged.len() as f64);
         }
         let errors = Errors {
@@ -130,10 +133,13 @@ impl Outcome {
             }
             sums.iter().map(|sum| (sum / count.max(1) as f64).sqrt()).collect()
         };
-        let measured = squares(&|judged| judged.prediction.measured.clone());
-        let left = squares(&|judged| difference(&judged.prediction.measured, &judged.prediction.model));
-        let before = squares(&|judged| difference(&judged.prediction.measured, &judged.before));
-        let file = squares(&|judged| difference(&judged.prediction.measured, &judged.file_model));
+        let measured = squares(&|judged| judged.prediction.moving(&judged.prediction.measured));
+        let left = squares(&|judged| judged.prediction.left(&judged.prediction.model));
+        let before = squares(&|judged| judged.prediction.left(&judged.before));
+        let file = squares(&|judged| judged.prediction.left(&judged.file_model));
+        let measured_all = squares(&|judged| judged.prediction.measured.clone());
+        let all = squares(&|judged| difference(&judged.prediction.measured, &judged.prediction.model));
+        let held = self.held();
         (0..joints)
             .map(|joint| {
                 let size = measured[joint].max(1e-300);
@@ -142,6 +148,8 @@ impl Outcome {
                     relative: left[joint] / size,
                     before: before[joint] / size,
                     file: file[joint] / size,
+                    all: all[joint] / measured_all[joint].max(1e-300),
+                    held: held[joint],
                 }
             })
             .collect()
@@ -162,6 +170,8 @@ impl Outcome {
                 json!({
                     "name": name,
                     "relative_rms": error.relative,
+                    "relative_rms_all": error.all,
+                    "held": error.held,
                     "rms": error.rms,
                     "before": error.before,
                     "robot_file": error.file,
@@ -267,6 +277,7 @@ impl Outcome {
              bodies              possible, {:.1} deviations from least squares\n\
              mass matrix         {}\n\
              delay of torque     {}\n\
+             held by friction    {}\n\
              not seen            {}\n",
                 subject.robot.name,
                 logs.join(", "),
@@ -281,12 +292,33 @@ impl Outcome {
                 (found.distance() / found.base.len() as f64).sqrt(),
                 self.mass_matrix(subject),
                 self.delay(subject),
+                self.held_in_words(subject),
                 if unseen.is_empty() {
                     "nothing".to_owned()
                 } else {
                     format!("{} (the maker's numbers stay)", unseen.join(", "))
                 },
             )
+    }
+
+    /// Share of the judged samples in which friction holds each joint.
+    fn held(&self) -> Vec<f64> {
+        let samples: f64 = self.judged.iter().map(|judged| judged.prediction.time.len() as f64).sum();
+        let mut shares = vec![0.0; self.found.base.joints];
+        for judged in &self.judged {
+            let weight = judged.prediction.time.len() as f64 / samples.max(1.0);
+            shares.iter_mut().zip(judged.prediction.held_share()).for_each(|(sum, share)| *sum += weight * share);
+        }
+        shares
+    }
+
+    /// The same in words.
+    fn held_in_words(&self, subject: &Subject) -> String {
+        let of = |(joint, share): (usize, &f64)| {
+            (*share > 0.0005).then(|| format!("{} {:.1} %", subject.robot.joints[joint].name, 100.0 * share))
+        };
+        let held: Vec<String> = self.held().iter().enumerate().filter_map(of).collect();
+        if held.is_empty() { "never".to_owned() } else { format!("{} of the samples, left out", held.join(", ")) }
     }
 
     /// Delay and jitter in words.

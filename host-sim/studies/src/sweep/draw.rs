@@ -112,7 +112,7 @@ fn at(values: &Values, u: f64) -> Drawn<'_> {
 #[cfg(test)]
 mod tests {
     use super::{Draw, at, unit};
-    use robot_compiler::study::{Drawn, Study, Subject, Values, Vary};
+    use robot_compiler::study::{Drawn, Study, Values, Vary};
     use std::path::Path;
 
     fn study(runs: &str) -> (Draw, Vec<Vary>) {
@@ -123,7 +123,7 @@ mod tests {
         );
         let text = text.replace("STEPS", if runs.contains("grid") { "steps = 5" } else { "" });
         let study = Study::from_toml_str(&text, Path::new("any.toml")).unwrap();
-        let Subject::Scene(experiment) = study.subject else { panic!("a scene's study") };
+        let experiment = study.experiment;
         (Draw::new(&study.runs, experiment.vary.len()), experiment.vary)
     }
 

@@ -37,11 +37,11 @@ impl SceneRuns {
     /// # Errors
     /// [`Failure::Input`]: the scene cannot be read, a key leads nowhere, the first run cannot be read, or a figure asks for a joint that
     /// the arm does not have.
-    pub(super) fn new(study: &Study, experiment: &Experiment) -> Result<Self, Failure> {
+    pub(super) fn new(study: &Study) -> Result<Self, Failure> {
         let template = Template::load(study).map_err(Failure::input)?;
-        let draw = Draw::new(&study.runs, experiment.vary.len());
+        let draw = Draw::new(&study.runs, study.experiment.vary.len());
         let (scene_name, units) = (String::new(), Vec::new());
-        let experiment = experiment.clone();
+        let experiment = study.experiment.clone();
         let mut runs = Self { experiment, template, draw, kernels: Kernels::default(), scene_name, units };
         let scene = runs.template.check(study, &runs.values(0)).map_err(Failure::input)?;
         let dof = scene.robot.dof();

@@ -10,7 +10,6 @@
 //! | [`prepared`] | a study that is ready to run; `outcomes`, the one place where runs are made |
 //! | `draw`, `sobol`, `normal` | the values of a run: random, from a Sobol sequence, from a grid |
 //! | `experiment` | runs of a scene, and their figures |
-//! | `faults` | runs of a fault-injection campaign |
 //! | [`store`] | blocks of rows in a folder: continued after a kill, merged from shards |
 //! | [`results`] | what came of all runs: distributions, sensitivities, failures, the worst runs |
 //! | [`replay`] | one run in full, as files that `host-sim run` takes too |
@@ -22,7 +21,6 @@
 
 mod draw;
 mod experiment;
-mod faults;
 mod normal;
 pub mod prepared;
 pub mod repeat;

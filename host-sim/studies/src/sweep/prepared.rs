@@ -1,9 +1,8 @@
 //! A study that is ready to run.
 
 use super::experiment::SceneRuns;
-use super::faults::CampaignRuns;
 use crate::parallel::{Jobs, try_in_parallel};
-use robot_compiler::study::{Design, Study, Subject, with_robot};
+use robot_compiler::study::{Design, Study, with_robot};
 use sha2::{Digest as _, Sha256};
 use sim::failure::Failure;
 use std::fs;
@@ -22,13 +21,7 @@ pub struct Prepared {
     pub files: Vec<(String, String)>,
     /// Hash of the files and of the program's version: two folders with the same are parts of the same study.
     pub identity: String,
-    kind: Kind,
-}
-
-#[derive(Debug)]
-enum Kind {
-    Scene(Box<SceneRuns>),
-    Campaign(Box<CampaignRuns>),
+    runs: SceneRuns,
 }
 
 /// Most runs that a thread does in one go, and has in memory.
@@ -54,21 +47,14 @@ impl Prepared {
         }
         let count = study.runs.count;
         let files = study.copies(count).map_err(Failure::input)?;
-        let kind = match &study.subject {
-            Subject::Scene(experiment) => Kind::Scene(Box::new(SceneRuns::new(&study, experiment)?)),
-            Subject::Campaign(scenes) => Kind::Campaign(Box::new(CampaignRuns::new(scenes, study.runs.seed)?)),
-        };
-        Ok(Self { identity: identity(&files), study, count, files, kind })
+        let runs = SceneRuns::new(&study)?;
+        Ok(Self { identity: identity(&files), study, count, files, runs })
     }
 
     /// Titles of the columns of a table of runs, the index first.
     #[must_use]
     pub fn columns(&self) -> Vec<String> {
-        let behind = match &self.kind {
-            Kind::Scene(runs) => runs.columns(),
-            Kind::Campaign(runs) => runs.columns(),
-        };
-        core::iter::once("index".to_owned()).chain(behind).collect()
+        core::iter::once("index".to_owned()).chain(self.runs.columns()).collect()
     }
 
     /// The runs with these indices, in order, as cells of the [`columns`](Self::columns). Every run is a function of the study and its
@@ -79,19 +65,14 @@ impl Prepared {
     /// # Errors
     /// [`Failure::Interrupted`] after `stop`; otherwise as the runs.
     pub fn outcomes(&self, indices: Range<u64>, jobs: &Jobs, stop: &AtomicBool) -> Result<Vec<Vec<String>>, Failure> {
-        match &self.kind {
-            Kind::Scene(runs) => {
-                let count = indices.end.saturating_sub(indices.start);
-                let chunk = count.div_ceil(jobs.count() as u64).clamp(1, CHUNK);
-                let part = |number: usize| {
-                    let from = indices.start + number as u64 * chunk;
-                    runs.rows(from..indices.end.min(from + chunk), stop)
-                };
-                let parts = usize::try_from(count.div_ceil(chunk)).unwrap_or(usize::MAX);
-                Ok(jobs.run(|| try_in_parallel(parts, part))?.concat())
-            }
-            Kind::Campaign(runs) => jobs.run(|| runs.rows(indices.clone(), stop)),
-        }
+        let count = indices.end.saturating_sub(indices.start);
+        let chunk = count.div_ceil(jobs.count() as u64).clamp(1, CHUNK);
+        let part = |number: usize| {
+            let from = indices.start + number as u64 * chunk;
+            self.runs.rows(from..indices.end.min(from + chunk), stop)
+        };
+        let parts = usize::try_from(count.div_ceil(chunk)).unwrap_or(usize::MAX);
+        Ok(jobs.run(|| try_in_parallel(parts, part))?.concat())
     }
 
     /// Checks that the copies of the study's files replace nothing else in a folder.
@@ -113,12 +94,9 @@ impl Prepared {
         Ok(vec![("scene.toml".to_owned(), scene), (name.to_owned(), robot.unwrap_or(text).to_owned())])
     }
 
-    /// Runs of a scene; `None` for a campaign.
-    pub(super) fn scene_runs(&self) -> Option<&SceneRuns> {
-        match &self.kind {
-            Kind::Scene(runs) => Some(runs),
-            Kind::Campaign(_) => None,
-        }
+    /// The runs of the scene.
+    pub(super) const fn scene_runs(&self) -> &SceneRuns {
+        &self.runs
     }
 }
 

@@ -2,7 +2,6 @@
 
 use super::Prepared;
 use super::prepared::replace_nothing;
-use super::repeat::Repeat;
 use super::store::{MANIFEST, STUDY};
 use indicatif::ProgressBar;
 use robot_compiler::with_dof;
@@ -26,7 +25,7 @@ pub struct Replayed {
 /// Does the run with this index again, and writes all that `host-sim run` writes, with the scene that it takes.
 ///
 /// # Errors
-/// [`Failure::Input`]: the study has no such run or is a campaign, the run's values make the scene impossible, or the folder holds a study or
+/// [`Failure::Input`]: the study has no such run, the run's values make the scene impossible, or the folder holds a study or
 /// another run's files.
 /// [`Failure::Output`]: a file cannot be written.
 pub fn replay(
@@ -41,10 +40,7 @@ pub fn replay(
     if index >= prepared.count {
         return Err(wrong(format!("expected a run from 0 to {}", prepared.count - 1)));
     }
-    let Some(runs) = prepared.scene_runs() else {
-        let command = Repeat::of_files(&prepared.study).command(index);
-        return Err(wrong(format!("a campaign's run is repeated by `{command}`")));
-    };
+    let runs = prepared.scene_runs();
     // Shards that an engine still has to do read the study's files: they must stay what they are.
     if [MANIFEST, STUDY].iter().any(|name| folder.join(name).exists()) {
         return Err(wrong(format!("{} holds a study; expected another folder by --out", folder.display())));

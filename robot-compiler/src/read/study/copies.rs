@@ -1,45 +1,37 @@
 //! Copies of a study's files that stand alone in one folder.
 
 use crate::describe::diagnostics::{FileError, Source};
-use crate::describe::study::{Study, Subject};
+use crate::describe::study::Study;
 use crate::read::table::{Table, parse};
 use crate::read::text::read_text;
 use std::ops::Range;
 use std::path::Path;
 
 impl Study {
-    /// The study's files by name and text: `study.toml`, its scenes and their robots, each naming the others by these names, with
+    /// The study's files by name and text: `study.toml`, its scene and its robot, each naming the others by these names, with
     /// this number of runs.
     ///
     /// # Errors
     /// A file that cannot be read or parsed.
     pub fn copies(&self, count: u64) -> Result<Vec<(String, String)>, FileError> {
-        let scenes = match &self.subject {
-            Subject::Scene(experiment) => core::slice::from_ref(&experiment.scene),
-            Subject::Campaign(scenes) => scenes.as_slice(),
+        let (path, place) = (&self.experiment.scene, &self.places.scene);
+        let unread = |error: FileError| {
+            let problem = format!("{}: {}", error.file(), error.problem());
+            self.source.error(place.clone(), "scene", problem, error.expected())
         };
-        let many = scenes.len() > 1;
-        let mut study: Vec<(Range<usize>, String)> = Vec::new();
-        let mut files = Vec::new();
-        for (index, (path, place)) in scenes.iter().zip(&self.places.scenes).enumerate() {
-            let number = if many { format!("_{}", index + 1) } else { String::new() };
-            let name = format!("scene{number}.toml");
-            study.push((place.clone(), format!("{name:?}")));
-            let unread = |error: FileError| {
-                let problem = format!("{}: {}", error.file(), error.problem());
-                self.source.error(place.clone(), if many { "scenes" } else { "scene" }, problem, error.expected())
-            };
-            let source = read_text(path).map_err(unread)?;
-            let (robot, place) = robot_of(&source)?;
-            let from = path.parent().unwrap_or(Path::new("")).join(robot);
-            let extension = from.extension().and_then(|extension| extension.to_str()).unwrap_or("toml");
-            let robot_name = format!("robot{number}.{extension}");
-            files.push((name, spliced(&source.text, vec![(place, format!("{robot_name:?}"))])));
-            files.push((robot_name, read_text(&from)?.text));
-        }
+        let source = read_text(path).map_err(unread)?;
+        let (robot, robot_place) = robot_of(&source)?;
+        let from = path.parent().unwrap_or(Path::new("")).join(robot);
+        let extension = from.extension().and_then(|extension| extension.to_str()).unwrap_or("toml");
+        let robot_name = format!("robot.{extension}");
+        let scene = spliced(&source.text, vec![(robot_place, format!("{robot_name:?}"))]);
+        let mut study = vec![(place.clone(), format!("{:?}", "scene.toml"))];
         study.extend(self.places.count.iter().map(|place| (place.clone(), count.to_string())));
-        files.insert(0, ("study.toml".to_owned(), spliced(&self.source.text, study)));
-        Ok(files)
+        Ok(vec![
+            ("study.toml".to_owned(), spliced(&self.source.text, study)),
+            ("scene.toml".to_owned(), scene),
+            (robot_name, read_text(&from)?.text),
+        ])
     }
 }
 

@@ -5,7 +5,7 @@ use super::edit::{Problem, edit};
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::robot::Robot;
 use crate::describe::scene::SceneFile;
-use crate::describe::study::{Experiment, Key, Literal, Relative, Study, Subject};
+use crate::describe::study::{Experiment, Key, Literal, Relative, Study};
 use crate::read::scene;
 use crate::read::table::{Table, parse};
 use crate::read::text::read_text;
@@ -90,8 +90,7 @@ impl Template {
             Ok(scene) => return Ok(scene),
             Err(error) => error,
         };
-        let Subject::Scene(experiment) = &study.subject else { return Err(error) };
-        for (count, (_, key)) in changes(experiment).enumerate() {
+        for (count, (_, key)) in changes(&study.experiment).enumerate() {
             if count == 0 {
                 // The files as they are.
                 Self::with(study, 0)?.scene(values)?;
@@ -106,9 +105,7 @@ impl Template {
 
     /// As [`Template::load`] with the first keys of the study alone.
     fn with(study: &Study, count: usize) -> Result<Self, FileError> {
-        let Subject::Scene(experiment) = &study.subject else {
-            return Err(FileError::whole_file(&study.path, "kind", "a campaign, which varies no key", "a scene"));
-        };
+        let experiment = &study.experiment;
         let (source, mut document) = document(&experiment.scene)?;
         let folder = experiment.scene.parent().unwrap_or(Path::new("")).to_owned();
         let fixed = scene::robot(&Table::root(&source, &parse(&source)?), &folder)?;

@@ -2,7 +2,7 @@
 
 use super::{Results, VERSION};
 use crate::sweep::Prepared;
-use robot_compiler::study::{Design, Experiment, Relative, Subject, Values, Vary};
+use robot_compiler::study::{Design, Experiment, Relative, Values, Vary};
 use sim::failure::number;
 
 impl Results {
@@ -11,22 +11,14 @@ impl Results {
         let study = &prepared.study;
         let mut facts = Vec::new();
         let mut fact = |name: &str, text: String| facts.push((name.to_owned(), text));
-        match &study.subject {
-            Subject::Scene(Experiment { scene, set, vary, .. }) => {
-                let named = prepared.scene_runs().map_or(String::new(), |runs| runs.scene_name().to_owned());
-                fact("scene", format!("{named} ({})", scene.display()));
-                for setting in set {
-                    let value = setting.value.as_deref().map_or("removed".to_owned(), |value| format!("= {value}"));
-                    fact("set", format!("{} {value}", setting.key.name));
-                }
-                for vary in vary {
-                    fact("varied", format!("{}: {}", vary.key.name, range(vary)));
-                }
-            }
-            Subject::Campaign(scenes) => {
-                let scenes: Vec<String> = scenes.iter().map(|path| path.display().to_string()).collect();
-                fact("scenes", scenes.join(", "));
-            }
+        let Experiment { scene, set, vary, .. } = &study.experiment;
+        fact("scene", format!("{} ({})", prepared.scene_runs().scene_name(), scene.display()));
+        for setting in set {
+            let value = setting.value.as_deref().map_or("removed".to_owned(), |value| format!("= {value}"));
+            fact("set", format!("{} {value}", setting.key.name));
+        }
+        for vary in vary {
+            fact("varied", format!("{}: {}", vary.key.name, range(vary)));
         }
         let design = match study.runs.design {
             Design::Random => format!("random, seed {}", study.runs.seed),
@@ -80,7 +72,7 @@ fn listed<'a>(values: impl ExactSizeIterator<Item = &'a str>) -> String {
 #[cfg(test)]
 mod tests {
     use super::{listed, range};
-    use robot_compiler::study::{Study, Subject};
+    use robot_compiler::study::Study;
     use std::path::Path;
 
     #[test]
@@ -90,7 +82,7 @@ mod tests {
             [[vary]]\nkey = \"b\"\nnormal = { mean = 1.0, deviation = 0.2, within = [0.5, 1.5] }\n\
             [[vary]]\nkey = \"c\"\nwhole = [0, 3]\n[[vary]]\nkey = \"d\"\nlist = [\"pd\", \"teach\"]\n";
         let study = Study::from_toml_str(text, Path::new("a.toml")).unwrap();
-        let Subject::Scene(experiment) = study.subject else { panic!("a scene's study") };
+        let experiment = study.experiment;
         let words: Vec<String> = experiment.vary.iter().map(range).collect();
         assert_eq!(
             words,

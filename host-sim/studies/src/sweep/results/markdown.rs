@@ -1,9 +1,10 @@
 //! Results as tables, for the terminal and for a page.
 
 use super::{Distribution, Group, Refusal, Results, Share};
-use crate::sweep::repeat::Repeat;
+use crate::sweep::repeat::repeat_command;
 use sim::table::table;
 use std::fmt::Write as _;
+use std::path::Path;
 
 /// A titled table.
 pub(super) struct Titled {
@@ -23,11 +24,11 @@ impl Results {
 
     /// Text for a terminal.
     #[must_use]
-    pub fn text(&self, repeat: &Repeat) -> String {
+    pub fn text(&self, study: &Path) -> String {
         let mut text = format!("{}: {}\n", self.study, self.sentence());
         self.tables(Titled::text, &mut text);
         if let Some(index) = self.worst() {
-            let _ = writeln!(text, "\none run in full      {}", repeat.command(index));
+            let _ = writeln!(text, "\none run in full      {}", repeat_command(study, index));
         }
         text
     }

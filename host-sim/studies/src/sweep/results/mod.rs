@@ -17,11 +17,9 @@ pub use interval::Share;
 pub use rank::Correlation;
 
 use super::prepared::VERSION;
-use super::repeat::Repeat;
-use super::store::RUNS;
+use super::store::{RUNS, STUDY};
 use super::{Prepared, experiment, store};
 use distribution::Collector;
-use robot_compiler::study::{Experiment, Subject};
 use serde::Serialize;
 use sim::failure::{Failure, in_file};
 use std::collections::BTreeMap;
@@ -53,7 +51,7 @@ pub struct Results {
     pub ends: BTreeMap<String, u64>,
     /// The first runs that failed.
     pub failing: Vec<u64>,
-    /// Runs that ended in a fault or diverged; those with an unsafe command in a campaign.
+    /// Runs that ended in a fault or diverged.
     pub broken_off: BrokenOff,
     /// Distribution of each figure.
     pub metrics: Vec<Distribution>,
@@ -151,11 +149,8 @@ impl Results {
             groups: Vec::new(),
             sample: SampleSize { runs: 0, stride: 1 },
         };
-        let metrics = match &prepared.study.subject {
-            Subject::Scene(Experiment { metrics, .. }) => metrics.as_slice(),
-            Subject::Campaign(_) => &[],
-        };
-        let units = prepared.scene_runs().map_or(&[] as &[String], |runs| runs.units());
+        let metrics = &prepared.study.experiment.metrics;
+        let units = prepared.scene_runs().units();
         let mut collectors: Vec<Collector> =
             metrics.iter().zip(units).map(|(metric, unit)| Collector::new(metric, unit)).collect();
         let mut sample = Sample::new(prepared.count, &table.columns);
@@ -186,8 +181,8 @@ impl Results {
         let counted = results.runs - results.refused;
         results.failures = Share::new(failed, counted);
         results.broken_off.share = Share::new(broken_off, counted);
-        if let (Some(refusal), Some(runs)) = (&mut results.refusal, prepared.scene_runs()) {
-            refusal.reason = runs.refusal(refusal.index);
+        if let Some(refusal) = &mut results.refusal {
+            refusal.reason = prepared.scene_runs().refusal(refusal.index);
         }
         let mut histograms: Vec<Histogram> = collectors.iter().map(Collector::histogram).collect();
         table.each_row(|row| {
@@ -208,7 +203,7 @@ impl Results {
     /// [`Failure::Output`].
     pub fn write(&self, folder: &Path, prepared: &Prepared) -> Result<Vec<PathBuf>, Failure> {
         let json = serde_json::to_string_pretty(self).map_err(|error| Failure::Output(error.into()))?;
-        let page = self.page(prepared, &Repeat::new(prepared, folder)).html();
+        let page = self.page(prepared, &folder.join(STUDY)).html();
         let texts = [("results.json", json + "\n"), ("results.md", self.markdown()), ("report.html", page)];
         let mut files = vec![folder.join(RUNS), folder.join(store::MANIFEST)];
         for (name, text) in texts {

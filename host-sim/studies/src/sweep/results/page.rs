@@ -3,13 +3,14 @@
 use super::markdown::short;
 use super::{Distribution, Results};
 use crate::sweep::Prepared;
-use crate::sweep::repeat::Repeat;
+use crate::sweep::repeat::repeat_command;
 use report::{Block, Cell, Figure, Page, Point, Scale, Series, Table};
+use std::path::Path;
 
 impl Results {
     /// The page of a study that is ready to run, with the commands that repeat its runs.
     #[must_use]
-    pub fn page(&self, prepared: &Prepared, repeat: &Repeat) -> Page {
+    pub fn page(&self, prepared: &Prepared, study: &Path) -> Page {
         let mut blocks = vec![Block::Facts(self.about(prepared))];
         for titled in self.titled() {
             let head: Vec<&str> = titled.head.iter().map(String::as_str).collect();
@@ -21,8 +22,8 @@ impl Results {
             self.metrics.iter().filter(|metric| metric.finite > 0).map(|metric| Block::Figure(metric.figure())),
         );
         blocks.extend(self.influence().map(Block::Figure));
-        blocks.extend(self.worst_runs(repeat).map(Block::Table));
-        blocks.extend(self.failing_runs(repeat).map(Block::Table));
+        blocks.extend(self.worst_runs(study).map(Block::Table));
+        blocks.extend(self.failing_runs(study).map(Block::Table));
         Page { title: format!("study {}", self.study), lead: vec![self.sentence()], blocks }
     }
 
@@ -52,7 +53,7 @@ impl Results {
     }
 
     /// The worst runs of every figure, each with its command.
-    fn worst_runs(&self, repeat: &Repeat) -> Option<Table> {
+    fn worst_runs(&self, study: &Path) -> Option<Table> {
         let mut table = Table::new(
             "The worst runs, and the command that repeats each in full",
             &["figure", "run", "value", "command"],
@@ -61,7 +62,7 @@ impl Results {
         for metric in &self.metrics {
             for worst in &metric.worst {
                 let value = worst.figure.map_or_else(|| "unsettled".into(), |x| Cell::number(short(x), x));
-                let command = repeat.command(worst.index);
+                let command = repeat_command(study, worst.index);
                 let command = Cell::from(command.clone()).told(command);
                 table.row(vec![metric.label().into(), worst.index.to_string().into(), value, command]);
                 any = true;
@@ -71,11 +72,11 @@ impl Results {
     }
 
     /// The first runs that failed, each with its command; `None` where none did.
-    fn failing_runs(&self, repeat: &Repeat) -> Option<Table> {
+    fn failing_runs(&self, study: &Path) -> Option<Table> {
         let mut table =
             Table::new("The first runs that failed, and the command that repeats each in full", &["run", "command"]);
         for index in &self.failing {
-            let command = repeat.command(*index);
+            let command = repeat_command(study, *index);
             table.row(vec![index.to_string().into(), Cell::from(command.clone()).told(command)]);
         }
         (!self.failing.is_empty()).then_some(table)

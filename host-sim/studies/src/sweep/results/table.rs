@@ -5,7 +5,7 @@ use super::{Group, GroupCell, Sensitivity, Share};
 use crate::sweep::Prepared;
 use crate::sweep::experiment::COMPLETE;
 use csv::ByteRecord;
-use robot_compiler::study::{Subject, Vary};
+use robot_compiler::study::Vary;
 use sim::failure::Failure;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -30,17 +30,9 @@ struct Column {
 
 impl Columns {
     pub(super) fn new(prepared: &Prepared) -> Self {
-        let (keys, metrics) = match &prepared.study.subject {
-            Subject::Scene(experiment) => (
-                experiment.vary.iter().map(Column::of).collect(),
-                experiment.metrics.iter().map(|metric| metric.title.clone()).collect(),
-            ),
-            // A campaign's keys: scene, fault and state.
-            Subject::Campaign(_) => {
-                let word = |name| Column { name, numbers: false, few: true };
-                (prepared.columns().into_iter().skip(1).take(3).map(word).collect(), Vec::new())
-            }
-        };
+        let experiment = &prepared.study.experiment;
+        let keys = experiment.vary.iter().map(Column::of).collect();
+        let metrics = experiment.metrics.iter().map(|metric| metric.title.clone()).collect();
         Self { all: prepared.columns(), keys, metrics }
     }
 }

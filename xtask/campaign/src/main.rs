@@ -1,17 +1,19 @@
-//! `campaign`: every fault in every state, each tick judged.
+//! `cargo xtask campaign`: every fault in every state of the safety state machine, each tick judged.
 
-use crate::cli::document;
-use crate::cli::force::ForceArgs;
-use crate::cli::output::{json, print, write_report};
-use crate::cli::progress::progress_bar;
-use clap::Args;
+use campaign::{Campaign, Report, Target};
+use clap::Parser;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
+use robot_compiler::emit::page::Page;
 use sim::failure::{self, Failure};
+use sim::output::Output;
+use sim::terminal::{json, print, progress_bar};
+use std::fs;
 use std::path::PathBuf;
-use std::sync::atomic::AtomicBool;
-use studies::campaign::{Campaign, Report, Target};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 const EXAMPLES: &str = "\
 Each run takes the machine to one of its states (idle, homing, idle and homed, armed, running, holding, fault; with drives also arming
@@ -23,51 +25,51 @@ Run K depends on the seed, K and the scenes alone. An unsafe command is printed 
 it: --seed S --run K and the same scenes and target.
 
 Examples:
-  host-sim campaign
-  host-sim campaign --runs 10000 --write
-  host-sim campaign --runs 10000 --report out/campaign.html
-  host-sim campaign --target drives --runs 10000 --write
-  host-sim campaign scenes/yam_move.toml --target drives
-  host-sim campaign --target qemu --runs 700 --write
-  host-sim campaign scenes/puma560_pick.toml --seed 7 --run 4711
-  host-sim campaign --json | jq '.rows[] | select(.unsafe_commands > 0)'
+  cargo xtask campaign
+  cargo xtask campaign --runs 10000 --write
+  cargo xtask campaign --runs 10000 --report out/campaign.html
+  cargo xtask campaign --target drives --runs 10000 --write
+  cargo xtask campaign scenes/yam_move.toml --target drives
+  cargo xtask campaign --target qemu --runs 700 --write
+  cargo xtask campaign scenes/puma560_pick.toml --seed 7 --run 4711
+  cargo xtask campaign --json | jq '.rows[] | select(.unsafe_commands > 0)'
 
 --json is an object {scenes, target, seed, runs, ticks, seconds, rows: [{fault, cells, runs, ticks, unsafe_commands}], counterexamples};
 with drives also {exempt}, and in each row {motion: [exempt runs, farthest distance]}.
 --write puts the table between the lines `<!-- measured: campaign, desk -->` and `<!-- end measured: campaign, desk -->` of the file,
 with another target between those of `campaign, drives` or `campaign, qemu`.";
 
-/// Options of `campaign`.
-#[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
-pub struct CampaignArgs {
+/// Inject every fault in every state of the safety state machine, and judge every tick.
+#[derive(Clone, Debug, Parser)]
+#[command(name = "cargo xtask campaign", after_long_help = EXAMPLES)]
+struct Arguments {
     /// The scene files (TOML), which take turns [default: those of the target in scenes/campaign].
     #[arg(value_name = "SCENE")]
-    pub scenes: Vec<PathBuf>,
+    scenes: Vec<PathBuf>,
     /// How many runs.
     #[arg(long, default_value_t = 10_000)]
-    pub runs: u64,
+    runs: u64,
     /// Seed of everything random.
     #[arg(long, default_value_t = 1)]
-    pub seed: u64,
+    seed: u64,
     /// Only the run with this number.
     #[arg(long, value_name = "K", conflicts_with = "runs")]
-    pub run: Option<u64>,
+    run: Option<u64>,
     /// The target under test.
     #[arg(long, value_parser = targets(), default_value = "desk")]
-    pub target: Target,
+    target: Target,
     /// Put the table into this file.
     #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/measured/campaign.md")]
-    pub write: Option<PathBuf>,
+    write: Option<PathBuf>,
     /// File for the report, a page for a browser.
     #[arg(long, value_name = "FILE")]
-    pub report: Option<PathBuf>,
-    /// Overwriting.
-    #[command(flatten)]
-    pub force: ForceArgs,
+    report: Option<PathBuf>,
+    /// Overwrite a report that another program wrote.
+    #[arg(long)]
+    force: bool,
     /// Print JSON, and nothing else.
     #[arg(long)]
-    pub json: bool,
+    json: bool,
 }
 
 /// The targets by their names.
@@ -103,7 +105,7 @@ const RUNS_MAX: u64 = 10_000_000;
 ///
 /// # Errors
 /// Options or scenes that are wrong, a chip that is of no use, a file that cannot be written.
-pub fn run(args: &CampaignArgs, stop: &AtomicBool) -> Result<u8, Failure> {
+fn run(args: &Arguments, stop: &AtomicBool) -> Result<u8, Failure> {
     if !(1..=RUNS_MAX).contains(&args.runs) {
         return Err(Failure::Input(miette::miette!("--runs {}: expected 1 to {RUNS_MAX}", args.runs)));
     }
@@ -115,8 +117,9 @@ pub fn run(args: &CampaignArgs, stop: &AtomicBool) -> Result<u8, Failure> {
         Target::Qemu => "campaign, qemu",
     };
     // Better now than after the runs.
-    let page = document::page(args.write.as_deref(), &[place])?;
-    let mut output = paths.iter().fold(args.force.output(), |output, path| output.reads(path));
+    let read = |path| Page::read(path, &[place]).map_err(|error| Failure::Input(miette::miette!("{error}")));
+    let page = args.write.as_deref().map(read).transpose()?;
+    let mut output = paths.iter().fold(Output::new(args.force), |output, path| output.reads(path));
     args.report.as_deref().map_or(Ok(()), |path| output.file(path))?;
     let campaign = Campaign {
         scenes,
@@ -126,9 +129,12 @@ pub fn run(args: &CampaignArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     };
     let progress = if args.json { ProgressBar::hidden() } else { progress_bar(None, "runs") };
     let report = campaign.report(stop, &progress)?;
-    write_report(&output, args.report.as_deref(), || Ok(report.page(&paths)))?;
-    if let Some(page) = page {
-        document::fill(page, &[(place, report.markdown())])?;
+    if let Some(path) = &args.report {
+        fs::write(path, report.page(&paths).html()).map_err(|error| failure::in_file(path, &error))?;
+        output.written(std::slice::from_ref(path))?;
+    }
+    if let Some(mut page) = page {
+        page.put(place, &report.markdown()).and_then(|()| page.write()).map_err(Failure::Output)?;
     }
     let text = if args.json { json(&report)? } else { report.table() };
     print(&format!("{text}\n"))?;
@@ -142,4 +148,26 @@ fn code(report: &Report) -> u8 {
         Some(true) => failure::FAULT,
         Some(false) => failure::PARITY,
     }
+}
+
+/// Returns a flag that Ctrl-C sets.
+fn stop_on_interrupt() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    if let Err(error) = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)) {
+        eprintln!("Ctrl-C will end the campaign without a table: {error}");
+    }
+    stop
+}
+
+fn main() -> ExitCode {
+    let unbroken = || miette::MietteHandlerOpts::new().wrap_lines(false).build();
+    if let Err(error) = miette::set_hook(Box::new(move |_| Box::new(unbroken()))) {
+        eprintln!("{error}");
+    }
+    ExitCode::from(run(&Arguments::parse(), &stop_on_interrupt()).unwrap_or_else(|failure| {
+        let code = failure.code();
+        eprintln!("{:?}", failure.report());
+        code
+    }))
 }

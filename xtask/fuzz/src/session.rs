@@ -13,6 +13,8 @@ use crate::examples::top;
 use crate::packets::{expected, taken};
 use board::chip::hello;
 use board::session::drill::{DeskSession, Uncounted, desk_session};
+use campaign::Told;
+use campaign::judge::{Judge, Trust};
 use dynamics_core::control::Sensed;
 use dynamics_core::{ControllerConfig, Model};
 use link::{DecodeError, Decoder, Encoder, Frame, Hello, Pacing, Packet, Parts, Received, Request, Watch};
@@ -20,8 +22,6 @@ use robot_compiler::SceneFile;
 use session::meter::Meter;
 use session::readings::{JointFaults, Lines};
 use std::sync::LazyLock;
-use studies::campaign::Told;
-use studies::campaign::judge::{Judge, Trust};
 
 /// Sessions that reach each state and then meet each event.
 pub const TARGET: Target = Target { name: "session", check, examples, words: &[] };

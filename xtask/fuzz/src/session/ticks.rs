@@ -3,14 +3,14 @@
 use super::Bench;
 use crate::packets::all_bits;
 use board::session::drill::DeskSession;
+use campaign::Said;
+use campaign::judge::Heard;
 use dynamics_core::Reference;
 use dynamics_core::control::Sensed;
 use link::{Aside, Frame, Measurement, Pacing, Status};
 use session::Drives;
 use session::black_box::Report;
 use session::readings::{JointFaults, Readings};
-use studies::campaign::Said;
-use studies::campaign::judge::Heard;
 
 impl<const N: usize> Bench<N> {
     /// Sensor reading of the arm.

@@ -3,8 +3,8 @@
 //! The judge sees the arm, the shafts, the brakes and the drives from their own side. Of the board it knows what it announces: its state, and
 //! that it is homed. It reads no frame and calls none of the machine's rules.
 
-use super::super::judge::{Law, Unsafe, broken};
-use super::super::run::{Exemption, Motion};
+use crate::judge::{Law, Unsafe, broken};
+use crate::run::{Exemption, Motion};
 use board::session::states::{ARMED, ARMING, DISARMING, FAULT, HOLDING, HOMING, IDLE, LOWERING, RUNNING};
 use dynamics_core::Reference;
 use dynamics_core::safety::Rules;

@@ -3,7 +3,7 @@
 use super::law::{Law, Unsafe, broken};
 use super::observation::beyond;
 use super::{Judge, Said};
-use crate::campaign::machine::played;
+use crate::machine::played;
 use board::session::states::{ARMED, ARMING, DISARMING, HOLDING, LOWERING, RUNNING};
 use dynamics_core::safety::SafeAction;
 use link::{Actuation, Pacing, Status};

@@ -75,6 +75,6 @@ pub struct Unsafe {
 }
 
 /// Returns a violation of a law.
-pub(in crate::campaign) fn broken(law: Law, what: impl Into<String>) -> Result<(), Unsafe> {
+pub(crate) fn broken(law: Law, what: impl Into<String>) -> Result<(), Unsafe> {
     Err(Unsafe { law, what: what.into() })
 }

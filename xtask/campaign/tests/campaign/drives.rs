@@ -1,12 +1,12 @@
 //! The campaign with drives on a bus: no unsafe motion in some hundred runs, and every board that is broken on purpose is found.
 
+use campaign::drives::{Breakage, DrivesStage, run};
+use campaign::{Campaign, Case, Desk, FaultKind, Law, Number, Outcome, Report, Situation, Span, Target};
 use indicatif::ProgressBar;
 use link::Pacing;
 use robot_compiler::SceneFile;
 use std::collections::BTreeSet;
 use std::sync::atomic::AtomicBool;
-use studies::campaign::drives::{Breakage, DrivesStage, run};
-use studies::campaign::{Campaign, Case, Desk, FaultKind, Law, Number, Outcome, Report, Situation, Span, Target};
 
 const N: usize = 6;
 
@@ -14,7 +14,7 @@ const SCENES: [&str; 6] =
     ["mini_cheetah_brakes", "mini_cheetah", "damiao_brakes", "damiao", "robstride_brakes", "robstride"];
 
 fn scene(name: &str) -> SceneFile {
-    super::campaign::scene(&format!("{name}.toml"))
+    super::desk::scene(&format!("{name}.toml"))
 }
 
 fn report(runs: impl IntoIterator<Item = u64>) -> Report {

@@ -1,13 +1,13 @@
 //! The judge of safety by itself: laws that need the knowledge of every message of the host, and faults without a
 //! cause.
 
-use super::campaign::{Moment, N, brake, found, scene};
+use super::desk::{Moment, N, brake, found, scene};
+use campaign::judge::{Heard, Judge, Trust};
+use campaign::{FaultKind, Law, Said, Situation, Told};
 use dynamics_core::Sensed;
 use dynamics_core::safety::SafeAction;
 use link::{Actuation, Denial, Pacing, Request, Status};
 use session::Drives;
-use studies::campaign::judge::{Heard, Judge, Trust};
-use studies::campaign::{FaultKind, Law, Said, Situation, Told};
 
 #[test]
 fn a_fault_out_of_nothing_is_found() {

@@ -3,7 +3,7 @@
 //! The machine rounds to f32 and the judge does not, so only one of them may see a value exactly on a bound as a
 //! violation. The judge therefore reports only values that exceed a bound by more than such rounding ([`beyond`]).
 
-use crate::campaign::machine::Told;
+use crate::machine::Told;
 use dynamics_core::safety::Rules;
 use dynamics_core::{ControllerConfig, Sensed};
 use std::collections::VecDeque;

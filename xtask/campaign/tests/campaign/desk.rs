@@ -1,6 +1,10 @@
 //! The fault-injection campaign on the desk: no unsafe command in some hundred runs. The judge finds every machine that
 //! is broken on purpose, by the law that it breaks.
 
+use campaign::{
+    Campaign, Case, Counterexample, Desk, FaultKind, Law, Machine, Number, Outcome, Report, Said, Situation, Stage,
+    Target, Told, Trouble, run,
+};
 use dynamics_core::Sensed;
 use dynamics_core::safety::SafeAction;
 use indicatif::ProgressBar;
@@ -9,15 +13,11 @@ use robot_compiler::SceneFile;
 use session::Drives;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
-use studies::campaign::{
-    Campaign, Case, Counterexample, Desk, FaultKind, Law, Machine, Number, Outcome, Report, Said, Situation, Stage,
-    Target, Told, Trouble, run,
-};
 
 pub(super) const N: usize = 6;
 
 pub(super) fn scene(name: &str) -> SceneFile {
-    SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/campaign").join(name)).unwrap()
+    SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/campaign").join(name)).unwrap()
 }
 
 /// A machine with falsified inputs or outputs.

@@ -3,9 +3,9 @@
 use super::ticks::said;
 use super::{Bench, EVERYTHING, PAST, nothing};
 use crate::packets::{all_bits, begins};
+use campaign::Told;
 use link::{Actuation, DecodeError, Frame, Hello, NumberedRequest, Pacing, Packet, Received, Refusal, Request};
 use session::{Reaction, State};
-use studies::campaign::Told;
 
 impl<const N: usize> Bench<N> {
     /// Encode a packet to send later.

@@ -46,7 +46,6 @@ pub use machine::{Both, Desk, Machine, Said, Told, Trouble};
 pub use report::{Cell, Report, Row};
 pub use run::{Counterexample, Exemption, Finished, Motion, Number, Outcome, Stage, run};
 
-use crate::parallel::try_in_parallel;
 use board::chip::{Chip, build_firmware, hello};
 use drives::DrivesStage;
 use indicatif::ProgressBar;
@@ -56,6 +55,7 @@ use sim::failure::Failure;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
+use studies::parallel::try_in_parallel;
 
 /// The target under test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,8 +1,8 @@
 //! One fault of drives, buses or host, with its random parameters.
 
-use super::super::case::{FaultKind, Span};
-use super::super::host::Host;
-use super::super::random::Random;
+use crate::case::{FaultKind, Span};
+use crate::host::Host;
+use crate::random::Random;
 use actuator_model::bus::{CommandFate, Disturbance, Fate, Order};
 use actuator_model::mit::error::OVERLOAD;
 use link::Request;

@@ -1,0 +1,258 @@
+//! Dry friction over a step: which joints slide and which are held, and the instants at which that changes.
+//!
+//! In a step each joint either slides in one direction, under the whole level of its friction, or is held, and then has no acceleration.
+//! Within a step the equations of motion are smooth, so an integrator keeps its order. A step ends early, by an event, if
+//!
+//! - a sliding joint comes to rest: its velocity is zero from there on, to the last bit;
+//! - a held joint is loaded by more than the level of its friction.
+//!
+//! The instant is the root of the step's interpolant. At every start of a step the joints at rest are sorted by complementarity: a held joint is loaded
+//! by at most its level, and one that is let go accelerates in the direction of the load that tore it loose. Inertia couples the joints,
+//! so that letting one go changes the load of the others. The choice exists and is unique, because the inertia matrix is positive definite; it is found
+//! by exchanging all joints that violate it, and one by one after [`TOGETHER`] exchanges. (K. G. Murty, Linear complementarity, 1988;
+//! J. Judice, F. Pires, A block principal pivoting algorithm, 1994.)
+//!
+//! A state is enough to go on from: a joint is at rest if its velocity is exactly zero.
+
+use super::curve::{Curve, interpolated};
+use super::integrator::{Flow, Lanes, Point};
+
+/// Exchanges of all violating joints at once, after which only the first violating joint is exchanged.
+const TOGETHER: usize = 4;
+
+/// Limit on the exchanges at one instant. Six joints have 3^6 choices; more than ten exchanges have not been seen.
+const EXCHANGES_MAX: usize = 64;
+
+/// Limit on the events of an arm in a stretch of time, so that joints that break loose and stop again without end do not stop the time.
+pub(super) const EVENTS_MAX: u32 = 200;
+
+/// Part of a step that is added to the instant at which a joint breaks loose, so that it has broken loose there.
+const BEYOND: f64 = 1e-6;
+
+/// The latest event in a step: one that is as good as at its end still ends it.
+const WITHIN: f64 = 1.0 - 1e-12;
+
+/// Dry friction of arms over a step, one a lane.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Dry<const N: usize, const L: usize> {
+    /// Direction of the motion that friction opposes, 1 or -1; 0 for a joint that is held, or has no dry friction.
+    pub(super) sign: [[f64; L]; N],
+    /// 1 for a joint that may move, 0 for one that is held.
+    pub(super) free: [[f64; L]; N],
+    /// Torque on a held joint at the last slope; without meaning for a free one.
+    pub(super) load: [[f64; L]; N],
+    /// Level of the friction at the last slope.
+    pub(super) level: [[f64; L]; N],
+    /// Level less load of a held joint at the start of the step.
+    margin: [[f64; L]; N],
+    /// True if some joint of some lane is at rest.
+    rests: bool,
+}
+
+/// Changes within a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Events<const N: usize, const L: usize> {
+    /// Part of the step after which the first change occurs; 1 in a lane without any.
+    pub(super) part: [f64; L],
+    /// Joints that come to rest then.
+    stops: [[bool; L]; N],
+}
+
+impl<const N: usize, const L: usize> Dry<N, L> {
+    /// No joint has dry friction.
+    pub(super) const fn none() -> Self {
+        let zero = [[0.0; L]; N];
+        Self { sign: zero, free: [[1.0; L]; N], load: zero, level: zero, margin: zero, rests: false }
+    }
+
+    /// Start a step of the active lanes from `point`: sorts the joints at rest and writes the slope there.
+    #[inline(always)]
+    pub(super) fn begin<Y: Point<N, L>, F: Flow<Y, N, L>>(
+        &mut self,
+        flow: &F,
+        point: &Y,
+        input: &F::Input,
+        slope: &mut Y,
+        lanes: &mut Lanes<L>,
+    ) {
+        let Some(rough) = flow.rough() else {
+            flow.slope(point, input, self, slope, lanes);
+            return;
+        };
+        let qd = &point.rubbing().qd;
+        self.look(rough, qd, lanes.active);
+        flow.slope(point, input, self, slope, lanes);
+        if self.rests {
+            self.sort(flow, (point, input), slope, lanes);
+            self.keep_margin(lanes.active);
+        }
+    }
+
+    /// Directions of the active lanes by their velocities. A joint at rest is held for the time being.
+    #[inline(always)]
+    fn look(&mut self, rough: &[[f64; L]; N], qd: &[[f64; L]; N], active: [bool; L]) {
+        let mut moves = 1_u64;
+        for i in 0..N {
+            for lane in 0..L {
+                let sign = if qd[i][lane] == 0.0 { 0.0 } else { 1.0_f64.copysign(qd[i][lane]) } * rough[i][lane];
+                let free = 1.0 - (rough[i][lane] - sign.abs());
+                self.sign[i][lane] = if active[lane] { sign } else { self.sign[i][lane] };
+                self.free[i][lane] = if active[lane] { free } else { self.free[i][lane] };
+                moves &= u64::from(self.free[i][lane] != 0.0);
+            }
+        }
+        self.rests = moves == 0;
+    }
+
+    /// Let go the joints at rest that friction cannot hold.
+    #[inline(never)]
+    fn sort<Y: Point<N, L>, F: Flow<Y, N, L>>(
+        &mut self,
+        flow: &F,
+        (point, input): (&Y, &F::Input),
+        slope: &mut Y,
+        lanes: &mut Lanes<L>,
+    ) {
+        let active = lanes.active;
+        for exchange in 0..EXCHANGES_MAX {
+            let most = if exchange < TOGETHER { N } else { 1 };
+            lanes.active = self.exchange(&point.rubbing().qd, &slope.rubbing().qd, most, lanes.live());
+            if !lanes.active.contains(&true) {
+                break;
+            }
+            flow.slope(point, input, self, slope, lanes);
+        }
+        lanes.active = active;
+    }
+
+    /// Exchange at most so many joints of each live lane that violate complementarity. Returns the lanes with any.
+    fn exchange(&mut self, qd: &[[f64; L]; N], qdd: &[[f64; L]; N], most: usize, live: [bool; L]) -> [bool; L] {
+        let mut exchanged = [0; L];
+        for i in 0..N {
+            for lane in 0..L {
+                if !live[lane] || exchanged[lane] == most {
+                    continue;
+                }
+                let load = self.load[i][lane];
+                if self.free[i][lane] == 0.0 && load.abs() > self.level[i][lane] {
+                    (self.free[i][lane], self.sign[i][lane]) = (1.0, load.signum());
+                } else if qd[i][lane] == 0.0 && self.sign[i][lane] * qdd[i][lane] < 0.0 {
+                    (self.free[i][lane], self.sign[i][lane]) = (0.0, 0.0);
+                } else {
+                    continue;
+                }
+                exchanged[lane] += 1;
+            }
+        }
+        exchanged.map(|joints| joints > 0)
+    }
+
+    /// Keep what the held joints of these lanes can still bear, at the start of the step that follows.
+    pub(super) fn keep_margin(&mut self, lanes: [bool; L]) {
+        if !self.rests {
+            return;
+        }
+        for i in 0..N {
+            for lane in 0..L {
+                let margin = self.level[i][lane] - self.load[i][lane].abs();
+                self.margin[i][lane] = if lanes[lane] { margin } else { self.margin[i][lane] };
+            }
+        }
+    }
+
+    /// True if a joint of some lane has turned its direction, or is loaded beyond its level at the last slope if that is the `end`'s.
+    #[inline(always)]
+    fn is_disturbed(&self, qd: &[[f64; L]; N], end: bool) -> bool {
+        let mut disturbed = 0_u64;
+        for i in 0..N {
+            for lane in 0..L {
+                disturbed |= u64::from(self.sign[i][lane] * qd[i][lane] < 0.0);
+            }
+        }
+        if end && self.rests {
+            for i in 0..N {
+                for lane in 0..L {
+                    let torn = self.load[i][lane].abs() > self.level[i][lane];
+                    disturbed |= u64::from(torn) & u64::from(self.free[i][lane] == 0.0);
+                }
+            }
+        }
+        disturbed != 0
+    }
+
+    /// The first change of each of these lanes in a step along a curve; `None` if no lane has any.
+    #[inline(always)]
+    pub(super) fn events<Y: Point<N, L>>(&self, curve: &Curve<'_, Y, L>, among: [bool; L]) -> Option<Events<N, L>> {
+        let qd = &curve.end.rubbing().qd;
+        if !self.is_disturbed(qd, curve.last.is_some()) {
+            return None;
+        }
+        self.find(curve, among)
+    }
+
+    #[inline(never)]
+    fn find<Y: Point<N, L>>(&self, curve: &Curve<'_, Y, L>, among: [bool; L]) -> Option<Events<N, L>> {
+        let mut root = [[2.0; L]; N];
+        let mut part = [1.0_f64; L];
+        let mut any = false;
+        for i in 0..N {
+            for lane in (0..L).filter(|&lane| among[lane]) {
+                let sign = self.sign[i][lane];
+                let at = if sign * curve.end.rubbing().qd[i][lane] < 0.0 {
+                    root[i][lane] = first_zero(&curve.velocity(i, lane).map(|x| x * sign));
+                    root[i][lane]
+                } else if let Some(at) = self.torn(i, lane, curve.last.is_some()) {
+                    at
+                } else {
+                    continue;
+                };
+                any = true;
+                part[lane] = if at < part[lane] { at } else { part[lane] };
+            }
+        }
+        let mut stops = [[false; L]; N];
+        for i in 0..N {
+            for lane in 0..L {
+                stops[i][lane] = root[i][lane] <= part[lane];
+            }
+        }
+        any.then_some(Events { part, stops })
+    }
+
+    /// Part of the step after which a held joint breaks loose, if it does by the end.
+    fn torn(&self, i: usize, lane: usize, end: bool) -> Option<f64> {
+        let left = self.level[i][lane] - self.load[i][lane].abs();
+        if !end || self.free[i][lane] != 0.0 || left >= 0.0 {
+            return None;
+        }
+        let margin = if self.margin[i][lane] > 0.0 { self.margin[i][lane] } else { 0.0 };
+        let at = margin / (margin - left) + BEYOND;
+        Some(if at < WITHIN { at } else { WITHIN })
+    }
+}
+
+impl<const N: usize, const L: usize> Events<N, L> {
+    /// Bring `end` to the first change of every lane that has one.
+    pub(super) fn cut<Y: Point<N, L>>(&self, curve: &Curve<'_, Y, L>) -> Y {
+        let (mut end, has) = (*curve.end, self.part.map(|part| part < 1.0));
+        end.take(&curve.at(&self.part), &has);
+        let qd = &mut end.rubbing_mut().qd;
+        for i in 0..N {
+            for lane in 0..L {
+                qd[i][lane] = if self.stops[i][lane] { 0.0 } else { qd[i][lane] };
+            }
+        }
+        end
+    }
+}
+
+/// Where a velocity falls below zero, as a part of the step at whose end it is below: by halving, so that a velocity that starts at zero
+/// and rises first is followed to its fall.
+fn first_zero(velocity: &[f64; 5]) -> f64 {
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        if interpolated(velocity, middle) > 0.0 { low = middle } else { high = middle }
+    }
+    if high < WITHIN { high } else { WITHIN }
+}
