@@ -56,7 +56,15 @@ mod tests {
     fn stopped(noise: f64) -> Vec<f64> {
         let swing = |t: f64| 0.3 * (3.0 * t).sin();
         let jitter = |k: usize| noise * (((k * 7919) % 101) as f64 / 50.0 - 1.0);
-        let at = |t: f64| if t < 2.0 { swing(t) } else if t < 3.0 { swing(2.0) } else { swing(t - 1.0) };
+        let at = |t: f64| {
+            if t < 2.0 {
+                swing(t)
+            } else if t < 3.0 {
+                swing(2.0)
+            } else {
+                swing(t - 1.0)
+            }
+        };
         (0..500).map(|k| at(f64::from(k) * 0.01) + jitter(k as usize)).collect()
     }
 

@@ -208,7 +208,14 @@ fn rows_of_load(rows: &Rows, base: usize, last: &DMatrix<f64>, known: &DVector<f
         columns.column_mut(PARAMETERS + k).copy_from(&rows.columns.column(bodies + k));
         places.push(PARAMETERS + place - base);
     }
-    Rows { places, columns, target: rows.residual(known), from: rows.from.clone(), held: rows.held.clone(), rate: rows.rate }
+    Rows {
+        places,
+        columns,
+        target: rows.residual(known),
+        from: rows.from.clone(),
+        held: rows.held.clone(),
+        rate: rows.rate,
+    }
 }
 
 impl Payload {

@@ -2,13 +2,13 @@
 #![allow(clippy::float_cmp, reason = "a joint that is held keeps every bit")]
 
 use crate::reference::Golden;
-use sim::plant::actuator::ActuatorSettings;
-use sim::plant::{Arm, Clock, JointFriction, Plant, State};
-use sim::run::simulate;
 use indicatif::ProgressBar;
 use nalgebra::{SVector, Vector3};
 use robot_compiler::scene::Integrator;
 use robot_compiler::{SceneFile, with_dof};
+use sim::plant::actuator::ActuatorSettings;
+use sim::plant::{Arm, Clock, JointFriction, Plant, State};
+use sim::run::simulate;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
