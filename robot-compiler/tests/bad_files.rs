@@ -1,31 +1,39 @@
-//! Broken files, each with its error message.
+//! Invalid files, each with its error message.
 //!
-//! Every file in `tests/bad` breaks one thing. The message as a person sees it, without colour, is a snapshot in
-//! `tests/snapshots`; `INSTA_UPDATE=always cargo test -p robot-compiler --test bad_files` writes them anew.
+//! Every case of the tables in `tests/bad` has one mistake. Its message as a person sees it, without colour, is in the table, too:
+//! [`crate::common::cases`] is the format.
 #![allow(clippy::unwrap_used, reason = "a test file that cannot be handled should stop the test")]
-#![allow(clippy::panic, reason = "a test names the file that fails")]
 
 use miette::{GraphicalReportHandler, GraphicalTheme};
-use robot_compiler::{FileError, LinkageFile, Robot, SceneFile};
+use robot_compiler::{Ends, FileError, LinkageFile, Robot, SceneFile};
 use std::path::{Path, PathBuf};
 
-use crate::common::files;
+use crate::common::cases::{Case, Table, check};
 
-/// Scene files start with `scene_`, linkages with `linkage_`, all others are robots. Paths are relative to this package, so
-/// that messages are the same everywhere.
-fn load(path: &Path) -> Result<(), FileError> {
-    let name = path.file_name().unwrap().to_string_lossy();
-    if name.starts_with("scene_") {
-        SceneFile::load(path).map(|_| ())
-    } else if name.starts_with("linkage_") {
-        LinkageFile::load(path).map(|_| ())
-    } else {
-        Robot::load(path).map(|_| ())
+/// Tables with their numbers of cases, so that none is lost unseen.
+const TABLES: [(&str, usize); 5] = [("drives", 43), ("linkage", 16), ("robot", 64), ("scene", 151), ("urdf", 30)];
+
+/// The path of a table. Paths are relative to this package, so that messages are the same everywhere.
+fn path(table: &str) -> PathBuf {
+    Path::new("tests/bad").join(table).with_extension("txt")
+}
+
+/// Reads a text as the file of this name in `tests/bad`; without a text, reads the file itself, a robot. The names of scenes
+/// begin with `scene_`, those of linkages with `linkage_`; all others are robots.
+fn read(name: &str, text: Option<&str>) -> Result<(), FileError> {
+    let path = Path::new("tests/bad").join(name);
+    let shown = path.to_str().unwrap();
+    match text {
+        None => Robot::load(&path).map(|_| ()),
+        Some(text) if name.starts_with("scene_") => SceneFile::from_toml_str(text, &path).map(|_| ()),
+        Some(text) if name.starts_with("linkage_") => LinkageFile::from_toml_str(text, shown).map(|_| ()),
+        Some(text) if name.ends_with(".urdf") => Robot::from_urdf_str(text, shown, Ends::default()).map(|_| ()),
+        Some(text) => Robot::from_toml_str(text, shown).map(|_| ()),
     }
 }
 
-fn bad_files() -> Vec<PathBuf> {
-    files(Path::new("tests/bad"), &["toml", "urdf", "yaml"])
+fn error(case: &Case) -> Option<FileError> {
+    read(&case.name, case.input.as_deref()).err()
 }
 
 fn render(error: &FileError) -> String {
@@ -35,40 +43,74 @@ fn render(error: &FileError) -> String {
     text
 }
 
+/// Every case gives the message in the table.
+fn messages(table: &str) {
+    let cases = Table::read(&path(table)).cases;
+    let message = |case| error(case).map_or("accepted".to_owned(), |error| render(&error));
+    let found: Vec<_> = cases.iter().map(|case| (case.name.as_str(), message(case))).collect();
+    check(&path(table), &found);
+}
+
 #[test]
-fn every_broken_file_gets_its_message() {
-    let files = bad_files();
-    assert!(files.len() >= 40, "found {}", files.len());
-    let mut settings = insta::Settings::clone_current();
-    settings.set_prepend_module_to_snapshot(false);
-    settings.set_omit_expression(true);
-    settings.bind(|| {
-        for path in files {
-            let Err(error) = load(&path) else {
-                panic!("{} was accepted", path.display());
-            };
-            let name = path.file_name().unwrap().to_string_lossy().into_owned();
-            insta::assert_snapshot!(name, render(&error));
-        }
-    });
+fn every_invalid_robot_file_gets_its_message() {
+    messages("robot");
+}
+
+#[test]
+fn every_invalid_drive_gets_its_message() {
+    messages("drives");
+}
+
+#[test]
+fn every_invalid_urdf_file_gets_its_message() {
+    messages("urdf");
+}
+
+#[test]
+fn every_invalid_scene_gets_its_message() {
+    messages("scene");
+}
+
+#[test]
+fn every_invalid_linkage_gets_its_message() {
+    messages("linkage");
 }
 
 #[test]
 fn every_message_names_file_line_and_what_was_expected() {
-    for path in bad_files() {
-        let Err(error) = load(&path) else {
-            panic!("{} was accepted", path.display());
-        };
+    for case in TABLES.iter().flat_map(|(table, _)| Table::read(&path(table)).cases) {
+        let error = error(&case);
+        assert!(error.is_some(), "{} was accepted", case.name);
+        let error = error.unwrap();
         // A scene's error may lie in the robot file that it names.
         assert!(error.file().starts_with("tests/bad/"), "{error}");
         assert!(!error.problem().is_empty() && !error.expected().is_empty(), "{error}");
         let Some((line, column)) = error.line_column() else {
             let whole = ["not_utf8.toml", "unknown_extension.yaml"];
-            assert!(whole.iter().any(|name| path.ends_with(name)), "{error}: no line");
+            assert!(whole.contains(&case.name.as_str()), "{error}: no line");
             continue;
         };
         assert!(error.to_string().starts_with(&format!("{}:{line}:{column}: ", error.file())), "{error}");
     }
+}
+
+/// Then it is the change that makes a case invalid.
+#[test]
+fn what_the_cases_change_is_valid() {
+    for (table, _) in TABLES {
+        for (name, text) in Table::read(&path(table)).bases {
+            let read = read(&format!("{table}_{name}"), Some(&text));
+            assert!(read.is_ok(), "{table} {name}: {}", read.unwrap_err());
+        }
+    }
+    Robot::load(Path::new("tests/data/two.urdf")).unwrap();
+}
+
+#[test]
+fn no_case_is_lost() {
+    let tables: Vec<_> = crate::common::files(Path::new("tests/bad"), &["txt"]);
+    let counted: Vec<_> = tables.iter().map(|table| (table.clone(), Table::read(table).cases.len())).collect();
+    assert_eq!(counted, TABLES.map(|(table, count)| (path(table), count)));
 }
 
 #[test]

@@ -6,7 +6,7 @@ use robot_compiler::emit::kernel::{Title, generic_module, module};
 use robot_compiler::kernel::{Function, Level, Precision};
 use robot_compiler::{Robot, SceneFile, with_dof};
 
-use crate::common::{files, rustfmt, top};
+use crate::common::{compare_output, files, rustfmt, top};
 
 fn text(file: &SceneFile, function: Function, level: Level, precision: Precision) -> String {
     with_dof!(file.robot.dof(), N => {
@@ -31,25 +31,25 @@ fn default_scene(robot: &str) -> SceneFile {
 #[test]
 fn planar_arm_as_an_exact_kernel() {
     let text = text(&default_scene("planar2r"), Function::InverseDynamics, Level::Exact, Precision::Single);
-    insta::assert_snapshot!(text);
+    compare_output("planar_arm_as_an_exact_kernel", text);
 }
 
 #[test]
 fn scara_as_a_regrouped_kernel() {
     let text = text(&default_scene("scara"), Function::InverseDynamics, Level::Regrouped, Precision::Double);
-    insta::assert_snapshot!(text);
+    compare_output("scara_as_a_regrouped_kernel", text);
 }
 
 #[test]
 fn mass_matrix_of_the_planar_arm() {
     let text = text(&default_scene("planar2r"), Function::MassMatrix, Level::Exact, Precision::Single);
-    insta::assert_snapshot!(text);
+    compare_output("mass_matrix_of_the_planar_arm", text);
 }
 
 #[test]
 fn planar_arm_as_a_regrouped_kernel_for_every_scalar() {
     let text = generic_text(&default_scene("planar2r"), Function::InverseDynamics, Level::Regrouped, Precision::Double);
-    insta::assert_snapshot!(text);
+    compare_output("planar_arm_as_a_regrouped_kernel_for_every_scalar", text);
 }
 
 /// Every shipped scene, and a copy of each with every term live.

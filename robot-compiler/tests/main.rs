@@ -25,6 +25,7 @@ mod scene;
 mod shipped;
 mod shipped_arms;
 mod skipped;
+mod tables;
 mod urdf;
 mod urdf_corpus;
 mod urdf_cut;

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use robot_compiler::scene::{IntegralSpec, KernelChoice, KernelMemory};
 use robot_compiler::{Robot, RobotJoint, SceneFile, emit, with_dof};
 
-use crate::common::{files, rustfmt, top};
+use crate::common::{compare_output, files, rustfmt, top};
 
 fn scenes() -> Vec<SceneFile> {
     let scenes = files(&top("scenes"), &["toml"]);
@@ -67,7 +67,7 @@ fn every_scene_gives_a_motion_a_configuration_and_a_hash_of_its_own() {
             hashes.push((scene.name.clone(), scene.hash(&model)));
         });
     }
-    insta::assert_snapshot!("durations", durations.join("\n"));
+    compare_output("durations", durations.join("\n"));
     for (i, (name, hash)) in hashes.iter().enumerate() {
         for (other, same) in &hashes[..i] {
             // Same arm and controller with another motion or world: exactly the same tick.

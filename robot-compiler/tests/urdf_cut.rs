@@ -179,10 +179,7 @@ fn angles_as_files_have_them_are_found_again_to_the_bit() {
 #[test]
 fn an_imported_file_says_what_is_missing() {
     let arm = UrdfArm::load(Path::new("tests/data/gripper.urdf"), Ends::tip("palm")).unwrap();
-    let mut settings = insta::Settings::clone_current();
-    settings.set_prepend_module_to_snapshot(false);
-    settings.set_omit_expression(true);
-    settings.bind(|| insta::assert_snapshot!("imported_gripper", robot_file(&arm)));
+    crate::common::compare_output("imported_gripper", robot_file(&arm));
 }
 
 #[test]

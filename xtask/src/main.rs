@@ -88,8 +88,7 @@ enum Task {
         #[command(flatten)]
         options: report::Options,
     },
-    /// Run a study on HyperQueue and Slurm, kill a worker of each on the way, and demand the bytes of one process; check Kubernetes'
-    /// manifest against its schema
+    /// Run a study on HyperQueue and Slurm, kill a worker of each on the way, and demand the bytes of one process
     Scale {
         #[command(flatten)]
         options: scale::Options,

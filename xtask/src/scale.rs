@@ -3,7 +3,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | `engines` | HyperQueue and Slurm on this machine, and the check of Kubernetes' manifest |
+//! | `engines` | HyperQueue and Slurm on this machine |
 //! | `slurm` | a Slurm of one node: its daemons, their configuration |
 //! | `measure` | time, memory and processor time of a process |
 //! | `report` | `docs/measured/scale.md` |
@@ -69,7 +69,6 @@ pub(crate) fn run_all(options: &Options) -> Result<()> {
     eprintln!("scale: {} shards on Slurm", work.shards);
     let slurm = slurm::run(&work)?;
     work.same("slurm")?;
-    engines::kubernetes(&work)?;
     let merge = many_shards(&work)?;
     let pick = pick(&work)?;
     let bytes = |folder: &Path| anyhow::Ok(std::fs::metadata(folder.join("runs.csv"))?.len());

@@ -3,7 +3,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`plant`] | the simulated arm, its actuators and sensors: f64, with its own algorithm |
-//! | [`run`] | the loop once per control period, from a scene to a record, a summary and plots |
+//! | [`run`] | the loop once per control period, from a scene to a record, a summary and a report |
 //! | [`output`] | files that commands write: nothing is overwritten that this program did not write |
 //! | [`failure`] | reasons why a command fails, and exit codes |
 //! | [`table`] | tables in the terminal |

@@ -54,7 +54,7 @@ impl Output {
         make(parent(path))
     }
 
-    /// Claims a folder, and makes it. `names` are the files that will be written there; `*.svg` stands for all with this ending.
+    /// Claims a folder, and makes it. `names` are the files that will be written there.
     ///
     /// # Errors
     /// [`Failure::Input`]: the folder holds files and this program did not make it, or one of these files exists and may not be
@@ -88,7 +88,7 @@ impl Output {
                 "expected a new or empty folder, or one that host-sim made; --force writes into it",
             ));
         }
-        let written = |name: &&str| names.iter().any(|known| fits(name, known));
+        let written = |name: &&str| names.contains(name);
         others.into_iter().filter(written).try_for_each(|name| self.may_write(&folder.join(name)))?;
         make(folder)?;
         Marker::adopt(folder)
@@ -214,11 +214,6 @@ fn entries(folder: &Path) -> Result<Vec<String>, Failure> {
     }
 }
 
-/// True if a name is this one, or ends as `*.svg` says.
-fn fits(name: &str, pattern: &str) -> bool {
-    pattern.strip_prefix('*').map_or(name == pattern, |end| name.ends_with(end))
-}
-
 /// Makes a folder and those above it that are missing, each with a marker.
 fn make(folder: &Path) -> Result<(), Failure> {
     if folder.is_dir() {
@@ -321,11 +316,11 @@ mod tests {
     #[test]
     fn a_folder_of_the_user_is_not_mixed_into_and_one_of_ours_is_used_again() {
         let folder = folder("folder");
-        let names = ["log.csv", "*.svg"];
+        let names = ["log.csv", "report.html", "summary.json"];
         let run = |force| {
             let mut output = Output::new(force);
             output.folder(&folder, &names)?;
-            let files = [folder.join("log.csv"), folder.join("a.svg")];
+            let files = [folder.join("log.csv"), folder.join("report.html")];
             files.iter().for_each(|file| fs::write(file, "run").unwrap());
             output.written(&files)
         };
@@ -336,9 +331,9 @@ mod tests {
         run(false).unwrap();
         assert_eq!(fs::read_to_string(folder.join("thesis.tex")).unwrap(), "years");
         // A file of the user under a name that would be written.
-        fs::write(folder.join("b.svg"), "drawn by hand").unwrap();
-        assert!(said(run(false)).contains("b.svg: the file exists"));
-        fs::remove_file(folder.join("b.svg")).unwrap();
+        fs::write(folder.join("summary.json"), "drawn by hand").unwrap();
+        assert!(said(run(false)).contains("summary.json: the file exists"));
+        fs::remove_file(folder.join("summary.json")).unwrap();
         fs::write(folder.join("log.csv"), "noted by hand").unwrap();
         assert!(said(run(false)).contains("log.csv: the file was changed"));
         // An empty folder is taken.

@@ -7,7 +7,6 @@ use clap::Args;
 use robot_compiler::{SceneFile, with_dof};
 use sim::failure::{Failure, in_file};
 use sim::run::files::file_name;
-use sim::run::plot;
 use sim::terminal::{json, print};
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, stdin};
@@ -33,7 +32,7 @@ Examples:
 
 Files, in the folder given by --out:
   energy.json  what --json prints
-  power.svg    power of every joint over time: commanded torque times velocity
+  report.html  the account, and the power of every joint over time: commanded torque times velocity
 
 --path: states as JSON lines of t (s), q, qd and qdd instead of a run. Work is int tau qd dt by the trapezoid rule, with the
 torques that the scene's simulated arm, payload, gravity and wrench take along them, without friction; two lines of one time
@@ -77,14 +76,15 @@ pub fn run(args: &EnergyArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(file_name(&scene.name)));
     // Better now than after the run.
     let mut output = args.force.output().reads(&args.scene);
-    output.folder(&folder, &["energy.json", "power.svg"])?;
+    output.folder(&folder, &["energy.json", "report.html"])?;
     let (run, account) = with_dof!(scene.robot.dof(), N => account::<N>(&scene, stop))?;
     let json = json(&account)?;
     let file = folder.join("energy.json");
     fs::write(&file, format!("{json}\n")).map_err(|error| in_file(&file, &error))?;
-    let power = plot::write_power(&run.record, &scene.name, &folder).map_err(|error| in_file(&folder, &error))?;
-    output.written(&[file.clone(), power.clone()])?;
-    show(args.json, &json, &account, &[file, power])?;
+    let report = folder.join("report.html");
+    fs::write(&report, account.page(&run.record).html()).map_err(|error| in_file(&report, &error))?;
+    output.written(&[file.clone(), report.clone()])?;
+    show(args.json, &json, &account, &[file, report])?;
     Ok(exit_code(&run))
 }
 

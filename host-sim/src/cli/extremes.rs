@@ -7,7 +7,7 @@ use clap::Args;
 use sim::failure::Failure;
 use sim::terminal::{json, print};
 use std::path::PathBuf;
-use studies::extremes::{Report, time, write_plots};
+use studies::extremes::{Report, time};
 
 const EXAMPLES: &str = "\
 Groups:
@@ -31,8 +31,7 @@ Examples:
   host-sim extremes --write
 
 --json is an object {count, passed, failed, records, cells: [{group, name, done, kind, expected, found, value, pinned, moved, passed, reason}]}.
---write puts the tables between the lines `<!-- measured: extremes -->` and `<!-- end measured: extremes -->` of the file, and
-extremes_region.svg, extremes_stability.svg and extremes_stability_puma.svg beside it. Long cells have a table of their own, between the lines
+--write puts the tables between the lines `<!-- measured: extremes -->` and `<!-- end measured: extremes -->` of the file. Long cells have a table of their own, between the lines
 `<!-- measured: extremes, long -->` and `<!-- end measured: extremes, long -->`, which only --long --write changes.";
 
 /// Options of `extremes`.
@@ -72,12 +71,9 @@ pub fn run(args: &ExtremesArgs) -> Result<(), Failure> {
     let mut report = Report::new()?;
     let long = args.long.map(|hours| time::long_cells(hours).map(Report::of)).transpose()?;
     if let Some(page) = page {
-        let folder = page.folder().to_owned();
         let long = long.iter().map(|long| ("extremes, long", long.markdown()));
         let tables: Vec<_> = core::iter::once(("extremes", report.markdown())).chain(long).collect();
         document::fill(page, &tables)?;
-        // After the tables: a picture that cannot be written loses no measurement.
-        write_plots(&folder)?;
     }
     if let Some(long) = long {
         report.cells.extend(long.cells);

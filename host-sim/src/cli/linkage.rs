@@ -32,8 +32,8 @@ Simulated: M = I(theta) thetadd + 1/2 I'(theta) thetad^2 + dV/dtheta (12.216 wit
 a Runge-Kutta method of fourth order. The balance is that of energy and work, E - E_0 = M (theta - theta_0).
 
 Files, in the folder given by --out:
-  driven.csv, driving_moment.svg, shaking_force.svg, shaking_moment.svg   over the crank's angle
-  free.csv, motion.svg, energy.svg                                        over time, with --simulate
+  driven.csv, report.html   over the crank's angle
+  free.csv, report.html     over time, with --simulate
   summary.json                                                            what --json prints
 
 Units: SI, radians. Angles count from the ground or the guide; see docs/linkages.md.";
@@ -65,7 +65,7 @@ pub struct LinkageArgs {
     /// Crank angle at which the simulation starts, rad; the middle of its range if nothing is said, 0 if that is a whole turn.
     #[arg(long, value_name = "RAD", allow_negative_numbers = true, requires = "simulate")]
     pub angle: Option<f64>,
-    /// Folder for table and plots; the linkage's name under out/ otherwise.
+    /// Folder for table and report; the linkage's name under out/ otherwise.
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
     /// Overwriting.
@@ -105,7 +105,7 @@ pub fn run(args: &LinkageArgs) -> Result<u8, Failure> {
 /// The folder, claimed.
 fn claimed(args: &LinkageArgs, folder: &Path) -> Result<Output, Failure> {
     let mut output = args.force.output().reads(&args.linkage);
-    output.folder(folder, &["driven.csv", "free.csv", "summary.json", "*.svg"])?;
+    output.folder(folder, &["driven.csv", "free.csv", "summary.json", "report.html"])?;
     Ok(output)
 }
 

@@ -63,7 +63,7 @@ Exit codes:
 /// What to do.
 #[derive(Clone, Debug, Subcommand)]
 pub enum Command {
-    /// Close the loop of a scene: table, CSV log, plots, a report for a browser.
+    /// Close the loop of a scene: table, CSV log, a report for a browser.
     Run(run::RunArgs),
     /// Two runs on one page: both arms, curves over each other, what differs.
     Compare(compare::CompareArgs),

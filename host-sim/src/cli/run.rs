@@ -34,8 +34,6 @@ Files, in the folder given by --out:
   log.csv       every tick: time, and per joint reference and actual position and velocity, torque, limits; the fault
   summary.json  what --json prints
   report.html   all of that on one page, for a browser: the arm, the curves, the numbers (docs/report.md); --report chooses the file
-  *.svg         position and velocity with their errors on top, and torque, of every joint over time, with limits, waypoints,
-                faults and the ticks in which a limit acts
 
 Terms that the scene's model calls live are fed from its [plant], to the desk's controller and to the chip's alike.
 
@@ -75,7 +73,7 @@ pub struct RunArgs {
     /// Simulated time, s; the scene's otherwise.
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub duration: Option<f64>,
-    /// Folder for log and plots; the scene's name under out/ otherwise.
+    /// Folder for log, summary and report; the scene's name under out/ otherwise.
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
     /// Write the run for viewers too: an MCAP file with the arm's URDF, which Foxglove and PlotJuggler open.
@@ -110,7 +108,7 @@ pub fn run(args: &RunArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     if let Some(motion) = &args.motion {
         output = output.reads(motion);
     }
-    output.folder(&folder, &["log.csv", "summary.json", "*.svg"])?;
+    output.folder(&folder, &["log.csv", "summary.json"])?;
     let report = (!args.no_report).then(|| args.report.clone().flatten().unwrap_or_else(|| folder.join("report.html")));
     [report.as_deref(), args.mcap.as_deref()].into_iter().flatten().try_for_each(|path| output.file(path))?;
     let progress = if args.json || args.quiet { ProgressBar::hidden() } else { progress_bar(None, "ticks") };
@@ -118,7 +116,7 @@ pub fn run(args: &RunArgs, stop: &AtomicBool) -> Result<u8, Failure> {
         Target::Desk => simulate::on_desk::<N>(&scene, stop, &progress),
         Target::Qemu => board::chip::on_chip::run::<N>(&scene, stop, &progress),
     })?;
-    let mut written = write(&run, &scene.name, &folder)?;
+    let mut written = write(&run, &folder)?;
     if let Some(path) = &args.mcap {
         with_dof!(scene.robot.dof(), N => mcap_file::run::write::<N>(&run.record, &scene, path))?;
         written.push(path.clone());

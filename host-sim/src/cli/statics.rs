@@ -9,6 +9,7 @@ use robot_compiler::{Robot, with_dof};
 use sim::failure::{Failure, in_file};
 use sim::run::files::file_name;
 use sim::terminal::{json, print};
+use std::fs;
 use std::path::{Path, PathBuf};
 use studies::robot_or_scene::say_mounting;
 use studies::statics::{Axes, Question, answer, sweep};
@@ -29,7 +30,7 @@ Examples:
   host-sim statics robots/planar2r.toml --gravity 0,-9.81,0 --q 0,0.785 --load 2 --sweep shoulder
 
 --sweep moves one joint from limit to limit (one turn at most), prints the least of every torque, of their sum and of V, and draws
-all of them into statics.svg in the folder of --out.
+all of them into report.html in the folder of --out.
 
 The wrench is that of the environment on the robot at the tip's origin, in tip axes. Rotors and friction do not act at rest.
 
@@ -71,7 +72,7 @@ pub struct StaticsArgs {
     /// Joints (names or numbers) that stay at their --q in the search.
     #[arg(long, value_name = "JOINT,..", value_delimiter = ',', requires_all = ["q", "minimise"])]
     pub hold: Vec<String>,
-    /// Torques and V over the range of a joint (its name or number), the others at their --q; drawn into statics.svg.
+    /// Torques and V over the range of a joint (its name or number), the others at their --q; drawn into report.html.
     #[arg(long, value_name = "JOINT", requires = "q", conflicts_with = "minimise")]
     pub sweep: Option<String>,
     /// Folder for the picture of --sweep; the robot's name under out/ otherwise.
@@ -117,9 +118,9 @@ fn swept(args: &StaticsArgs, robot: &Robot, question: &Question, joint: &str) ->
     let found = with_dof!(robot.dof(), N => sweep::<N>(robot, question, joint))?;
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(file_name(&robot.name)));
     let mut output = args.force.output().reads(&args.robot);
-    output.folder(&folder, &["statics.svg"])?;
-    let picture = folder.join("statics.svg");
-    found.draw(&picture).map_err(|error| in_file(&picture, &error))?;
-    output.written(std::slice::from_ref(&picture))?;
-    print(&if args.json { json(&found)? + "\n" } else { format!("{}{}", found.table(), files(&[picture])) })
+    output.folder(&folder, &["report.html"])?;
+    let report = folder.join("report.html");
+    fs::write(&report, found.page().html()).map_err(|error| in_file(&report, &error))?;
+    output.written(std::slice::from_ref(&report))?;
+    print(&if args.json { json(&found)? + "\n" } else { format!("{}{}", found.table(), files(&[report])) })
 }

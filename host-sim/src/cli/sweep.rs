@@ -71,9 +71,6 @@ pub struct SweepArgs {
     /// How many shards, beside --submit.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000), requires = "submit")]
     pub shards: Option<u64>,
-    /// Container image with this program, beside --submit kubernetes.
-    #[arg(long, value_name = "IMAGE", default_value = concat!("host-sim:", env!("CARGO_PKG_VERSION")))]
-    pub image: String,
     /// Put the results into this page, between its lines `<!-- measured: NAME -->` with the study's name.
     #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/measured/studies.md")]
     pub write: Option<PathBuf>,
@@ -196,11 +193,7 @@ fn submitted(args: &SweepArgs, prepared: &Prepared, folder: &Path, engine: Engin
         engine,
         shards,
         threads: args.jobs.map_or(1, NonZeroUsize::get),
-        program: match engine {
-            Engine::Kubernetes => PathBuf::from("host-sim"),
-            Engine::HyperQueue | Engine::Slurm => std::env::current_exe().map_err(Failure::Output)?,
-        },
-        image: args.image.clone(),
+        program: std::env::current_exe().map_err(Failure::Output)?,
     };
     let written = submit::write(prepared, &submission, folder, &mut outputs(args, prepared))?;
     if !args.quiet {

@@ -53,7 +53,7 @@ Examples:
 
 Files, in the folder given by --out (out/trade/NAME otherwise):
   report.html            every choice on one page, which says on hover what measures it again
-  trade.csv, trade.svg   every choice with every number; all of them in one picture
+  trade.csv   every choice with every number
   points/                the scene of every choice
   measured.jsonl         what has been measured: after an interruption the work goes on from there";
 
@@ -164,25 +164,16 @@ pub fn run(args: &TradeArgs, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), F
         measured(&base, &args.scene, &choices(&args.axes.axes(), &base, None)?, chip, &folder, args.fresh, stop)?;
     let csv = folder.join("trade.csv");
     trade.write_csv(&csv)?;
-    let plot = folder.join("trade.svg");
-    trade.write_plot(&plot).map_err(|error| in_file(&plot, &error))?;
     let report = folder.join("report.html");
     fs::write(&report, trade.page().html()).map_err(|error| in_file(&report, &error))?;
-    output.written(&[csv.clone(), plot.clone(), report.clone()])?;
+    output.written(&[csv.clone(), report.clone()])?;
     if let Some(page) = page {
-        let picture = format!("trade_{}.svg", file_name(&base.file.name));
-        let path = page.folder().join(&picture);
-        trade.write_plot(&path).map_err(|error| in_file(&path, &error))?;
-        let tables = format!("{}\n![every choice of {}]({picture})\n", trade.markdown(), trade.scene);
-        document::fill(page, &[(&place, tables)])?;
+        document::fill(page, &[(&place, trade.markdown())])?;
     }
     let text = if args.json {
         json(&trade)? + "\n"
     } else {
-        {
-            let [csv, plot, report] = [&csv, &plot, &report].map(|file| file.display());
-            format!("{}files     {csv}\n          {plot}\n          {report}\n", trade.table())
-        }
+        format!("{}files     {}\n          {}\n", trade.table(), csv.display(), report.display())
     };
     print(&text)
 }
@@ -194,7 +185,7 @@ fn place_of(scene: &str) -> String {
 /// Where the files go, made if it is not there.
 pub(super) fn folder(out: Option<&Path>, base: &Baseline, output: &mut Output) -> Result<PathBuf, Failure> {
     let folder = out.map_or_else(|| Path::new("out/trade").join(file_name(&base.file.name)), Path::to_owned);
-    output.folder(&folder, &["trade.csv", "trade.svg", "report.html"])?;
+    output.folder(&folder, &["trade.csv", "report.html"])?;
     Ok(folder)
 }
 

@@ -1,11 +1,13 @@
 //! Energy balance of a run.
 
 use indicatif::ProgressBar;
+use report::{Block, Figure, Page, Series};
 use robot_compiler::SceneFile;
 use serde::Serialize;
 use sim::failure::Failure;
 use sim::plant::ledger::Ledger;
 use sim::plant::{Arm, State};
+use sim::run::record::Record;
 use sim::run::simulate::{self, Run};
 use sim::run::summary::{FaultEvent, engineering};
 use sim::table::table;
@@ -137,6 +139,21 @@ impl Account {
             residual_relative: if turnover > 0.0 { residual / turnover } else { 0.0 },
             faults: run.summary.faults.clone(),
             stopped: run.summary.stopped.clone(),
+        }
+    }
+
+    /// The account, and the power of every joint over time, as a page.
+    #[must_use]
+    pub fn page(&self, record: &Record) -> Page {
+        let figure = Figure::new("Power of the commanded torques", "time / s", "power / W");
+        let power = self.joints.iter().enumerate().fold(figure, |figure, (i, joint)| {
+            let power = record.joint(i).map(|sample| sample.torque * sample.qd);
+            figure.with(Series::line(&joint.name, record.time().iter().copied().zip(power)))
+        });
+        Page {
+            title: format!("{}: {}, work of every joint", self.scene, self.robot),
+            lead: Vec::new(),
+            blocks: vec![Block::Terminal(self.table()), Block::Figure(power)],
         }
     }
 

@@ -22,14 +22,12 @@ pub mod inputs;
 pub mod integrators;
 pub mod masses;
 mod page;
-mod plots;
 pub mod sampled_loop;
 pub mod stability;
 pub mod time;
 
 pub(crate) use cell::Outcome;
 pub use cell::{Cell, Kind, PINNED_WITHIN};
-pub use plots::write_plots;
 
 use dynamics_core::{JointSpec, Limits, Real};
 use robot_compiler::Robot;

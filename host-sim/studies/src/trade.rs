@@ -14,7 +14,7 @@
 //! | [`request`] | requirements on a choice, and the cheapest choice that meets them |
 //! | [`chip`] | costs on the chip: of the controller, of the whole interrupt, and its share of the processor |
 //! | [`report`] | tables, Markdown |
-//! | `files` | CSV, plot |
+//! | `files` | CSV |
 //!
 //! A choice is a scene file: the desk's simulation, the chip's program and the user read the same text.
 

@@ -311,12 +311,12 @@ fn statics_draws_both_moments_over_the_first_angle() {
         assert!(off.min(std::f64::consts::TAU - off) < 0.0045, "{i}: {}", least(i, "at"));
         assert!((least(i, "value") / -size - 1.0).abs() < 1e-4, "{i}: {} {size}", least(i, "value"));
     }
-    let picture = std::fs::read_to_string(folder.join("statics.svg")).unwrap();
-    for word in ["shoulder", "elbow", "potential energy", "position / rad"] {
+    let picture = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    for word in ["shoulder", "elbow", "potential energy", "position of shoulder / rad"] {
         assert!(picture.contains(word), "{word}");
     }
     let (_, table, _) = told(command().output().unwrap());
-    assert!(table.contains("statics.svg") && table.contains("sum"), "{table}");
+    assert!(table.contains("report.html") && table.contains("sum"), "{table}");
     let (code, _, error) =
         told(at_the_top().args(["statics", file, "--q", "0,0", "--sweep", "wrist"]).output().unwrap());
     assert!(code == 2 && error.contains("--sweep wrist: expected a joint"), "{error}");

@@ -1,5 +1,6 @@
 //! Would a physicist believe a robot file: the command, and the loads behind it.
 
+use crate::compare_output;
 use crate::program::{at_its_fixtures, told};
 use robot_compiler::Ends;
 use robot_compiler::check::{Draft, Severity};
@@ -35,7 +36,7 @@ fn robots(folder: &str) -> Vec<PathBuf> {
 fn a_maker_s_mistakes_are_found_with_their_places() {
     let (code, out, error) = check(&[TRAPS]);
     assert_eq!((code, error.as_str()), (3, ""));
-    insta::assert_snapshot!(out);
+    compare_output("a_maker_s_mistakes_are_found_with_their_places", out);
 }
 
 #[test]
@@ -102,7 +103,7 @@ fn no_shipped_robot_is_wrong() {
             told += &format!("    {}: {}\n", doubt.rule.name(), doubt.place.field());
         }
     }
-    insta::assert_snapshot!(told);
+    compare_output("no_shipped_robot_is_wrong", told);
 }
 
 /// Advice says that a rotor often has as much as the link: of the Puma 560, measured by others, it has.

@@ -1,5 +1,6 @@
 //! The program as used by a person or a script.
 
+use crate::compare_output;
 use crate::program::at_its_fixtures;
 use serde_json::Value;
 use std::io::Write;
@@ -70,22 +71,11 @@ fn run_writes_table_log_summary_and_plots() {
     assert_eq!(summary["tracking_max"][0], max);
     let peak = rows.iter().map(|row| row[11].abs()).fold(0.0, f64::max);
     assert_eq!(summary["torque_peak"][1], peak);
-
-    for plot in ["position.svg", "velocity.svg", "torque.svg"] {
-        let text = std::fs::read_to_string(out.join(plot)).unwrap();
-        assert!(text.trim_start().starts_with("<svg") && text.trim_end().ends_with("</svg>"), "{plot}");
-        assert_eq!(text.matches("time / s").count(), 2, "{plot}: a panel per joint");
-        assert!(text.contains("<polyline"), "{plot}");
-        for name in ["shoulder", "elbow", "swing"] {
-            assert!(text.contains(name), "{plot}: {name}");
-        }
-        assert!(!text.contains("NaN") && !text.contains("inf"), "{plot}");
-    }
 }
 
-/// Limits drawn and marked, points marked, the reach told: a planar arm whose drives are too weak for its motion.
+/// A planar arm whose drives are too weak for its motion.
 #[test]
-fn pictures_and_summary_show_limits_waypoints_and_the_lost_reference() {
+fn the_summary_tells_where_the_reference_was_lost() {
     let out = folder("weak");
     let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(SCENE)).unwrap();
     let robot = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(ROBOT)).unwrap();
@@ -121,18 +111,9 @@ fn pictures_and_summary_show_limits_waypoints_and_the_lost_reference() {
     let rms = (changes.iter().map(|x| x * x).sum::<f64>() / changes.len() as f64).sqrt();
     assert!((chatter / rms - 1.0).abs() < 1e-12, "{chatter} {rms}");
 
-    let picture = std::fs::read_to_string(out.join("torque.svg")).unwrap();
-    for word in ["shoulder, limit 35.0 N m", "elbow, limit 8.00 N m", "limit acts", "waypoint"] {
-        assert!(picture.contains(word), "{word}");
-    }
     let ideal = folder("strong");
     let table = String::from_utf8(run(SCENE, &ideal, &[]).stdout).unwrap();
     assert!(table.contains("safety              no state machine; no joint left its reach"), "{table}");
-    let picture = std::fs::read_to_string(ideal.join("torque.svg")).unwrap();
-    assert!(!picture.contains("limit acts") && picture.contains("waypoint"));
-    // Landscape, with the error of each joint on top of it.
-    let picture = std::fs::read_to_string(ideal.join("position.svg")).unwrap();
-    assert!(picture.contains("width=\"1600\" height=\"900\"") && picture.contains("error / "), "{}", &picture[..200]);
 }
 
 #[test]
@@ -268,7 +249,7 @@ fn bad_lines_are_named_with_what_was_found_and_expected() {
     ];
     let refused =
         cases.map(|(name, line)| format!("{name}: {line}\n{}", refusal(&["dynamics", ROBOT, "--input", "-"], line)));
-    insta::assert_snapshot!(refused.join("\n"));
+    compare_output("bad_lines_are_named_with_what_was_found_and_expected", refused.join("\n"));
 }
 
 #[test]
@@ -330,7 +311,7 @@ fn bad_options_and_files_are_named() {
         }
         format!("{}\n{}", arguments.join(" "), refusal(&all, ""))
     });
-    insta::assert_snapshot!(refused.join("\n"));
+    compare_output("bad_options_and_files_are_named", refused.join("\n"));
 }
 
 #[test]
@@ -364,5 +345,5 @@ fn a_reader_that_has_seen_enough_is_no_error() {
 fn info_shows_every_joint() {
     let output = at_its_fixtures().args(["info", ROBOT]).output().unwrap();
     assert!(output.status.success());
-    insta::assert_snapshot!(String::from_utf8(output.stdout).unwrap());
+    compare_output("info_shows_every_joint", String::from_utf8(output.stdout).unwrap());
 }

@@ -106,13 +106,13 @@ fn the_command_writes_the_account_and_the_power() {
     new(&folder);
     let (code, table, error) = command(&["tests/fixtures/swing.toml"], &folder);
     assert_eq!((code, error.as_str()), (0, ""));
-    for word in ["swing: planar, work of every joint", "taken back", "friction", "residual", "energy.json", "power.svg"]
+    for word in
+        ["swing: planar, work of every joint", "taken back", "friction", "residual", "energy.json", "report.html"]
     {
         assert!(table.contains(word), "{word} in {table}");
     }
-    let plot = std::fs::read_to_string(folder.join("power.svg")).unwrap();
-    assert_eq!(plot.matches("time / s").count(), 2, "a panel per joint");
-    assert!(plot.contains("power / W") && plot.contains("<polyline"));
+    let page = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    assert!(page.contains("power / W") && page.contains("<svg") && page.contains("elbow"), "{page}");
 
     let (_, json, _) = command(&["tests/fixtures/swing.toml", "--json"], &folder);
     assert_eq!(json, std::fs::read_to_string(folder.join("energy.json")).unwrap());

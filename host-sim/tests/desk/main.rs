@@ -4,6 +4,9 @@
 
 mod bound;
 mod browser;
+#[path = "../../../robot-compiler/tests/common/cases.rs"]
+#[allow(dead_code, reason = "the robot compiler's tests need more of it")]
+mod cases;
 mod chapter12;
 mod check;
 mod command_line;
@@ -55,3 +58,8 @@ mod urdf_command;
 mod viewers;
 #[path = "../../../robot-compiler/tests/common/wrong_rounding.rs"]
 mod wrong_rounding;
+
+/// Compares an output with the one of this name in `outputs.txt`.
+fn compare_output(name: &str, found: String) {
+    cases::check(std::path::Path::new("tests/desk/outputs.txt"), &[(name, found)]);
+}

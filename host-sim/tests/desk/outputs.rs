@@ -52,7 +52,7 @@ const FILES: [&str; 16] = [
 const FOLDERS: [(&str, &str); 11] = [
     ("run @scenes/planar2r_sine.toml --duration 0.01 --quiet --out FOLDER", "log.csv"),
     ("energy @scenes/planar2r_sine.toml --duration 0.01 --out FOLDER", "energy.json"),
-    ("statics @robots/planar2r.toml --q 0,0.1 --sweep shoulder --out FOLDER", "statics.svg"),
+    ("statics @robots/planar2r.toml --q 0,0.1 --sweep shoulder --out FOLDER", "report.html"),
     ("linkage @robots/chapter12/four_bar.toml --out FOLDER", "driven.csv"),
     ("linkage @robots/chapter12/four_bar.toml --simulate 0.5 --duration 0.01 --out FOLDER", "summary.json"),
     ("identify arm.toml --log log.csv --report FOLDER", "index.html"),
@@ -123,7 +123,7 @@ const TWICE: [(&str, &str); 12] = [
     ("excite @robots/planar2r.toml --friction --out out/slow.toml", "out/slow.toml"),
     ("import @host-sim/tests/fixtures/traps.urdf --out out/imported.toml", "out/imported.toml"),
     ("energy @scenes/planar2r_sine.toml --duration 0.01", "out/planar2r_sine/energy.json"),
-    ("statics @robots/planar2r.toml --q 0,0.1 --sweep shoulder --out out/statics", "out/statics/statics.svg"),
+    ("statics @robots/planar2r.toml --q 0,0.1 --sweep shoulder --out out/statics", "out/statics/report.html"),
     ("linkage @robots/chapter12/four_bar.toml --out out/linkage", "out/linkage/driven.csv"),
     ("sweep @host-sim/tests/fixtures/study.toml --quiet --replay 1 --out out/run", "out/run/log.csv"),
     ("connect @scenes/planar2r_swing.toml --target desk --script script.txt --record out/x.log", "out/x.log"),

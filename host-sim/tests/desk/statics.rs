@@ -1,6 +1,7 @@
 //! `statics` compared with the dynamics of the same arm and with closed forms, and as used by a person.
 #![allow(clippy::float_cmp, reason = "a joint that is held stays where it is")]
 
+use crate::compare_output;
 use crate::program::{at_its_fixtures, told};
 use crate::reference::relative;
 use dynamics_core::Model;
@@ -217,5 +218,5 @@ fn bad_questions_are_named_with_what_was_expected() {
         assert_eq!(out, "");
         format!("{}\nexit code {code}\n{error}", arguments.join(" "))
     });
-    insta::assert_snapshot!(refused.join("\n"));
+    compare_output("bad_questions_are_named_with_what_was_expected", refused.join("\n"));
 }

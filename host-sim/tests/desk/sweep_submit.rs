@@ -17,7 +17,7 @@ fn the_scripts_of_every_engine_do_the_shards_and_merge_them() {
     let whole = folder("submit_whole");
     let mut command = at_its_fixtures();
     printed(command.args(["sweep", "tests/fixtures/study.toml", "--quiet", "--out"]).arg(&whole).output().unwrap());
-    for (engine, own) in [("hyperqueue", "submit.sh"), ("slurm", "submit.sbatch"), ("kubernetes", "job.yaml")] {
+    for (engine, own) in [("hyperqueue", "submit.sh"), ("slurm", "submit.sbatch")] {
         let out = folder(&format!("submit_{engine}"));
         assert!(submit(engine, &out).contains(own));
         for number in 1..=5 {
@@ -28,11 +28,7 @@ fn the_scripts_of_every_engine_do_the_shards_and_merge_them() {
             };
             let mut task = match engine {
                 "hyperqueue" => script("HQ_TASK_ID", "exec ./shard.sh \"$HQ_TASK_ID\""),
-                "slurm" => script("SLURM_ARRAY_TASK_ID", "exec sh submit.sbatch"),
-                _ => script(
-                    "ANY",
-                    &format!("JOB_COMPLETION_INDEX={}; exec ./shard.sh $((JOB_COMPLETION_INDEX + 1))", number - 1),
-                ),
+                _ => script("SLURM_ARRAY_TASK_ID", "exec sh submit.sbatch"),
             };
             printed(task.env("HOST_SIM", env!("CARGO_BIN_EXE_host-sim")).output().unwrap());
         }
@@ -80,8 +76,4 @@ fn engines_retry_and_count_as_they_were_asked_to() {
     }
     let hyperqueue = text("hyperqueue", "submit.sh");
     assert!(hyperqueue.contains("--array 1-5 --cpus 1 --crash-limit 10"), "{hyperqueue}");
-    let kubernetes = text("kubernetes", "job.yaml");
-    for part in ["completions: 5\n", "backoffLimitPerIndex: 10\n", "completionMode: Indexed\n", "image: \"host-sim:"] {
-        assert!(kubernetes.contains(part), "{kubernetes}");
-    }
 }

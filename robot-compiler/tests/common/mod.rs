@@ -1,6 +1,7 @@
-//! Paths of the project's files.
+//! Paths of the project's files, and what several tests do.
 #![allow(unreachable_pub, reason = "a module of a test program")]
 
+pub mod cases;
 pub mod rooms;
 pub mod skipping;
 
@@ -28,6 +29,11 @@ pub fn standing(robot: &str, lines: &str) -> SceneFile {
     let motion = format!("[motion]\nkind = \"hold\"\nq = {q:?}\nduration = 1.0\n");
     let text = format!("name = \"test\"\nrobot = \"../robots/{robot}.toml\"\n{lines}\n{motion}");
     SceneFile::from_toml_str(&text, &top("scenes").join("test.toml")).unwrap()
+}
+
+/// Compares an output with the one of this name in `tests/data/outputs.txt`.
+pub fn compare_output(name: &str, found: String) {
+    cases::check(Path::new("tests/data/outputs.txt"), &[(name, found)]);
 }
 
 /// A folder at the top of the project.

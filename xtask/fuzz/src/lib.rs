@@ -22,6 +22,9 @@
     reason = "a check says by a panic that something does not hold; that is what a fuzzer looks for"
 )]
 
+#[path = "../../../robot-compiler/tests/common/cases.rs"]
+#[allow(dead_code, reason = "tests compare outputs; here inputs are taken alone")]
+mod cases;
 pub mod damage;
 mod examples;
 mod files;

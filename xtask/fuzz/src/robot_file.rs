@@ -2,7 +2,7 @@
 
 use crate::Target;
 use crate::damage::nested;
-use crate::examples::files;
+use crate::examples::{files, invalid};
 use crate::files::{TOML_WORDS, check_robot, read};
 use dynamics_core::Trig;
 use dynamics_core::linkage::{Branch, Linkage, LinkagePosture};
@@ -16,9 +16,8 @@ pub const TARGET: Target = Target { name: "robot_file", check, examples, words: 
 const NAME: &str = "any.toml";
 
 fn examples() -> Vec<Vec<u8>> {
-    let shipped =
-        ["robots", "robots/chapter12", "robots/examples", "robot-compiler/tests/data", "robot-compiler/tests/bad"];
-    let mut all = files(&shipped, "toml");
+    let mut all = files(&["robots", "robots/chapter12", "robots/examples", "robot-compiler/tests/data"], "toml");
+    all.extend(invalid("toml"));
     // The greatest depth that is read, and one more.
     all.extend([32, 33].into_iter().flat_map(nested));
     all

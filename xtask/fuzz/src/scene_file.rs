@@ -2,7 +2,7 @@
 
 use crate::Target;
 use crate::damage::nested;
-use crate::examples::{files, top};
+use crate::examples::{files, invalid, top};
 use crate::files::{TOML_WORDS, check_scene, read};
 use robot_compiler::SceneFile;
 
@@ -12,7 +12,8 @@ pub const TARGET: Target = Target { name: "scene_file", check, examples, words: 
 fn examples() -> Vec<Vec<u8>> {
     let mut all = files(&["scenes"], "toml");
     // The path of a robot is relative to the scene.
-    let below = files(&["scenes/chapter12", "scenes/campaign", "scenes/examples", "robot-compiler/tests/bad"], "toml");
+    let mut below = files(&["scenes/chapter12", "scenes/campaign", "scenes/examples"], "toml");
+    below.extend(invalid("toml"));
     all.extend(below.into_iter().map(|bytes| {
         let text = String::from_utf8_lossy(&bytes).replace("../../../robots", "../robots");
         text.replace("../../robots", "../robots").replace("../data", "../robot-compiler/tests/data").into()

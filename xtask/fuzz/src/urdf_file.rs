@@ -2,7 +2,7 @@
 
 use crate::Target;
 use crate::damage::nested;
-use crate::examples::files;
+use crate::examples::{files, invalid};
 use crate::files::{check_robot, read};
 use robot_compiler::{Ends, Robot};
 
@@ -44,7 +44,8 @@ const WORDS: [&str; 28] = [
 ];
 
 fn examples() -> Vec<Vec<u8>> {
-    let mut all = files(&["robot-compiler/tests/data", "robot-compiler/tests/bad"], "urdf");
+    let mut all = files(&["robot-compiler/tests/data"], "urdf");
+    all.extend(invalid("urdf"));
     // The greatest depth that is read, and one more.
     all.extend([32, 33].into_iter().flat_map(nested));
     all

@@ -1,11 +1,11 @@
-//! HyperQueue on this machine, and the check of Kubernetes' manifest.
+//! HyperQueue on this machine.
 
 use super::Work;
 use crate::process::{output, root, run, target_directory};
 use crate::setup;
 use anyhow::{Context as _, Result, ensure};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -25,7 +25,7 @@ pub(super) fn install() -> Result<PathBuf> {
     if python.is_file() && fs::read_to_string(&stamp).is_ok_and(|found| found == wanted) {
         return Ok(python);
     }
-    eprintln!("setup: HyperQueue and Kubernetes' schemas from PyPI, into {}", folder.display());
+    eprintln!("setup: HyperQueue from PyPI, into {}", folder.display());
     run(Command::new("python3").args(["-m", "venv", "--clear"]).arg(&folder))?;
     let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--requirement"];
     run(Command::new(&python).args(install).arg(&file))?;
@@ -58,24 +58,6 @@ pub(super) fn hyperqueue(work: &Work) -> Result<f64> {
     eprintln!("scale: HyperQueue's cluster killed after {begun} shards had begun; another does them all");
     run(&mut cluster)?;
     Ok(start.elapsed().as_secs_f64())
-}
-
-/// Checks the manifest against Kubernetes' own schema, and that a misspelt key would be found.
-pub(super) fn kubernetes(work: &Work) -> Result<()> {
-    let folder = work.submit("kubernetes")?;
-    let manifest = folder.join("job.yaml");
-    let validate = |path: &Path| {
-        let mut command = Command::new(work.python.with_file_name("kubernetes-validate"));
-        command.args(["--strict", "--quiet"]).arg(path);
-        command
-    };
-    run(&mut validate(&manifest))?;
-    let wrong = folder.join("wrong.yaml");
-    fs::write(&wrong, fs::read_to_string(&manifest)?.replace("backoffLimitPerIndex", "backoffLimitPerIndx"))?;
-    let status = validate(&wrong).stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null()).status()?;
-    ensure!(!status.success(), "the schema takes a misspelt key");
-    eprintln!("scale: kubernetes: the manifest keeps its schema");
-    Ok(())
 }
 
 /// Processes below a process, by `/proc`.

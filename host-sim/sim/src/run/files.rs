@@ -1,7 +1,6 @@
-//! Files of a run: log, summary and plots.
+//! Files of a run: log, summary and report.
 
 use crate::failure::{Failure, in_file};
-use crate::run::plot;
 use crate::run::report;
 use crate::run::simulate::Run;
 use robot_compiler::SceneFile;
@@ -30,16 +29,15 @@ pub fn write_report(run: &Run, scene: &SceneFile, path: &Path) -> Result<PathBuf
     Ok(path.to_owned())
 }
 
-/// Write log, summary and plots; returns the files.
-pub fn write(run: &Run, name: &str, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+/// Write log and summary; returns the files.
+pub fn write(run: &Run, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     let log = folder.join("log.csv");
     let file = File::create(&log).map_err(|error| in_file(&log, &error))?;
     run.record.write_csv(BufWriter::new(file)).map_err(|error| in_file(&log, &error))?;
     let summary = folder.join("summary.json");
     let text = serde_json::to_string_pretty(&run.summary).map_err(|error| Failure::Output(error.into()))?;
     fs::write(&summary, text + "\n").map_err(|error| in_file(&summary, &error))?;
-    let plots = plot::write_all(&run.record, &run.marks, name, folder).map_err(|error| in_file(folder, &error))?;
-    Ok([log, summary].into_iter().chain(plots).collect())
+    Ok(vec![log, summary])
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! A closed-loop run: from a scene to a record, a summary and plots.
+//! A closed-loop run: from a scene to a record, a summary and a report.
 //!
 //! | module | holds |
 //! |---|---|
@@ -11,7 +11,7 @@
 //! | [`load`] | the nearest limit, the work of the torques |
 //! | [`quality`] | chatter, the error at rest, the distance from the reference |
 //! | [`summary`] | a run in a few numbers |
-//! | [`plot`] | a run in pictures |
+//! | [`marks`] | waypoints and limits, for the charts of the report |
 //! | [`mcap_file`] | a run, or a session, as a file for viewers |
 //! | [`report`] | a run as a page |
 //! | `wrench` | from torques of the joints to a wrench at the tip |
@@ -21,8 +21,8 @@ pub mod batch;
 pub mod closed_loop;
 pub mod files;
 pub mod load;
+pub mod marks;
 pub mod mcap_file;
-pub mod plot;
 pub mod quality;
 pub mod record;
 pub mod report;

@@ -11,7 +11,7 @@ use crate::plant::solver::{AtOnce, Solver, now};
 use crate::plant::{Arm, Clock, JointFriction, Plant};
 use crate::run::batch::{Batch, Job};
 use crate::run::closed_loop::{self, Closed, End, World};
-use crate::run::plot::Marks;
+use crate::run::marks::Marks;
 use crate::run::record::{JointLabel, Record};
 use crate::run::summary::{ModelTicks, Setting, SimulatedDrives, Summary};
 use crate::run::target::Torques;

@@ -1,32 +1,32 @@
-//! A turn or a motion as files: log, summary and plots.
+//! A turn or a motion as files: log, summary and report.
 
 use super::run::{Moment, Run, RunSummary};
 use super::turn::{Step, Turn, TurnSummary};
+use report::{Block, Figure, Page, Series};
 use sim::failure::{Failure, in_file};
-use sim::run::plot::{self, Chart, Layout, Line, Panel};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Write a turn's log, summary and plots; returns their paths.
+/// Write a turn's log, summary and report; returns their paths.
 pub fn write_turn(folder: &Path, turn: &Turn, summary: &TurnSummary, json: &str) -> Result<Vec<PathBuf>, Failure> {
-    write(folder, "driven.csv", &header(summary), turn.steps.iter().map(row), json, &turn_charts(turn, summary))
+    write(folder, "driven.csv", &header(summary), turn.steps.iter().map(row), json, &turn_page(turn, summary))
 }
 
-/// Write a motion's log, summary and plots; returns their paths.
+/// Write a motion's log, summary and report; returns their paths.
 pub fn write_run(folder: &Path, run: &Run, summary: &RunSummary, json: &str) -> Result<Vec<PathBuf>, Failure> {
     let header = ["t", "crank_angle", "crank_speed", "kinetic_energy", "potential_energy", "work"].map(str::to_owned);
     let log = run.moments.iter().map(|m| vec![m.time, m.angle, m.speed, m.kinetic, m.potential, m.work]);
-    write(folder, "free.csv", &header, log, json, &run_charts(run, summary))
+    write(folder, "free.csv", &header, log, json, &run_page(run, summary))
 }
 
-/// Write log, summary and plots; returns their paths.
+/// Write log, summary and report; returns their paths.
 fn write(
     folder: &Path,
     log: &str,
     header: &[String],
     rows: impl Iterator<Item = Vec<f64>>,
     json: &str,
-    charts: &[(&str, Chart)],
+    page: &Page,
 ) -> Result<Vec<PathBuf>, Failure> {
     let log = folder.join(log);
     let mut csv = csv::Writer::from_path(&log).map_err(|error| in_file(&log, &error))?;
@@ -37,13 +37,9 @@ fn write(
     csv.flush().map_err(|error| in_file(&log, &error))?;
     let summary = folder.join("summary.json");
     fs::write(&summary, format!("{json}\n")).map_err(|error| in_file(&summary, &error))?;
-    let mut files = vec![log, summary];
-    for (name, chart) in charts {
-        let path = folder.join(name);
-        plot::write_chart(chart, &path).map_err(|error| in_file(&path, &error))?;
-        files.push(path);
-    }
-    Ok(files)
+    let report = folder.join("report.html");
+    fs::write(&report, page.html()).map_err(|error| in_file(&report, &error))?;
+    Ok(vec![log, summary, report])
 }
 
 fn header(summary: &TurnSummary) -> Vec<String> {
@@ -73,82 +69,37 @@ fn row(step: &Step) -> Vec<f64> {
     values
 }
 
-fn turn_charts(turn: &Turn, summary: &TurnSummary) -> Vec<(&'static str, Chart)> {
-    const ABSCISSA: &str = "crank angle / rad";
-    let chart = |title: &str, panels| Chart {
-        title: format!("{title}: {}", summary.linkage),
-        abscissa: ABSCISSA,
-        range: None,
-        layout: Layout::Stacked,
-        panels,
-    };
-    let line = |name, value: fn(&Step) -> f64| Line { name, pen: None, pieces: turn.pieces(value) };
-    let moment = Panel {
-        caption: format!("at {} rad/s", summary.speed),
-        quantity: "moment",
-        unit: "N m",
-        lines: vec![line("M_0", |step| step.forces.driving_moment)],
-        marks: vec![],
-        bounds: vec![],
-        limited: vec![],
-    };
-    let force = Panel {
-        caption: "F_3 - F_0".to_owned(),
-        quantity: "force",
-        unit: "N",
-        lines: vec![
-            line("along x", |step| step.forces.shaking_force().x),
-            line("along y", |step| step.forces.shaking_force().y),
-            line("magnitude", |step| step.forces.shaking_force().norm()),
-        ],
-        marks: vec![],
-        bounds: vec![],
-        limited: vec![],
-    };
-    let about = Panel {
-        caption: "about the crank's ground pivot".to_owned(),
-        quantity: "moment",
-        unit: "N m",
-        lines: vec![line("moment", |step| step.forces.shaking_moment())],
-        marks: vec![],
-        bounds: vec![],
-        limited: vec![],
-    };
-    vec![
-        ("driving_moment.svg", chart("Driving moment", vec![moment])),
-        ("shaking_force.svg", chart("Shaking force", vec![force])),
-        ("shaking_moment.svg", chart("Shaking moment", vec![about])),
-    ]
+fn turn_page(turn: &Turn, summary: &TurnSummary) -> Page {
+    let figure = |caption: &str, ordinate: &str| Figure::new(caption, "crank angle / rad", ordinate);
+    let line = |name: &str, value: fn(&Step) -> f64| Series::line(name, turn.curve(value));
+    let moment = figure("Driving moment", "moment / (N m)").with(line("M_0", |step| step.forces.driving_moment));
+    let force = figure("Shaking force F_3 - F_0", "force / N")
+        .with(line("along x", |step| step.forces.shaking_force().x))
+        .with(line("along y", |step| step.forces.shaking_force().y))
+        .with(line("magnitude", |step| step.forces.shaking_force().norm()));
+    let about = figure("Shaking moment about the crank's ground pivot", "moment / (N m)")
+        .with(line("moment", |step| step.forces.shaking_moment()));
+    Page {
+        title: format!("{} at {} rad/s", summary.linkage, summary.speed),
+        lead: Vec::new(),
+        blocks: [moment, force, about].map(Block::Figure).into(),
+    }
 }
 
-fn run_charts(run: &Run, summary: &RunSummary) -> Vec<(&'static str, Chart)> {
-    let line = |name, value: fn(&Moment) -> f64| Line {
-        name,
-        pen: None,
-        pieces: vec![run.moments.iter().map(|now| (now.time, value(now))).collect()],
+fn run_page(run: &Run, summary: &RunSummary) -> Page {
+    let line = |name: &str, value: fn(&Moment) -> f64| {
+        Series::line(name, run.moments.iter().map(|now| (now.time, value(now))))
     };
-    let chart = |title: &str, panels| Chart {
-        title: format!("{title}: {}", summary.linkage),
-        abscissa: "time / s",
-        range: None,
-        layout: Layout::Stacked,
-        panels,
-    };
-    let panel = |caption: &str, quantity, unit, lines| Panel {
-        caption: caption.to_owned(),
-        quantity,
-        unit,
-        lines,
-        marks: vec![],
-        bounds: vec![],
-        limited: vec![],
-    };
-    let angle = panel("crank", "angle", "rad", vec![line("crank", |now| now.angle)]);
-    let speed = panel("crank", "speed", "rad/s", vec![line("crank", |now| now.speed)]);
-    let energy =
-        vec![line("kinetic", |now| now.kinetic), line("potential", |now| now.potential), line("work", |now| now.work)];
-    vec![
-        ("motion.svg", chart("Crank", vec![angle, speed])),
-        ("energy.svg", chart("Energy", vec![panel("energy and the moment's work", "energy", "J", energy)])),
-    ]
+    let figure = |caption: &str, ordinate: &str| Figure::new(caption, "time / s", ordinate);
+    let angle = figure("Angle of the crank", "angle / rad").with(line("crank", |now| now.angle));
+    let speed = figure("Speed of the crank", "speed / (rad/s)").with(line("crank", |now| now.speed));
+    let energy = figure("Energy, and work of the moment", "energy / J")
+        .with(line("kinetic", |now| now.kinetic))
+        .with(line("potential", |now| now.potential))
+        .with(line("work", |now| now.work));
+    Page {
+        title: format!("{}, free", summary.linkage),
+        lead: Vec::new(),
+        blocks: [angle, speed, energy].map(Block::Figure).into(),
+    }
 }

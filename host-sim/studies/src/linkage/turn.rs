@@ -8,7 +8,6 @@ use nalgebra::Vector2;
 use robot_compiler::names::name;
 use robot_compiler::{LinkageFile, Mechanism};
 use serde::Serialize;
-use sim::run::plot::Pieces;
 use sim::run::summary::rms;
 use std::f64::consts::{PI, TAU};
 
@@ -168,11 +167,14 @@ impl Turn {
         self.steps.push(step);
     }
 
-    /// Points of a curve over the crank's angle, split at missing steps.
+    /// Points of a curve over the crank's angle, with NaN between them where steps are missing.
     #[must_use]
-    pub fn pieces(&self, value: impl Fn(&Step) -> f64) -> Pieces {
+    pub fn curve(&self, value: impl Fn(&Step) -> f64) -> Vec<(f64, f64)> {
         let near = |a: &Step, b: &Step| b.angle - a.angle < 1.5 * self.increment;
-        self.steps.chunk_by(near).map(|piece| piece.iter().map(|step| (step.angle, value(step))).collect()).collect()
+        let pieces = self.steps.chunk_by(near);
+        let piece =
+            |steps: &[Step]| -> Vec<(f64, f64)> { steps.iter().map(|step| (step.angle, value(step))).collect() };
+        pieces.map(piece).collect::<Vec<_>>().join(&(f64::NAN, f64::NAN))
     }
 
     fn spread(&self, value: impl Fn(&Step) -> f64) -> Spread {

@@ -3,14 +3,13 @@
 use super::search::{joint_index, joint_names};
 use super::{Question, Still, posture, wrong};
 use crate::posture_search;
+use report::{Block, Figure, Page, Series};
 use robot_compiler::Robot;
 use serde::Serialize;
 use sim::failure::Failure;
-use sim::run::plot::{Chart, Layout, Line, Panel, PlotError, write_chart};
 use sim::run::record::JointLabel;
 use sim::run::summary::engineering;
 use sim::table::table;
-use std::path::Path;
 
 /// Positions of the swept joint: half a degree over one turn.
 const POSITIONS: usize = 721;
@@ -105,36 +104,23 @@ impl Sweep {
         format!("{}: at rest, over {}, {POSITIONS} positions\n{table}\n", self.robot, self.joint)
     }
 
-    /// Draw a panel for every joint and one for the potential energy.
-    ///
-    /// # Errors
-    /// The file cannot be written.
-    pub fn draw(&self, path: &Path) -> Result<(), PlotError> {
-        let panel = |caption: &str, quantity, unit, name, values: Vec<f64>| Panel {
-            caption: caption.to_owned(),
-            quantity,
-            unit,
-            lines: vec![Line { name, pen: None, pieces: vec![self.positions.iter().copied().zip(values).collect()] }],
-            marks: vec![],
-            bounds: vec![],
-            limited: vec![],
+    /// A figure for every joint, and one for the potential energy.
+    #[must_use]
+    pub fn page(&self) -> Page {
+        let abscissa = format!("position of {} / {}", self.joint, self.labels[self.swept].position_unit());
+        let figure = |caption: &str, ordinate: String, values: Vec<f64>| {
+            let line = Series::line("at rest", self.positions.iter().copied().zip(values));
+            Block::Figure(Figure::new(caption, abscissa.clone(), ordinate).with(line))
         };
         let joints = self.labels.iter().enumerate().map(|(i, label)| {
-            let values = self.tau.iter().map(|tau| tau[i]).collect();
-            panel(&label.name, label.effort(), label.torque_unit(), "at rest", values)
+            let ordinate = format!("{} / ({})", label.effort(), label.torque_unit());
+            figure(&label.name, ordinate, self.tau.iter().map(|tau| tau[i]).collect())
         });
-        let potential = panel("potential energy", "energy", "J", "at rest", self.potential.clone());
-        let abscissa = match self.labels[self.swept].kind {
-            dynamics_core::JointKind::Revolute => "position / rad",
-            dynamics_core::JointKind::Prismatic => "position / m",
-        };
-        let chart = Chart {
+        let potential = figure("potential energy", "energy / J".to_owned(), self.potential.clone());
+        Page {
             title: format!("{}: held at rest over {}", self.robot, self.joint),
-            abscissa,
-            range: None,
-            layout: Layout::Stacked,
-            panels: joints.chain([potential]).collect(),
-        };
-        write_chart(&chart, path)
+            lead: Vec::new(),
+            blocks: joints.chain([potential]).collect(),
+        }
     }
 }

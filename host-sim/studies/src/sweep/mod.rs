@@ -14,7 +14,7 @@
 //! | [`results`] | what came of all runs: distributions, sensitivities, failures, the worst runs |
 //! | [`replay`] | one run in full, as files that `host-sim run` takes too |
 //! | [`repeat`] | the command that repeats a run |
-//! | [`submit`] | scripts and manifests for HyperQueue, Slurm and Kubernetes |
+//! | [`submit`] | scripts for HyperQueue and Slurm |
 //!
 //! Nothing here depends on the number of threads, on the order of the work or on the platform's mathematics, so that every machine
 //! and every division into shards writes the same bytes.

@@ -56,7 +56,7 @@ pub fn replay(
             "expected another folder by --out, or one that the same run wrote; or --force",
         )?;
     }
-    output.folder(folder, &["log.csv", "summary.json", "report.html", "*.svg"])?;
+    output.folder(folder, &["log.csv", "summary.json", "report.html"])?;
     let mut files = Vec::new();
     for (name, text) in alone {
         let path = folder.join(name);
@@ -65,7 +65,7 @@ pub fn replay(
     }
     let scene = runs.scene(index)?;
     let run = with_dof!(scene.robot.dof(), N => simulate::on_desk::<N>(&scene, stop, progress))?;
-    files.extend(write(&run, &format!("{}, run {index}", prepared.study.name), folder)?);
+    files.extend(write(&run, folder)?);
     files.push(write_report(&run, &scene, &folder.join("report.html"))?);
     output.written(&files)?;
     Ok(Replayed { run, files })

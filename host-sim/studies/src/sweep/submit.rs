@@ -16,15 +16,12 @@ pub enum Engine {
     HyperQueue,
     /// Slurm: an array of jobs.
     Slurm,
-    /// Kubernetes: an indexed job.
-    Kubernetes,
 }
 
 impl Named for Engine {
     const NAMES: &'static [(&'static str, &'static str, Self)] = &[
         ("hyperqueue", "An array of tasks for HyperQueue", Self::HyperQueue),
         ("slurm", "An array of jobs for Slurm", Self::Slurm),
-        ("kubernetes", "An indexed job for Kubernetes", Self::Kubernetes),
     ];
 }
 
@@ -39,8 +36,6 @@ pub struct Submission {
     pub threads: usize,
     /// This program, as the machines find it.
     pub program: PathBuf,
-    /// Container image with the program, for Kubernetes.
-    pub image: String,
 }
 
 /// Folder of the shards' folders.
@@ -67,13 +62,12 @@ pub fn write(
     }
     prepared.may_lie_in(folder)?;
     begun_as(shards, folder)?;
-    output.folder(folder, &["shard.sh", "merge.sh", "submit.sh", "submit.sbatch", "job.yaml"])?;
+    output.folder(folder, &["shard.sh", "merge.sh", "submit.sh", "submit.sbatch"])?;
     fs::create_dir_all(folder.join("logs")).map_err(|error| in_file(folder, &error))?;
     let name = name(&prepared.study.name);
     let own = match engine {
         Engine::HyperQueue => ("submit.sh", hyperqueue(submission, &name)),
         Engine::Slurm => ("submit.sbatch", slurm(submission, &name)),
-        Engine::Kubernetes => ("job.yaml", kubernetes(submission, &name)),
     };
     let scripts = [("shard.sh", shard(submission)), ("merge.sh", merge(submission)), own];
     let copies = prepared.files.iter().map(|(name, text)| (name.as_str(), text.clone()));
@@ -186,40 +180,6 @@ fn slurm(submission: &Submission, name: &str) -> String {
          # Slurm's MaxArraySize must be above the number of shards (1001 where nobody changed it).\n\
          # Afterwards: ./merge.sh\n\
          exec ./shard.sh \"$SLURM_ARRAY_TASK_ID\"\n"
-    )
-}
-
-fn kubernetes(submission: &Submission, name: &str) -> String {
-    let Submission { shards, threads, image, .. } = submission;
-    let image = image.replace('\\', "\\\\").replace('"', "\\\"");
-    format!(
-        "# A pod for each shard; one that fails is begun again, {RETRIES} times at most (Kubernetes 1.29 and later).\n\
-         # This folder lies on the volume of the claim `{name}`, and every pod mounts it at /study.\n\
-         # Afterwards, where the volume is mounted: ./merge.sh\n\
-         apiVersion: batch/v1\n\
-         kind: Job\n\
-         metadata:\n  \
-           name: {name}\n\
-         spec:\n  \
-           completionMode: Indexed\n  \
-           completions: {shards}\n  \
-           parallelism: {}\n  \
-           backoffLimitPerIndex: {RETRIES}\n  \
-           template:\n    \
-             spec:\n      \
-               restartPolicy: Never\n      \
-               containers:\n        \
-                 - name: shard\n          \
-                   image: \"{image}\"\n          \
-                   command: [\"sh\", \"-c\", \"exec /study/shard.sh $((JOB_COMPLETION_INDEX + 1))\"]\n          \
-                   resources:\n            \
-                     requests: {{ cpu: \"{threads}\", memory: 256Mi }}\n            \
-                     limits: {{ memory: 1Gi }}\n          \
-                   volumeMounts:\n            \
-                     - {{ name: study, mountPath: /study }}\n      \
-               volumes:\n        \
-                 - {{ name: study, persistentVolumeClaim: {{ claimName: {name} }} }}\n",
-        shards.min(&100)
     )
 }
 

@@ -1,11 +1,8 @@
-//! Files of a trade-off: every choice as CSV, all of them in one picture.
+//! The table of a trade-off: every choice as CSV.
 
-use super::chip::CLOCK;
-use super::choice::{TermSet, name};
 use super::report::{CHOICES, choices, choices_of};
 use super::{Point, Trade};
 use sim::failure::{Failure, in_file};
-use sim::run::plot::{PlotError, Scatter, ScatterPanel, Spot, write_scatter};
 use std::path::Path;
 
 impl Trade {
@@ -92,50 +89,5 @@ impl Trade {
             })
             .collect();
         if names.is_empty() { "as the scene has it".to_owned() } else { names.join(", ") }
-    }
-
-    /// The one control rate of all points (Hz); `None` if there are several.
-    fn rate(&self) -> Option<f64> {
-        let rate = self.points.first()?.choice.rate;
-        self.points.iter().all(|point| point.choice.rate.to_bits() == rate.to_bits()).then_some(rate)
-    }
-
-    /// Plot every point over the cycles of its controller: torque error above, tracking error below. Each set of terms
-    /// has a colour; a line joins the points of the Pareto front, whose names stand beside it. A ring marks the scene's own
-    /// choice. Where all points have one rate, the abscissa also has the share of the processor.
-    ///
-    /// # Errors
-    /// The file cannot be written.
-    pub fn write_plot(&self, path: &Path) -> Result<(), PlotError> {
-        let sets = [TermSet::Full, TermSet::NoCoriolis, TermSet::Diagonal, TermSet::Gravity, TermSet::None];
-        let panel =
-            |quantity: &'static str, error: &dyn Fn(&Point) -> Option<f64>, on_front: &dyn Fn(&Point) -> bool| {
-                let spots = self.points.iter().filter_map(|point| {
-                    let at = (point.cost.cycles, error(point)?);
-                    let kind = sets.iter().position(|set| *set == point.chosen.terms)?;
-                    let name = on_front(point).then(|| self.name_of(point));
-                    (at.1 > 0.0).then_some(Spot { at, kind, on_front: name, ringed: point.choice == self.own })
-                });
-                ScatterPanel { quantity, spots: spots.collect() }
-            };
-        let rate = self.rate();
-        let label = |cycles: f64| match rate {
-            Some(rate) => format!("{cycles} ({:.1} %)", 100.0 * (cycles + self.surroundings.cycles) * rate / CLOCK),
-            None => format!("{cycles}"),
-        };
-        let share = rate.map(|rate| format!(" (share of 168 MHz of the whole interrupt at {rate} Hz)"));
-        let scatter = Scatter {
-            title: format!("{}: cost and error", self.scene),
-            abscissa: format!("cycles of the controller, estimate{}", share.unwrap_or_default()),
-            abscissa_label: &label,
-            kinds: sets.map(name).to_vec(),
-            panels: vec![
-                panel("torque error / % of the limit", &|p| p.torque_of_limit.map(|x| 100.0 * x), &|p| {
-                    p.on_torque_front
-                }),
-                panel("tracking error / rad", &|p| p.tracking, &|p| p.on_tracking_front),
-            ],
-        };
-        write_scatter(&scatter, path)
     }
 }
