@@ -156,7 +156,7 @@ impl<S: Scalar> Inertia<S> {
 }
 
 impl<S: Real> Inertia<S> {
-    /// Whether some distribution of mass inside a ball around the origin has these ten parameters, and is not too heavy.
+    /// True if some distribution of mass inside a ball around the origin has these ten parameters, and is not too heavy.
     ///
     /// With `c = h / m` and the second moment `Sigma = tr(I) / 2 1 - I`: `0 <= m <= m_max`, `tr(Sigma) <= m R^2` and
     /// `Sigma / m - c c^T` positive semidefinite, which are necessary and sufficient (Wensing, Kim and Slotine, "Linear matrix

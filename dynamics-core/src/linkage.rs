@@ -170,7 +170,7 @@ pub struct CrankRange<S> {
 }
 
 impl<S: Real> CrankRange<S> {
-    /// Whether the crank turns all the way round.
+    /// True if the crank turns all the way round.
     #[must_use]
     pub fn is_full_turn(&self) -> bool {
         self.low.is_none() && self.high.is_none()

@@ -20,7 +20,7 @@ pub trait Incoming {
     /// The next byte, if one has come. Where bytes were lost, a zero ends the packet that they belonged to.
     fn next(&mut self) -> Option<u8>;
 
-    /// Whether bytes were lost since this was last asked.
+    /// True if bytes were lost since this was last asked.
     fn has_lost(&mut self) -> bool;
 }
 
@@ -47,7 +47,7 @@ pub trait Ticker {
     /// Acknowledge the interrupt that started this tick.
     fn acknowledge(&mut self);
 
-    /// Whether the next tick became due since [`Ticker::acknowledge`].
+    /// True if the next tick became due since [`Ticker::acknowledge`].
     fn is_due(&self) -> bool;
 
     /// Start one tick now, through the timer's own interrupt.

@@ -94,7 +94,7 @@ impl<F: Filling, const SIZE: usize> Circular<F, SIZE> {
         byte
     }
 
-    /// Whether bytes were lost since this was last asked.
+    /// True if bytes were lost since this was last asked.
     pub fn has_lost(&mut self) -> bool {
         core::mem::take(&mut self.lost)
     }

@@ -165,7 +165,7 @@ impl frame::Live {
         })
     }
 
-    /// Whether all numbers are finite.
+    /// True if all numbers are finite.
     #[must_use]
     pub fn is_finite(&self) -> bool {
         let Self { gravity, tip_wrench, payload: frame::Payload { mass, first_moment, inertia }, rotor } = self;

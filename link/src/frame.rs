@@ -100,7 +100,7 @@ impl Frame {
         Self::Request(NumberedRequest { number, request })
     }
 
-    /// Whether the count of open packets begins anew here: the frame begins a session, or a handshake.
+    /// True if the count of open packets begins anew here: the frame begins a session, or a handshake.
     pub(crate) const fn begins(&self) -> bool {
         matches!(self, Self::Hello(_) | Self::Join(_) | Self::Proof(_) | Self::Challenge(_))
     }
@@ -174,13 +174,13 @@ pub enum Pacing {
 }
 
 impl Pacing {
-    /// Whether each measurement starts a tick.
+    /// True if each measurement starts a tick.
     #[must_use]
     pub const fn is_lock_step(self) -> bool {
         matches!(self, Self::LockStep | Self::Drill)
     }
 
-    /// Whether the safety state machine stands between the controller and the drives.
+    /// True if the safety state machine stands between the controller and the drives.
     #[must_use]
     pub const fn is_supervised(self) -> bool {
         matches!(self, Self::Drill | Self::Live)
@@ -526,7 +526,7 @@ impl Parts {
         Self(self.0 | other.0)
     }
 
-    /// Whether all of `other` are in.
+    /// True if all of `other` are in.
     #[must_use]
     pub const fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0

@@ -4,7 +4,7 @@ use core::sync::atomic::{AtomicU8, Ordering};
 
 /// Hardware that sends pieces of memory, one at a time.
 pub trait Sending {
-    /// Whether it has taken the last byte of the piece before. Acknowledges its interrupt if so.
+    /// True if it has taken the last byte of the piece before. Acknowledges its interrupt if so.
     fn is_idle(&mut self) -> bool;
 
     /// Send this piece. The hardware is idle, and until it is idle again nothing writes to the piece.

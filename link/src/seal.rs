@@ -169,7 +169,7 @@ impl SealKey {
         keyed_hash(&self.0, &number.to_le_bytes(), body)
     }
 
-    /// Whether this is the seal of a packet with this number, in constant time.
+    /// True if this is the seal of a packet with this number, in constant time.
     pub(crate) fn fits(&self, number: u64, body: &[u8], seal: &[u8; SEAL]) -> bool {
         self.seal(number, body).ct_eq(seal).into()
     }

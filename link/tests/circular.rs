@@ -24,9 +24,9 @@ struct Model {
     before: u32,
     /// Bytes that come at each look. Behind an odd number of them the interrupt has not run yet.
     meanwhile: RefCell<VecDeque<u8>>,
-    /// Whether the interrupt is as late as it may be: it runs when the next half is full.
+    /// True if the interrupt is as late as it may be: it runs when the next half is full.
     held_off: bool,
-    /// Whether the position at the end of the buffer is its length.
+    /// True if the position at the end of the buffer is its length.
     shows_end: bool,
 }
 
@@ -89,7 +89,7 @@ fn drain(circular: &mut Circular<Hardware, SIZE>) -> Vec<u8> {
     core::iter::from_fn(|| circular.next_byte()).collect()
 }
 
-/// Whether the bytes between two zeros stand one behind another in the stream.
+/// True if the bytes between two zeros stand one behind another in the stream.
 fn consecutive(bytes: &[u8]) -> bool {
     bytes.split(|byte| *byte == 0).all(|part| part.windows(2).all(|pair| pair[1] == pair[0] % 251 + 1))
 }

@@ -100,7 +100,7 @@ fn operations(text: &str) -> (usize, usize) {
     (count("*"), count("+") + count("-"))
 }
 
-/// Whether a term changes a torque in some state.
+/// True if a term changes a torque in some state.
 fn felt<const N: usize>(scene: &SceneFile, term: ModelTerm) -> bool {
     use dynamics_core::trig::Libm;
     use dynamics_core::{Dynamics, InverseDynamics, Live, Trig};

@@ -45,7 +45,7 @@ fn files(folder: &Path, found: &mut Vec<String>) {
     }
 }
 
-/// Whether a text contains the claim for unmeasured results. Its lines may break anywhere, and each comment line has its
+/// True if a text contains the claim for unmeasured results. Its lines may break anywhere, and each comment line has its
 /// marker.
 fn says_so(text: &str) -> bool {
     let words =

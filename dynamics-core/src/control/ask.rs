@@ -22,7 +22,7 @@ pub struct Ask<'a, S, const N: usize> {
     /// Share of the torque limit that may act beyond the weight; `None` for all of it. In the first motion after homing, and while a
     /// motor is warm. [`Ask::of`] and [`Ask::near_weight`] hold to it.
     pub beyond_weight: Option<S>,
-    /// Whether the arm runs: a law that follows no reference lets go of it.
+    /// True if the arm runs: a law that follows no reference lets go of it.
     pub runs: bool,
     /// Joint position that the machine has observed and judged, rad or m.
     pub q: &'a [S; N],

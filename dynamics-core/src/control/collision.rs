@@ -141,7 +141,7 @@ pub trait Protection<S, const N: usize> {
         None
     }
 
-    /// Whether the protection never acts, so that it may look at an arm that a hand leads.
+    /// True if the protection never acts, so that it may look at an arm that a hand leads.
     #[inline]
     fn only_reports(&self) -> bool {
         false

@@ -484,7 +484,7 @@ pub(crate) fn believed<S: Real, const N: usize>(config: &ControllerConfig<S, N>,
     (lo - position_margin, hi + position_margin, velocity_max)
 }
 
-/// Whether a measured state is within its bounds. False where a value is NaN or infinite.
+/// True if a measured state is within its bounds. False where a value is NaN or infinite.
 #[inline]
 fn state_is_inside<S: Real, const N: usize>(q: &[S; N], qd: &[S; N], config: &ControllerConfig<S, N>) -> bool {
     // Computed at build time: no infinity is inside a finite bound, so the values need no second look.

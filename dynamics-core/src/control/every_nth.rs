@@ -69,7 +69,7 @@ struct Kept<S, const N: usize> {
     acceleration: [S; N],
     /// Change per tick of the torque without that of `M0`.
     slope: [S; N],
-    /// Whether there has been an evaluation.
+    /// True if there has been an evaluation.
     evaluated: bool,
     /// `j`; zero when the next tick evaluates.
     since: i32,

@@ -64,7 +64,7 @@ impl Law {
         }
     }
 
-    /// Whether the model's inertia turns the feedback's acceleration into torques; otherwise the fixed `M0` does.
+    /// True if the model's inertia turns the feedback's acceleration into torques; otherwise the fixed `M0` does.
     #[must_use]
     pub const fn feeds_back_through_model(self) -> bool {
         match self {
@@ -79,7 +79,7 @@ impl Law {
         }
     }
 
-    /// Whether the arm's weight is carried where the arm is, `ID(q, 0, 0)` or as part of more.
+    /// True if the arm's weight is carried where the arm is, `ID(q, 0, 0)` or as part of more.
     #[must_use]
     pub const fn carries_weight(self) -> bool {
         match self {

@@ -53,13 +53,13 @@ impl LimitFlags {
         Self(bits & 0x3f)
     }
 
-    /// Whether every flag of `other` is set.
+    /// True if every flag of `other` is set.
     #[must_use]
     pub const fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0
     }
 
-    /// Whether any flag of `other` is set.
+    /// True if any flag of `other` is set.
     #[inline]
     #[must_use]
     pub const fn intersects(self, other: Self) -> bool {
@@ -219,13 +219,13 @@ pub(super) fn bound_torques<S: Real, const N: usize>(
     Ok(())
 }
 
-/// Whether a torque is a finite number inside its limit.
+/// True if a torque is a finite number inside its limit.
 #[inline]
 fn torque_is_inside<S: Real>(torque: S, limit: S) -> bool {
     torque.abs() <= limit.clamp_symmetric(S::MAX)
 }
 
-/// Whether a torque is near the one before.
+/// True if a torque is near the one before.
 #[inline]
 fn step_is_inside<S: Real>(torque: S, last: S, step: S) -> bool {
     (torque - last).abs() <= step

@@ -50,7 +50,7 @@ pub struct MomentumObserver<S, const N: usize> {
     integral: [S; N],
     /// `r`, N m or N.
     residual: [S; N],
-    /// Whether there has been a tick.
+    /// True if there has been a tick.
     started: bool,
 }
 

@@ -55,7 +55,7 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         &self.memory.heats.heat
     }
 
-    /// Whether the joints' zeros have been confirmed.
+    /// True if the joints' zeros have been confirmed.
     #[must_use]
     pub fn homed(&self) -> bool {
         self.memory.homed

@@ -94,7 +94,7 @@ impl<S: Real, const N: usize> Sensors<S, N> {
     }
 }
 
-/// Whether a joint's position and speed are finite and inside their bounds. In a loop a second comparison costs less
+/// True if a joint's position and speed are finite and inside their bounds. In a loop a second comparison costs less
 /// than making the bound finite first.
 #[inline]
 fn is_believed<S: Real>(q: S, speed: S, (lo, hi, velocity_max): (S, S, S)) -> bool {

@@ -116,7 +116,7 @@ fn half<S: Real>((lo, hi): (S, S)) -> S {
     }
 }
 
-/// Whether a speed is a number within its bound, which may be infinite.
+/// True if a speed is a number within its bound, which may be infinite.
 #[inline]
 fn is_within<S: Real>(speed: S, bound: S) -> bool {
     speed.abs() <= bound.clamp_symmetric(S::MAX)

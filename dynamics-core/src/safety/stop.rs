@@ -5,7 +5,7 @@ use crate::control::{Reference, around};
 use crate::joint::Limits;
 use crate::scalar::Real;
 
-/// Whether a joint at `q` with the velocity `qd` can still stop between `lo` and `hi`.
+/// True if a joint at `q` with the velocity `qd` can still stop between `lo` and `hi`.
 ///
 /// `|qd| latency + qd^2 / (2 a) <= room`, with the room on the side that it moves to: the limit less `q`. A joint at rest, or
 /// on its way back inside, can.

@@ -85,24 +85,24 @@ impl<'a> Reached<'a> {
         reached
     }
 
-    /// Whether a name stands in a body or its signature.
+    /// True if a name stands in a body or its signature.
     fn names(&self, wanted: &str) -> bool {
         let name = Token::Name(wanted.to_owned());
         self.bodies.iter().any(|(_, body)| body.contains(&name))
     }
 
-    /// Whether a name stands in a body, its signature, or what its file imports.
+    /// True if a name stands in a body, its signature, or what its file imports.
     fn mentions(&self, wanted: &str) -> bool {
         let imported = |file: usize| self.sources[file].imports.iter().any(|import| import.alias == wanted);
         self.names(wanted) || self.bodies.iter().any(|(file, _)| imported(*file))
     }
 
-    /// Whether a command of the program is run: its name is handed on as a text.
+    /// True if a command of the program is run: its name is handed on as a text.
     pub(crate) fn runs(&self, command: &str) -> bool {
         self.bodies.iter().any(|(_, body)| body.contains(&Token::Text(command.to_owned())))
     }
 
-    /// Whether `item` of `owner` (a module, a type, or a trait) is called; a type is used when it is named. `alone` says that no
+    /// True if `item` of `owner` (a module, a type, or a trait) is called; a type is used when it is named. `alone` says that no
     /// other function has the name: the owner of a method need not be named then.
     pub(crate) fn uses(&self, owner: &str, item: &str, alone: bool) -> bool {
         if item.starts_with(char::is_uppercase) {

@@ -16,7 +16,7 @@ impl Counter {
         Self(timer)
     }
 
-    /// Whether the same work always counts the same, and more work more. False where instructions are not counted.
+    /// True if the same work always counts the same, and more work more. False where instructions are not counted.
     fn is_exact(&self) -> bool {
         let (short, long) = ([self.trial(100), self.trial(100), self.trial(100)], self.trial(1000));
         short[1] == short[2] && long > short[2]

@@ -81,7 +81,7 @@ impl Base {
         self.columns.len()
     }
 
-    /// Whether no parameter has an effect.
+    /// True if no parameter has an effect.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.columns.is_empty()

@@ -40,7 +40,7 @@ use std::fmt;
 pub struct Reading {
     /// Names of the joints, base first: a column may bear a number from 1 or a name.
     pub joints: Vec<String>,
-    /// Whether each joint turns.
+    /// True if each joint turns.
     pub turns: Vec<bool>,
     /// Position limits, rad or m; infinite where there is none.
     pub limits: Vec<(f64, f64)>,

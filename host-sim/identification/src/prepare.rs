@@ -90,7 +90,7 @@ impl Prepared {
         ((self.rate / (ROWS_PER_CUTOFF * self.cutoff)).floor() as usize).max(1)
     }
 
-    /// Whether there is no sample.
+    /// True if there is no sample.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.time.is_empty()
@@ -146,7 +146,7 @@ fn columns(arm: &dyn Arm, base: &Base, motion: [&Series; 3], low_pass: &LowPass)
 }
 
 impl Base {
-    /// Whether a base parameter can have an effect on a joint.
+    /// True if a base parameter can have an effect on a joint.
     #[must_use]
     pub fn acts(&self, index: usize, joint: usize) -> bool {
         let rotor = self.columns[index] >= PARAMETERS * self.joints;

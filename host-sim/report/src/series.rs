@@ -36,7 +36,7 @@ pub struct Point {
     pub name: Option<String>,
     /// Command that repeats it, on hover; a click copies it.
     pub command: Option<String>,
-    /// Whether it has a ring around it.
+    /// True if it has a ring around it.
     pub ringed: bool,
 }
 

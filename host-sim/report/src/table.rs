@@ -10,7 +10,7 @@ pub struct Cell {
     pub text: String,
     /// The number that it stands for, if it does.
     pub exact: Option<f64>,
-    /// Whether the cell draws the eye: a failure, a limit.
+    /// True if the cell draws the eye: a failure, a limit.
     pub warns: bool,
     /// Command that repeats what the cell speaks of, on hover; a press copies it.
     pub command: Option<String>,

@@ -39,7 +39,7 @@ fn first_tick(name: &str, halfwords: &[u16]) -> Result<(), ChipError> {
     chip.tick(&reference, &Measurement { sensed, age_ticks: 0 }).map(|_| ())
 }
 
-/// Whether the program itself ended the emulator: a processor that locks up ends it by a signal.
+/// True if the program itself ended the emulator: a processor that locks up ends it by a signal.
 fn ended_by_itself(result: Result<(), ChipError>) -> bool {
     match result {
         Err(ChipError::Dead { status, .. }) => status == "exit status: 1",

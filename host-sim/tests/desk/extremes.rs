@@ -18,7 +18,7 @@ const FAILING: [(&str, &str); 8] = [
     ("control", "torque limits times 0.25"),
 ];
 
-/// Whether the number of a cell is required by nothing: what a table says a record is, name by name.
+/// True if the number of a cell is required by nothing: what a table says a record is, name by name.
 fn is_record(cell: &Cell) -> bool {
     let starts = [
         "predicted period, ",

@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 pub struct Frame {
     /// The identifier: 11 bits, or 29.
     pub id: u32,
-    /// Whether it has 29 bits.
+    /// True if it has 29 bits.
     pub extended: bool,
     /// Up to eight bytes.
     pub data: Vec<u8>,

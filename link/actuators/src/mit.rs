@@ -254,7 +254,7 @@ impl Electronics {
         }
     }
 
-    /// Whether it drives.
+    /// True if it drives.
     #[must_use]
     pub fn is_enabled(&self) -> bool {
         self.enabled
@@ -272,13 +272,13 @@ impl Electronics {
         self.torque
     }
 
-    /// Whether the torque depends on the shaft. Otherwise it is constant until the next frame, or the timeout.
+    /// True if the torque depends on the shaft. Otherwise it is constant until the next frame, or the timeout.
     #[must_use]
     pub fn follows_the_shaft(&self) -> bool {
         self.gives_torque() && (self.told.kp != 0.0 || self.told.kd != 0.0)
     }
 
-    /// Whether a frame on the bus is for this actuator.
+    /// True if a frame on the bus is for this actuator.
     #[must_use]
     pub fn hears(&self, frame: &Frame) -> bool {
         match self.language {

@@ -101,7 +101,7 @@ pub fn fd_length(id: u32, extended: bool, passive: bool, data: &[u8]) -> FdLengt
     }
 }
 
-/// Whether the last bit is one after which a bit is stuffed.
+/// True if the last bit is one after which a bit is stuffed.
 fn ends_stuffed(bits: &[bool]) -> bool {
     bits.split_last().is_some_and(|(_, before)| stuff_bits(bits) > stuff_bits(before))
 }

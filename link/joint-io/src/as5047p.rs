@@ -115,7 +115,7 @@ impl<D: SpiDevice> As5047p<D> {
         (asked_for_angle && !word.flagged).then_some(word.value)
     }
 
-    /// Whether the last diagnostics make the angle doubtful.
+    /// True if the last diagnostics make the angle doubtful.
     pub const fn is_doubtful(&self) -> bool {
         self.doubtful
     }
@@ -221,7 +221,7 @@ impl Turns {
         if self.position.is_some() { self.age_ticks } else { u32::MAX }
     }
 
-    /// Whether the turn is lost.
+    /// True if the turn is lost.
     #[must_use]
     pub const fn is_lost(&self) -> bool {
         self.lost

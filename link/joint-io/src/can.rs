@@ -94,7 +94,7 @@ const CLEARING: u8 = 8;
 
 /// Functions of a bus that the schedule needs, beside sending and receiving.
 pub trait CanBus: Can {
-    /// Whether the controller has left the bus after too many errors. Bringing it back is the board's work (a bxCAN does it
+    /// True if the controller has left the bus after too many errors. Bringing it back is the board's work (a bxCAN does it
     /// by itself once told to).
     fn is_off(&mut self) -> bool;
 

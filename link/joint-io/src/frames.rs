@@ -66,7 +66,7 @@ pub trait Frames {
         None
     }
 
-    /// Whether a frame with this identifier may be a reply of this drive.
+    /// True if a frame with this identifier may be a reply of this drive.
     fn answers(drive: &MitDrive, id: Id) -> bool;
 
     /// A reply; `None` for a frame of another length, kind or drive.

@@ -37,7 +37,7 @@ impl<C: Counter> Meter<C> {
         Self { counter, overhead: exact.then_some(overhead) }
     }
 
-    /// Whether costs are reported.
+    /// True if costs are reported.
     pub fn is_exact(&self) -> bool {
         self.overhead.is_some()
     }

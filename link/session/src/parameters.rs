@@ -194,7 +194,7 @@ fn law(number: f32) -> Option<Law> {
     Law::ALL.into_iter().find(|law| f32::from(law.code()).to_bits() == number.to_bits())
 }
 
-/// Whether the configuration has all that a law needs: the feel of an arm that is led by hand, or springs that its drives' frames can
+/// True if the configuration has all that a law needs: the feel of an arm that is led by hand, or springs that its drives' frames can
 /// carry.
 fn is_built_in<const N: usize>(law: Law, built_in: &ControllerConfig<f32, N>) -> bool {
     match law {

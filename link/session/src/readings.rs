@@ -64,13 +64,13 @@ impl JointFaults {
         self.0
     }
 
-    /// Whether every bit of `other` is set.
+    /// True if every bit of `other` is set.
     #[must_use]
     pub const fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0
     }
 
-    /// Whether any bit of `other` is set.
+    /// True if any bit of `other` is set.
     #[inline]
     #[must_use]
     pub const fn intersects(self, other: Self) -> bool {

@@ -100,7 +100,7 @@ pub struct Session<const N: usize, D, T, K, C = ControllerConfig<f32, N>, P = Un
     requests: Requests,
     /// Measurements that a host has sent to a board that measures for itself, since the hello.
     foreign: u16,
-    /// Whether parameters may be changed, if the controller's configuration can be changed at all.
+    /// True if parameters may be changed, if the controller's configuration can be changed at all.
     tunable: bool,
     watch: Watch,
     /// Ticks until the next report.
@@ -251,7 +251,7 @@ where
         self.supervisor.homed()
     }
 
-    /// Whether the drives are driven.
+    /// True if the drives are driven.
     #[inline]
     pub fn is_live(&self) -> bool {
         self.pacing == Some(Pacing::Live)

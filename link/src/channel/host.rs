@@ -57,7 +57,7 @@ impl HostChannel {
         self.sending.clone()
     }
 
-    /// Whether the packets are sealed.
+    /// True if the packets are sealed.
     #[must_use]
     pub const fn is_sealed(&self) -> bool {
         self.sealed

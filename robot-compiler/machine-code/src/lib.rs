@@ -65,7 +65,7 @@ impl Instructions {
         }
     }
 
-    /// Whether this processor has them.
+    /// True if this processor has them.
     #[must_use]
     pub fn are_here(self) -> bool {
         #[cfg(target_arch = "x86_64")]

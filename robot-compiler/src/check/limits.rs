@@ -125,7 +125,7 @@ fn placeholder(draft: &Draft, joints: &[Joint<'_>], advice: &str) -> Option<Find
     })
 }
 
-/// Whether two numbers of a file are the same.
+/// True if two numbers of a file are the same.
 fn equal(a: f64, b: f64) -> bool {
     a.total_cmp(&b).is_eq()
 }

@@ -35,7 +35,7 @@ impl LoopGain {
     /// 0.71, overshoots by 4 %, and a steady torque pushes it twice as far.
     pub const LEAST: f64 = 0.5;
 
-    /// Whether the feedback is too weak with this loop gain. NaN counts as too weak.
+    /// True if the feedback is too weak with this loop gain. NaN counts as too weak.
     #[must_use]
     pub fn is_too_weak(&self) -> bool {
         self.least.is_nan() || self.least < Self::LEAST

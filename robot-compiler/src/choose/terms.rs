@@ -178,7 +178,7 @@ impl<'a, const N: usize> Along<'a, N> {
         self.error(self.torques(spec).zip(less.torques(spec)).map(|(a, b)| core::array::from_fn(|i| a[i] - b[i])))
     }
 
-    /// Whether the full model without these terms stays within a share of every torque limit, or of the greatest torque
+    /// True if the full model without these terms stays within a share of every torque limit, or of the greatest torque
     /// along the motion of a joint without a limit.
     fn keeps(&self, tolerance: f64, terms: &[ModelTerm]) -> bool {
         let allowed = self.scale.map(|scale| tolerance * scale);

@@ -66,7 +66,7 @@ pub(crate) struct Place {
     pub(crate) span: Range<usize>,
     /// The field, as a path.
     pub(crate) field: String,
-    /// Whether the field is there; a missing one has the place of what it is missing from.
+    /// True if the field is there; a missing one has the place of what it is missing from.
     pub(crate) given: bool,
 }
 
@@ -75,7 +75,7 @@ pub(crate) struct Place {
 pub(crate) struct DraftBody {
     /// The joint that moves it, counted from 0.
     pub(crate) joint: usize,
-    /// Whether it is fixed to the link that the joint moves, and not that link itself.
+    /// True if it is fixed to the link that the joint moves, and not that link itself.
     pub(crate) fixed: bool,
     /// As stated, in the axes of the file.
     pub(crate) body: Body,

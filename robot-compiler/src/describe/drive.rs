@@ -197,7 +197,7 @@ pub struct PwmSpec {
     pub ratio: f64,
     /// Encoder reading at `q = 0`, counts.
     pub encoder_zero: u16,
-    /// Whether the encoder counts down as the joint moves up.
+    /// True if the encoder counts down as the joint moves up.
     pub encoder_reversed: bool,
     /// Torque constant, N m/A; also the back-EMF constant, V s/rad.
     pub torque_constant: f64,

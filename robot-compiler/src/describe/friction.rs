@@ -121,13 +121,13 @@ impl JointFriction {
         coulomb + rise * libm::exp(-(qd / speed) * (qd / speed))
     }
 
-    /// Whether the joint has terms in addition to viscous and Coulomb friction.
+    /// True if the joint has terms in addition to viscous and Coulomb friction.
     #[must_use]
     pub fn has_terms(&self) -> bool {
         self.breakaway.is_some() || [self.coulomb_load, self.asymmetry, self.offset].iter().any(|part| *part != 0.0)
     }
 
-    /// Whether the joint has this term.
+    /// True if the joint has this term.
     #[must_use]
     pub fn has(&self, part: FrictionPart) -> bool {
         self.without(part) != *self

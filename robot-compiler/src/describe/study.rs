@@ -214,7 +214,7 @@ impl Named for Figure {
 }
 
 impl Figure {
-    /// Whether there is one for each joint.
+    /// True if there is one for each joint.
     #[must_use]
     pub const fn is_per_joint(self) -> bool {
         !matches!(self, Self::Faults | Self::OutOfReach)
@@ -222,7 +222,7 @@ impl Figure {
 }
 
 impl Metric {
-    /// Whether a run with this figure passes; NaN does not.
+    /// True if a run with this figure passes; NaN does not.
     #[must_use]
     pub fn passes(&self, figure: f64) -> bool {
         self.limit.is_none_or(|limit| figure <= limit) && self.least.is_none_or(|least| figure >= least)
@@ -240,7 +240,7 @@ impl Values {
         }
     }
 
-    /// Whether all values are numbers.
+    /// True if all values are numbers.
     #[must_use]
     pub fn are_numbers(&self) -> bool {
         match self {

@@ -90,7 +90,7 @@ impl Node {
         }
     }
 
-    /// Whether the node is computed, that is, neither a number nor an input.
+    /// True if the node is computed, that is, neither a number nor an input.
     #[must_use]
     pub(super) fn is_statement(self) -> bool {
         !matches!(self, Self::Constant(_) | Self::Input(_))

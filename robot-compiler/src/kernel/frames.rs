@@ -25,7 +25,7 @@ use num_traits::{One, Zero};
 pub(super) struct Frames<const N: usize> {
     /// Shift of the origin from the model's, in the link's frame, m; along z for a revolute joint.
     pub(super) shift: [Vector3<f64>; N],
-    /// Whether the frame stands still while its joint turns.
+    /// True if the frame stands still while its joint turns.
     pub(super) still: [bool; N],
     /// Part of the inertia across its axis that each link gives away.
     pub(super) across: [Across; N],

@@ -152,7 +152,7 @@ impl Case {
         Self { file: file.clone(), function, states: (0..20).map(state).collect() }
     }
 
-    /// Whether the kernel made with these rules differs from the recursion in any state.
+    /// True if the kernel made with these rules differs from the recursion in any state.
     fn differs(&self, table: &'static [(Rule, Rewrite)]) -> bool {
         let tape = Arena::with_table(RuleSet::ALL, table, Precision::Double);
         let program = with_dof!(self.file.robot.dof(), N => program::<N>(&self.file, self.function, tape));
@@ -219,7 +219,7 @@ const WRONG_REGROUPINGS: [Fault; 10] = [
     ("signs in a bracket are lost", |how| how.moves.inside = |_| false),
 ];
 
-/// Whether the torques of this regrouping, in the frames that the correct regrouping chooses, differ from the recursion's
+/// True if the torques of this regrouping, in the frames that the correct regrouping chooses, differ from the recursion's
 /// by more than rounding.
 fn leaves<const N: usize>(case: &Case, how: &Regrouping) -> bool {
     let model = case.file.robot.model::<N>().unwrap();

@@ -51,7 +51,7 @@ impl RuleSet {
         Self(self.0 & !(1 << rule as u8))
     }
 
-    /// Whether a rule is in force.
+    /// True if a rule is in force.
     #[must_use]
     pub const fn contains(self, rule: Rule) -> bool {
         self.0 & (1 << rule as u8) != 0

@@ -73,7 +73,7 @@ impl Mask {
         }
     }
 
-    /// Whether an interrupt of this priority must wait.
+    /// True if an interrupt of this priority must wait.
     #[must_use]
     pub const fn holds_off(self, priority: u8) -> bool {
         self.all || (self.from != 0 && self.from <= priority)

@@ -220,7 +220,7 @@ impl FaultKind {
         all.find(|(kind, _)| *kind == self).map_or("", |(_, name)| name)
     }
 
-    /// Whether the fault is possible in this scene. In a drill the host is never silent, because each measurement
+    /// True if the fault is possible in this scene. In a drill the host is never silent, because each measurement
     /// counts as one of its messages.
     fn is_possible(self, scene: &SceneFile, target: Target) -> bool {
         let drill = target == Target::Qemu;
@@ -234,12 +234,12 @@ impl FaultKind {
         }
     }
 
-    /// Whether the fault affects packets on the link.
+    /// True if the fault affects packets on the link.
     pub(super) const fn is_of_the_link(self) -> bool {
         matches!(self, Self::Damaged | Self::Lost | Self::Doubled | Self::Swapped | Self::Garbage)
     }
 
-    /// Whether the machine's measurements and model stay correct during the fault. Only then must a holding arm come to
+    /// True if the machine's measurements and model stay correct during the fault. Only then must a holding arm come to
     /// rest.
     pub(super) const fn leaves_the_loop_intact(self) -> bool {
         !matches!(

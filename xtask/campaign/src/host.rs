@@ -28,7 +28,7 @@ pub(super) struct Sent {
     pub(super) bytes: Vec<u8>,
     /// Requests that the machine may have received, even if the link damaged them.
     pub(super) requests: Vec<Request>,
-    /// Whether the machine may have received any message of the host.
+    /// True if the machine may have received any message of the host.
     pub(super) spoke: bool,
 }
 
@@ -48,7 +48,7 @@ pub(super) struct Host<const N: usize> {
     pub(super) last: Option<Reference<f64, N>>,
     /// Trajectory ticks sent so far.
     sent: u32,
-    /// Whether it has not sent anything yet.
+    /// True if it has not sent anything yet.
     begins: bool,
     /// It says nothing, and does not count what it would have said.
     pub(super) gone: bool,

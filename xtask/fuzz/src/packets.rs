@@ -67,7 +67,7 @@ pub(crate) fn expected(stream: &[u8]) -> Vec<Taken> {
     all
 }
 
-/// Whether the count of packets begins anew with a frame: it begins a session, or belongs to the handshake before one.
+/// True if the count of packets begins anew with a frame: it begins a session, or belongs to the handshake before one.
 pub(crate) fn begins(frame: &Frame) -> bool {
     matches!(frame, Frame::Hello(_) | Frame::Join(_) | Frame::Proof(_) | Frame::Challenge(_))
 }

@@ -104,7 +104,7 @@ struct Bench<const N: usize> {
     asked: Option<Request>,
     /// Number of the last request.
     request: u8,
-    /// Whether a frame was accepted since the previous tick.
+    /// True if a frame was accepted since the previous tick.
     spoke: bool,
 
     encoder: Encoder,
@@ -119,7 +119,7 @@ struct Bench<const N: usize> {
     /// Number of accepted frames since the hello, including refused ones.
     taken: u16,
     ticks: u32,
-    /// Whether a change waits for its tick.
+    /// True if a change waits for its tick.
     changes: bool,
     /// Number of ticks under supervision, by the state at their end.
     states: [u32; 9],

@@ -91,7 +91,7 @@ pub struct Cost {
     pub flash_bytes: u64,
     /// Bytes of the controller and, if the kernel runs from RAM, of its kernel.
     pub ram_bytes: u64,
-    /// Whether every command equals the desk's, bit by bit.
+    /// True if every command equals the desk's, bit by bit.
     pub matches_desk: bool,
     /// The first tick that braked, if one did. Ticks that braked are not counted.
     pub fault: Option<Braked>,

@@ -161,7 +161,7 @@ fn encoded<T>(frame: &Frame, of: impl Fn(&[u8]) -> T) -> io::Result<T> {
     Ok(of(bytes))
 }
 
-/// Whether a file begins as a record of a session does, in either format.
+/// True if a file begins as a record of a session does, in either format.
 #[must_use]
 pub fn is_record(bytes: &[u8]) -> bool {
     bytes.starts_with(&MAGIC) || bytes.starts_with(mcap_file::MAGIC)
@@ -218,7 +218,7 @@ impl Log {
         })
     }
 
-    /// Whether the file has the end that its writer gives it; one without an end of its own always has.
+    /// True if the file has the end that its writer gives it; one without an end of its own always has.
     #[must_use]
     pub fn has_end(&self) -> bool {
         self.lost.is_none_or(|(_, has_end)| has_end)

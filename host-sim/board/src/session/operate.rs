@@ -163,7 +163,7 @@ pub struct Operator {
     verdict: Option<(Verdict, u64)>,
     /// A hold that is sent again and again until the arm no longer runs: its number, and the time when it was sent last.
     urgent: Option<(u8, Duration)>,
-    /// Whether anything was refused.
+    /// True if anything was refused.
     refused: bool,
     agreed: bool,
     /// Replies of each joint's drive that were too old in a status, and the statuses with readings.
@@ -244,17 +244,17 @@ impl Operator {
         self.arm.joints.iter().map(|(name, ..)| name.clone()).collect()
     }
 
-    /// Whether nothing was refused and the board is not in a fault.
+    /// True if nothing was refused and the board is not in a fault.
     pub fn is_content(&self) -> bool {
         !self.refused && self.state() != Some(FAULT)
     }
 
-    /// Whether time passes by itself, as it does on a real board.
+    /// True if time passes by itself, as it does on a real board.
     pub fn is_live(&self) -> bool {
         self.device.pacing() == Pacing::Live
     }
 
-    /// Whether a motion is under way.
+    /// True if a motion is under way.
     pub fn is_moving(&self) -> bool {
         let pending = self.status.as_ref().is_some_and(|status| usize::from(status.room) < WAYS);
         self.state() == Some(RUNNING) && (pending || !self.feed.is_empty() || !self.under_way.is_empty())
@@ -269,7 +269,7 @@ impl Operator {
         self.status.as_ref().map(|status| status.state)
     }
 
-    /// Whether the drives apply torque.
+    /// True if the drives apply torque.
     fn drives(&self) -> bool {
         matches!(self.state(), Some(ARMED | RUNNING | HOLDING | LOWERING | DISARMING))
     }

@@ -61,7 +61,7 @@ pub struct Gap {
 }
 
 impl Replay {
-    /// Whether every tick of the record was replayed with the same bits.
+    /// True if every tick of the record was replayed with the same bits.
     #[must_use]
     pub fn is_the_same(&self) -> bool {
         self.ticks > 0 && self.differences == 0 && self.end.is_none()

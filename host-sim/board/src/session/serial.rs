@@ -57,7 +57,7 @@ pub enum SerialError {
 }
 
 impl SerialError {
-    /// Whether the port exists but this user may not open it.
+    /// True if the port exists but this user may not open it.
     #[must_use]
     pub fn is_forbidden(&self) -> bool {
         let Self::Open { source, .. } = self else { return false };

@@ -22,7 +22,7 @@ pub const LOWERING: u8 = 7;
 /// Torque holds the arm until its brakes have engaged.
 pub const DISARMING: u8 = 8;
 
-/// Whether one tick may lead from a state and its cause to the state of a status; `asked` tells whether a request was
+/// True if one tick may lead from a state and its cause to the state of a status; `asked` tells whether a request was
 /// made.
 #[must_use]
 pub fn may_lead((before, cause): (u8, u8), status: &Status, asked: impl Fn(Request) -> bool) -> bool {

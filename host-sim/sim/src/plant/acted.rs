@@ -114,7 +114,7 @@ impl<const N: usize> Acted<N> {
     }
 }
 
-/// Whether a state is finite, and its positions have sines.
+/// True if a state is finite, and its positions have sines.
 fn within<const N: usize>(state: &State<N>) -> bool {
     state.q.iter().all(|q| q.abs() <= Polynomial::LIMIT_F64) && state.qd.iter().all(|x| x.is_finite())
 }

@@ -98,7 +98,7 @@ impl<const N: usize> Drive<N> {
         Self { start: [0.0; N], goal: [0.0; N], lag: None, since: 0.0 }
     }
 
-    /// Whether the torque is the same at all times.
+    /// True if the torque is the same at all times.
     pub(super) const fn is_constant(&self) -> bool {
         self.lag.is_none()
     }

@@ -22,7 +22,7 @@ impl<const N: usize> Plant<N> {
         (!alone).then(|| take_apart(&self.body.mechanism, self.may_touch(), self.body.is_dry()).0)
     }
 
-    /// Whether a wrench acts at the tip, now or later.
+    /// True if a wrench acts at the tip, now or later.
     fn may_touch(&self) -> bool {
         self.push.is_some() || self.body.mechanism.tip_wrench().is_some()
     }

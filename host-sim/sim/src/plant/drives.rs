@@ -221,7 +221,7 @@ impl<const N: usize> Drives<N> {
         bus.fates.extend(fate.map(|(_, fate)| (id, fate)));
     }
 
-    /// Whether the brakes hold the arm.
+    /// True if the brakes hold the arm.
     pub fn brakes_hold(&self) -> bool {
         !each!(&self.joints, joints => joints.brake().open)
     }

@@ -147,7 +147,7 @@ impl<const N: usize> Mechanism<N> {
         self.tip_wrench
     }
 
-    /// Whether the coupling of the rotors' spin acts.
+    /// True if the coupling of the rotors' spin acts.
     pub(super) fn has_rotor_coupling(&self) -> bool {
         self.rotor_coupling.is_some()
     }

@@ -30,7 +30,7 @@ impl<const N: usize> Passage<N> {
 
 /// Who lets the arm move.
 pub(crate) trait Solver<const N: usize> {
-    /// Whether a run has the time to itself, so that it can say how long it took.
+    /// True if a run has the time to itself, so that it can say how long it took.
     fn alone(&self) -> bool {
         false
     }

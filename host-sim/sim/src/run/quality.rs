@@ -8,7 +8,7 @@ use std::ops::Range;
 /// Where a run stands beside the firmware's safety state machine, which it does not have.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Supervision {
-    /// Whether the safety state machine was in the loop: never in a run, where faults of the controller alone brake the arm.
+    /// True if the safety state machine was in the loop: never in a run, where faults of the controller alone brake the arm.
     pub state_machine: bool,
     /// The first tick in which a joint was farther from its reference than `reach` of the scene's `[safety]`, which the state
     /// machine answers with a hold.

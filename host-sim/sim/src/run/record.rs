@@ -194,7 +194,7 @@ impl Record {
         &self.wrenches
     }
 
-    /// Whether torques from outside are estimated.
+    /// True if torques from outside are estimated.
     #[must_use]
     pub fn estimates(&self) -> bool {
         !self.wrenches.is_empty()

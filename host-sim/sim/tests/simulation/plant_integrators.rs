@@ -25,7 +25,7 @@ fn errors<const N: usize>(arm: &Arm<N>, start: [f64; N], by: &[(Integrator, u32)
     by.iter().map(error).collect()
 }
 
-/// Whether a number is near the measured one.
+/// True if a number is near the measured one.
 fn near(found: f64, before: f64) -> bool {
     (found / before - 1.0).abs() < 0.05
 }

@@ -104,16 +104,16 @@ pub struct Dropped {
     pub torque_error: Error,
     /// The closed loop with the reduced model, in the same world.
     pub tracking: Tracking,
-    /// Whether the torque error keeps the tolerance.
+    /// True if the torque error keeps the tolerance.
     pub within_tolerance: bool,
     /// Least loop gain along the motion, relative to 1 for the full model.
     pub loop_gain: f64,
     /// Joint that moves most in the mode of that loop gain; `None` if the loop gain is 1.
     pub weakest_joint: Option<usize>,
-    /// Whether the closed loop follows well enough with the reduced model. Judged only where a joint has no torque limit,
+    /// True if the closed loop follows well enough with the reduced model. Judged only where a joint has no torque limit,
     /// because the torque error then is no share of what the drive can give.
     pub follows: bool,
-    /// Whether the torque error, the loop gain and the tracking allow dropping.
+    /// True if the torque error, the loop gain and the tracking allow dropping.
     pub may_go: bool,
 }
 
@@ -168,7 +168,7 @@ pub struct Tracking {
 /// The smallest set of terms that keeps the tolerance.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Fewest {
-    /// Whether the scene uses this set: `terms = "auto"`, at this tolerance.
+    /// True if the scene uses this set: `terms = "auto"`, at this tolerance.
     pub chosen: bool,
     /// Names of the dropped terms.
     pub given_up: Vec<&'static str>,

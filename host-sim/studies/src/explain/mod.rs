@@ -130,7 +130,7 @@ impl<const N: usize> Lab<'_, N> {
         }
     }
 
-    /// Whether the loop follows as far as is allowed: always where every joint has a torque limit.
+    /// True if the loop follows as far as is allowed: always where every joint has a torque limit.
     fn follows(&self, tracking: &Tracking) -> bool {
         let joints = &self.file.robot.joints;
         if joints.iter().all(|joint| joint.spec.limits.torque.is_finite()) {

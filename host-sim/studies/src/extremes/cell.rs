@@ -47,9 +47,9 @@ pub struct Cell {
     pub value: Option<f64>,
     /// The expected number from an earlier measurement, if any; long cells have only their requirement.
     pub pinned: Option<f64>,
-    /// Whether the outcome differs from the expected one, in either direction.
+    /// True if the outcome differs from the expected one, in either direction.
     pub moved: bool,
-    /// Whether the requirement holds and the outcome is the expected one.
+    /// True if the requirement holds and the outcome is the expected one.
     pub passed: bool,
     /// Reason for a failure.
     pub reason: Option<String>,

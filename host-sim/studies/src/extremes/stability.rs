@@ -243,7 +243,7 @@ impl<const N: usize> Case<N> {
         last((predicted / 1.25, predicted * 1.25), 7, |h| self.settles(h))
     }
 
-    /// Whether the oscillations of the simulated arm about its posture decay at this period (s).
+    /// True if the oscillations of the simulated arm about its posture decay at this period (s).
     fn settles(&self, h: f64) -> bool {
         const TICKS: usize = 400;
         /// A hundredth of a degree.

@@ -23,7 +23,7 @@ pub struct Outcome {
     pub audit: Audit,
     /// The logs that were judged, in this order.
     pub judged: Vec<Judged>,
-    /// Whether these were held out.
+    /// True if these were held out.
     pub held_out: bool,
     /// Whether to believe it.
     pub verdict: Verdict,

@@ -39,7 +39,7 @@ pub struct Link {
     pub inertia: Matrix3<f64>,
     /// Deviation of the moments about the link's origin, kg m^2.
     pub moments: Vector3<f64>,
-    /// Whether the data say something of mass, mass centre and inertia.
+    /// True if the data say something of mass, mass centre and inertia.
     pub seen: [bool; 3],
 }
 

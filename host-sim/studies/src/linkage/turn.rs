@@ -60,14 +60,14 @@ pub struct Spread {
 pub struct DeadCentre {
     /// Crank angle from 0 to one turn, rad.
     pub angle: f64,
-    /// Whether crank and coupler are stretched in line; otherwise they are folded.
+    /// True if crank and coupler are stretched in line; otherwise they are folded.
     pub stretched: bool,
 }
 
 /// The crank angles at which the loop closes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Range {
-    /// Whether the loop closes at all angles.
+    /// True if the loop closes at all angles.
     pub full_turn: bool,
     /// Otherwise the ends of the arcs from 0 to one turn, which are dead points, ascending, rad.
     pub ends: Vec<f64>,

@@ -37,7 +37,7 @@ pub struct Question {
     pub gravity: Option<Vec<f64>>,
     /// Method of computation.
     pub method: Method,
-    /// Whether the rotors count; the scene's otherwise.
+    /// True if the rotors count; the scene's otherwise.
     pub rotor: Option<bool>,
 }
 

@@ -38,7 +38,7 @@ pub struct Cost {
     pub flash: u64,
     /// State of the controller, bytes.
     pub ram: u64,
-    /// Whether the chip's torques equal the desk's to the last bit.
+    /// True if the chip's torques equal the desk's to the last bit.
     pub matches_desk: bool,
 }
 

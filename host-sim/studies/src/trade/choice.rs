@@ -88,9 +88,9 @@ pub struct Choice {
     pub trig: Method,
     /// Terms of the model.
     pub terms: TermSet,
-    /// Whether friction is fed forward, if the scene does so.
+    /// True if friction is fed forward, if the scene does so.
     pub friction: bool,
-    /// Whether rotors count, if the scene counts them.
+    /// True if rotors count, if the scene counts them.
     pub rotors: bool,
     /// Evaluation schedule of the model.
     pub every: Every,

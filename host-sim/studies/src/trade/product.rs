@@ -19,9 +19,9 @@ pub struct Axes {
     pub trig: Vec<Method>,
     /// Sets of terms.
     pub terms: Vec<TermSet>,
-    /// Whether friction is fed forward, if the scene does so.
+    /// True if friction is fed forward, if the scene does so.
     pub friction: Vec<bool>,
-    /// Whether the model has rotors, if the scene has them.
+    /// True if the model has rotors, if the scene has them.
     pub rotors: Vec<bool>,
     /// Evaluation schedules of the model.
     pub every: Vec<Every>,

@@ -66,7 +66,7 @@ impl Request {
         point.interrupt.cycles * point.choice.rate / self.clock
     }
 
-    /// Whether the interrupt of the mean tick keeps the share and that of the longest ends before the next one is due.
+    /// True if the interrupt of the mean tick keeps the share and that of the longest ends before the next one is due.
     fn fits(&self, point: &Point) -> bool {
         let longest = point.interrupt.cycles_max * point.choice.rate / self.clock;
         self.share.is_none_or(|share| self.share_of(point) <= share) && longest <= 1.0

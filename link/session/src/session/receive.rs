@@ -112,7 +112,7 @@ impl<const N: usize> Message<N> {
         Self { missed, said }
     }
 
-    /// Whether it is a point that goes on from another: it wants the way from there.
+    /// True if it is a point that goes on from another: it wants the way from there.
     #[must_use]
     pub fn goes_on(&self) -> bool {
         matches!(self.said, Said::Point(1.., Ok(_), _))

@@ -45,7 +45,7 @@ where
         Some(Report::Past(past))
     }
 
-    /// Whether the black box is being sent: [`Session::say`] has more to say without another tick.
+    /// True if the black box is being sent: [`Session::say`] has more to say without another tick.
     #[must_use]
     pub fn dumps(&self) -> bool {
         self.past.is_some()

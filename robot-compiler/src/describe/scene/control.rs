@@ -39,7 +39,7 @@ pub struct ControlSpec {
     pub teach: Option<TeachSpec>,
     /// Which inertia the damping of a spring is for.
     pub damping_at: DampingAt,
-    /// Whether gains and friction are kept in RAM on the chip, where a host can change them while it runs.
+    /// True if gains and friction are kept in RAM on the chip, where a host can change them while it runs.
     pub tunable: bool,
     /// Greatest age of a measurement that is still used, ticks.
     pub age_max: u32,

@@ -19,7 +19,7 @@ pub struct ModelSpec {
     pub rotor: Term<()>,
     /// Velocity terms: live, or at one constant joint velocity.
     pub coriolis: Term<Vec<f64>>,
-    /// Whether friction is fed forward.
+    /// True if friction is fed forward.
     pub friction: bool,
     /// Speed at which the whole Coulomb torque acts, rad/s or m/s.
     pub friction_smoothing: f64,
@@ -71,7 +71,7 @@ impl ModelTerm {
         }
     }
 
-    /// Whether the term adds to the arm's inertia in the model.
+    /// True if the term adds to the arm's inertia in the model.
     #[must_use]
     pub const fn is_inertia(self) -> bool {
         matches!(self, Self::Payload | Self::Rotors)

@@ -17,7 +17,7 @@ pub enum MotionSpec {
         points: Vec<ViaPoint>,
         /// Acceleration bounds per joint, rad/s^2 or m/s^2.
         acceleration: Option<Vec<f64>>,
-        /// Whether the motion starts again at its end.
+        /// True if the motion starts again at its end.
         repeat: bool,
     },
     /// Trapezoidal speed along a straight line.
@@ -88,7 +88,7 @@ impl MotionSpec {
         }
     }
 
-    /// Whether the motion starts again at its end.
+    /// True if the motion starts again at its end.
     #[must_use]
     pub fn repeats(&self) -> bool {
         matches!(self, Self::Quintic { repeat: true, .. })

@@ -22,13 +22,13 @@ pub struct PlantSpec {
     pub tip_wrench: Option<Wrench<f64>>,
     /// A wrench at the tip for a limited time, added to `tip_wrench`.
     pub push: Option<Push>,
-    /// Whether the joints have friction.
+    /// True if the joints have friction.
     pub friction: bool,
     /// Friction of the joints; `None` means that of the robot file, which the controller uses too.
     pub friction_law: Option<Vec<JointFriction>>,
     /// Springs in the joints.
     pub elasticity: Option<ElasticitySpec>,
-    /// Whether the spin of each rotor is coupled with the motion of the link that carries it (eq. 12.404, completed).
+    /// True if the spin of each rotor is coupled with the motion of the link that carries it (eq. 12.404, completed).
     pub rotor_coupling: bool,
     /// Gravitational acceleration in the base frame, m/s^2.
     pub gravity: Vector3<f64>,
@@ -97,7 +97,7 @@ pub struct Ripple {
 /// Settings of the sensors.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct SensorSpec {
-    /// Whether the sensors measure counts and leave the velocity to the observer.
+    /// True if the sensors measure counts and leave the velocity to the observer.
     pub encoder: bool,
     /// Noise on the position, root mean square, rad or m.
     pub position_noise: f64,
@@ -114,7 +114,7 @@ pub struct SensorSpec {
 /// Settings of the actuators.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ActuatorSpec {
-    /// Whether commanded torques act as they are though the robot file describes drives that could be simulated.
+    /// True if commanded torques act as they are though the robot file describes drives that could be simulated.
     pub ideal: bool,
     /// Rate of a simulated drive's own position and velocity loop, Hz.
     pub loop_rate: f64,
@@ -122,7 +122,7 @@ pub struct ActuatorSpec {
     pub failure: Option<DriveFailure>,
     /// True torque of each simulated drive, as a multiple of what its frames say; empty: what they say.
     pub torque_factor: Vec<f64>,
-    /// Whether torques saturate at the joint's torque limit.
+    /// True if torques saturate at the joint's torque limit.
     pub saturation: bool,
     /// First-order time constant, s; 0 for none.
     pub lag: f64,

@@ -25,7 +25,7 @@ pub(in crate::kernel) struct Id(pub(super) usize);
 /// A term of a sum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::kernel) struct Part {
-    /// Whether it is subtracted.
+    /// True if it is subtracted.
     pub(in crate::kernel) minus: bool,
     /// The item.
     pub(in crate::kernel) id: Id,

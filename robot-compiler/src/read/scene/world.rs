@@ -272,7 +272,7 @@ const IDEAL: [&str; 3] = ["delay", "saturation", "jitter"];
 /// Keys of ideal sensors, refused where drives are simulated: those measure, and their replies have one delay.
 const MEASURED: [&str; 3] = ["encoder", "delay", "jitter"];
 
-/// Whether the robot's drives are of a kind that can be simulated.
+/// True if the robot's drives are of a kind that can be simulated.
 fn has_simulated_drives(robot: &Robot) -> bool {
     robot.joints.iter().all(|joint| joint.drive.is_some_and(|drive| drive.mit().is_some()))
 }

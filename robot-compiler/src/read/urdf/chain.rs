@@ -221,7 +221,7 @@ impl Chain {
         self.upwards(link).any(|link| self.above[link] == Some(joint))
     }
 
-    /// Whether a joint is a descendant of a link.
+    /// True if a joint is a descendant of a link.
     pub(super) fn is_below(&self, joint: usize, link: usize) -> bool {
         self.reaches(self.parent[joint], link)
     }
@@ -266,7 +266,7 @@ impl Chain {
         std::iter::once(branching).chain(ends).filter_map(named).collect()
     }
 
-    /// Whether a joint or anything below it moves.
+    /// True if a joint or anything below it moves.
     fn carries_motion(&self, urdf: &Description<'_>, joint: usize) -> bool {
         let mut open = vec![joint];
         while let Some(joint) = open.pop() {

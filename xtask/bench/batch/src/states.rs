@@ -56,7 +56,7 @@ impl<'a, F, const N: usize> States<'a, F, N> {
         self.q.first().map_or(0, |list| list.len())
     }
 
-    /// Whether there is no state at all.
+    /// True if there is no state at all.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0

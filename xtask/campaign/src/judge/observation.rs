@@ -14,7 +14,7 @@ const DOUBT: f64 = 1e-5;
 /// Relative margin for differences of large numbers: 16 times the rounding of f32.
 const ROUNDING: f64 = 1e-6;
 
-/// Whether a value exceeds a bound by more than rounding errors.
+/// True if a value exceeds a bound by more than rounding errors.
 pub(super) fn beyond(value: f64, bound: f64) -> bool {
     value > bound + DOUBT * (1.0 + bound.abs())
 }
@@ -124,7 +124,7 @@ impl<const N: usize> Observation<N> {
         seen
     }
 
-    /// Whether joint `i` moved faster than `speed` in both of the last two windows, in the same direction.
+    /// True if joint `i` moved faster than `speed` in both of the last two windows, in the same direction.
     fn moves_on(&self, i: usize, speed: f64, period: f64) -> bool {
         match (self.mean(i, 0, period), self.mean(i, self.window, period)) {
             (Some(now), Some(before)) => now.abs() > speed && before.abs() > speed && now * before > 0.0,

@@ -82,7 +82,7 @@ impl<const N: usize> Judge<N> {
         Ok(())
     }
 
-    /// Whether a joint is beyond doubt out of its reach of this place.
+    /// True if a joint is beyond doubt out of its reach of this place.
     fn is_astray(&self, seen: &Seen<N>, i: usize, from: f64) -> bool {
         let joint = &self.rules.joints[i];
         // With encoders the machine measures the distance from its observer's estimate, which may lag by anything below a jump.

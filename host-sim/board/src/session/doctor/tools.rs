@@ -37,7 +37,7 @@ fn rust() -> Check {
     }
 }
 
-/// Whether `rustc 1.95.0 (...)` is as new as the workspace requires.
+/// True if `rustc 1.95.0 (...)` is as new as the workspace requires.
 fn is_new_enough(text: &str) -> bool {
     let number = |version: &str| {
         let mut parts = version.split('.').map(str::parse::<u32>);

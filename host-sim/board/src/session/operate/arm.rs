@@ -235,7 +235,7 @@ pub(super) struct Arm {
     pub(super) period: f64,
     /// What the model of the board leaves out, and how that was judged; `None` if `terms = "auto"` left nothing out.
     pub(super) left_out: Option<String>,
-    /// Whether the board estimates external torques.
+    /// True if the board estimates external torques.
     pub(super) estimates: bool,
     /// Longest silence of the host that the board accepts.
     pub(super) heartbeat: Duration,

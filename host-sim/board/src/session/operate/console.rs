@@ -103,7 +103,7 @@ impl Console {
         self.stops.clone()
     }
 
-    /// Whether a user types at a terminal, reads the answers, and can correct errors.
+    /// True if a user types at a terminal, reads the answers, and can correct errors.
     #[must_use]
     pub fn is_a_person(&self) -> bool {
         matches!(self.source, Source::Terminal(_))

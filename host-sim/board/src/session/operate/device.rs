@@ -124,7 +124,7 @@ impl Tap {
         self.sent
     }
 
-    /// Whether a record is open.
+    /// True if a record is open.
     #[must_use]
     pub fn is_recording(&self) -> bool {
         self.log.is_some()

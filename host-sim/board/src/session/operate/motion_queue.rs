@@ -73,7 +73,7 @@ impl MotionQueue {
         self.legs.push_back(Leg { motion, sent: 0, ticks });
     }
 
-    /// Whether there is nothing to send.
+    /// True if there is nothing to send.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.start.is_none() && self.legs.is_empty()

@@ -167,7 +167,7 @@ impl Operator {
     }
 }
 
-/// Whether the positions are equal, bit by bit.
+/// True if the positions are equal, bit by bit.
 fn same(a: &[f64], b: &[f64]) -> bool {
     a.iter().map(|x| x.to_bits()).eq(b.iter().map(|x| x.to_bits()))
 }

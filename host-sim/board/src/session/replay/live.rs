@@ -24,7 +24,7 @@ struct Again<const N: usize> {
     taken: u16,
     /// The last replayed tick.
     tick: u32,
-    /// Whether the board has answered the hello.
+    /// True if the board has answered the hello.
     agreed: bool,
 }
 

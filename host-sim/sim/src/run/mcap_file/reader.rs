@@ -34,7 +34,7 @@ pub struct Reader<'a> {
     schemas: HashMap<u16, String>,
     channels: HashMap<u16, (String, u16)>,
     done: bool,
-    /// Whether the footer has been read.
+    /// True if the footer has been read.
     ended: bool,
     /// Bytes read in all, and up to the last whole record.
     taken: usize,
@@ -65,7 +65,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Whether the file has the end that its writer gives it, once all has been read.
+    /// True if the file has the end that its writer gives it, once all has been read.
     #[must_use]
     pub fn has_end(&self) -> bool {
         self.ended

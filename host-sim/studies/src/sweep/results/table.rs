@@ -22,9 +22,9 @@ pub(super) struct Columns {
 #[derive(Clone, Debug)]
 struct Column {
     name: String,
-    /// Whether all its values are numbers.
+    /// True if all its values are numbers.
     numbers: bool,
-    /// Whether its values are few, whatever the number of runs.
+    /// True if its values are few, whatever the number of runs.
     few: bool,
 }
 

@@ -53,7 +53,7 @@ impl Manifest {
         }
     }
 
-    /// Whether all rows are there.
+    /// True if all rows are there.
     #[must_use]
     pub const fn is_complete(&self) -> bool {
         self.rows == self.to - self.from

@@ -31,7 +31,7 @@ impl Shard {
         end(self.number - 1)..end(self.number)
     }
 
-    /// Whether the part is the whole.
+    /// True if the part is the whole.
     #[must_use]
     pub const fn is_whole(self) -> bool {
         self.of == 1
