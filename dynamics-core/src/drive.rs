@@ -57,7 +57,7 @@ const fn top(bits: u32) -> u16 {
     u16::MAX >> (16 - bits)
 }
 
-/// How a joint and the shaft of its drive move together.
+/// Gearing between a joint and the shaft of its drive.
 ///
 /// ```text
 /// p   = ratio q + zero         position, rad of the drive's shaft
@@ -293,7 +293,7 @@ pub struct PwmDrive {
     pub current_max: f32,
 }
 
-/// How the joints of an arm are reached.
+/// Wiring of the joints of an arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Drives<const N: usize> {
     /// The robot file does not say: measurements come and commands go over the link.

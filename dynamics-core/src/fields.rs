@@ -40,7 +40,7 @@ pub trait Visitor<S> {
     }
 }
 
-/// How parts belong together.
+/// Grouping of the parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Group {
     /// A structure of this name, of named fields.

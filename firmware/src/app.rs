@@ -79,7 +79,7 @@ mod rtos {
     type ArmSession =
         Session<{ arm::N }, arm::Arm, arm::Trig, arm::Settings, arm::Tuning, arm::Protection, &'static mut ArmBuffers>;
 
-    /// What tick and link share. One resource: each lock of its own costs the tick a dozen instructions.
+    /// State that tick and link share. One resource: each lock of its own costs the tick a dozen instructions.
     #[allow(unreachable_pub, reason = "the application hands it to its tasks in types that are public")]
     pub struct Control {
         session: &'static mut ArmSession,

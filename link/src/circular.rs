@@ -64,7 +64,7 @@ pub struct Circular<F, const SIZE: usize> {
     /// Place of the next byte to be copied.
     read: Place,
     chunk: [u8; CHUNK],
-    /// What is left of the chunk.
+    /// Rest of the chunk.
     next: usize,
     end: usize,
     lost: bool,

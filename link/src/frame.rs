@@ -588,7 +588,7 @@ pub struct Status {
     pub cost: Option<TickCost>,
 }
 
-/// What a status has room for one of.
+/// Optional parts of a status, which has room for one.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "host", derive(Deserialize))]
 pub enum Aside {
@@ -621,7 +621,7 @@ impl Status {
         }
     }
 
-    /// What the first joint with a fault reports, if it is told.
+    /// Report of the first joint with a fault, if the board tells it.
     #[must_use]
     pub fn trouble(&self) -> Option<Trouble> {
         match self.aside {
@@ -679,7 +679,7 @@ pub enum Actuation {
 pub struct SensedLines {
     /// Readings of the joints.
     pub sensed: Sensed,
-    /// How old each is, ticks; 65,535 is that or older.
+    /// Age of each, ticks; 65,535 is that or older.
     pub age_ticks: Joints<u16>,
     /// The lines.
     pub lines: Lines,

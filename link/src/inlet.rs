@@ -2,7 +2,7 @@
 
 use heapless::spsc::Producer;
 
-/// What the reader is to do about a byte.
+/// Action of the reader on a byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Arrival {
     /// Nothing yet.

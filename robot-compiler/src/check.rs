@@ -39,7 +39,7 @@ pub const fn on_stop_distance(kind: JointKind) -> f64 {
     }
 }
 
-/// How bad a finding is.
+/// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
     /// No physics allows it, or the arm cannot hold itself.
@@ -62,7 +62,7 @@ impl Severity {
     }
 }
 
-/// What a finding is about.
+/// Subject of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Rule {
     /// A body that no mass distribution has.
@@ -199,7 +199,7 @@ impl Rule {
 pub struct Finding {
     /// The rule that found it.
     pub rule: Rule,
-    /// How bad it is.
+    /// Its severity.
     pub severity: Severity,
     /// The place and the problem; what is expected is what to measure or write instead.
     pub place: FileError,

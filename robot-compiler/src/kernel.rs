@@ -41,7 +41,7 @@ use arena::{Arena, Expr};
 use dynamics_core::{Inertia, Model, Scene, Term};
 use frames::Frames;
 
-/// How far the operations may differ from those of the recursion.
+/// Freedom of the compiler to differ from the recursion's operations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
     /// Every result equal (`==`) to the generic recursion's.

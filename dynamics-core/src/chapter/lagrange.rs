@@ -41,7 +41,7 @@ use crate::joint::JointKind;
 use crate::scalar::Scalar;
 use nalgebra::{SMatrix, Vector3};
 
-/// How a point of the arm and the link that carries it move with the joints (eq. 12.223), in the base frame.
+/// Jacobian of a point of the arm and of the link that carries it (eq. 12.223), in the base frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Jacobian<S, const N: usize> {
     /// Columns of `J_D`: velocity of the point per joint velocity, m/rad or without unit.
@@ -151,7 +151,7 @@ pub fn mass_matrix<S: Scalar, const N: usize>(posture: &Posture<S, N>) -> SMatri
     d
 }
 
-/// How the inertia matrix changes with the posture: `[i][j][k] = dD_ij/dq_k`, by the derivatives of this module's head.
+/// Derivatives of the inertia matrix by the posture, `[i][j][k] = dD_ij/dq_k`, as at this module's head.
 ///
 /// `dD_ij/dq_k = sum_r m_r (dc_Di/dq_k . c_Dj + c_Di . dc_Dj/dq_k) + d(c_Ri . I_r c_Rj)/dq_k`
 ///

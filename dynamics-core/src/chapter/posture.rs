@@ -135,7 +135,7 @@ pub struct Posture<S, const N: usize> {
     pub tip: Placement<S>,
 }
 
-/// How one link moves, in the base frame.
+/// Motion of one link, in the base frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkMotion<S> {
     /// Angular velocity, rad/s.

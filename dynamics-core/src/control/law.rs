@@ -8,7 +8,7 @@ use crate::scalar::{Real, Scalar};
 use crate::scene::Live;
 use crate::trig::{SinCos, Trig};
 
-/// How torques follow from the reference and the state.
+/// Control law: torques from the reference and the state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Law {
     /// `tau = ID(q, qd, qdd_ref + Kd (qd_ref - qd) + Kp (q_ref - q))`: the error obeys `e'' + Kd e' + Kp e = 0`.

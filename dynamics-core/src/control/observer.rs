@@ -4,7 +4,7 @@ use crate::fields::record;
 use crate::scalar::Real;
 
 record! {
-    /// How counts become a joint position: `q = (counts - zero) * per_count`.
+    /// Joint position from encoder counts: `q = (counts - zero) * per_count`.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Encoder<S> {
         /// Counts at `q = 0`.

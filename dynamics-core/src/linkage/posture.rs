@@ -4,7 +4,7 @@ use super::{DeadPoint, LinkageError, cross, dead_sine_squared, dot, quarter_turn
 use crate::scalar::Real;
 use nalgebra::Vector2;
 
-/// How the ground holds the last link.
+/// Joint between the last link and the ground.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GroundJoint {
     /// A pin, joint 3: the link turns about it.
@@ -35,11 +35,11 @@ pub struct PlanarLink<S> {
 pub struct LinkagePosture<S> {
     /// Crank, coupler (rod), follower (slider).
     pub links: [PlanarLink<S>; 3],
-    /// How the ground holds the last link.
+    /// Joint between the last link and the ground.
     pub ground: GroundJoint,
 }
 
-/// How a link moves with the crank: its kinematic coefficients, first and second derivatives by the crank's angle.
+/// Kinematic coefficients of a link: first and second derivatives by the crank's angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coefficients<S> {
     /// Of the link's angle, rad/rad.
@@ -52,7 +52,7 @@ pub struct Coefficients<S> {
     pub centre_second: Vector2<S>,
 }
 
-/// How a link moves in time.
+/// Motion of a link in time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanarMotion<S> {
     /// Angular velocity, rad/s.
@@ -127,7 +127,7 @@ impl<S: Real> LinkagePosture<S> {
         (!moves).then_some(self.ground.dead_point())
     }
 
-    /// How every link moves with the crank.
+    /// Kinematic coefficients of every link.
     ///
     /// The loop `a + c = f + const`, with the crank `a`, the coupler `c` and the follower `f` (of a slider-crank the slider's way along
     /// x), is differentiated twice by the crank's angle. With `J` a quarter turn, `w = J f` (or the unit vector along x, and then no

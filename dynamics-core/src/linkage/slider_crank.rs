@@ -15,7 +15,7 @@ pub struct SliderCrankLengths<S> {
     pub crank: S,
     /// Joint 1 to joint 2, m.
     pub rod: S,
-    /// How far above joint 0 the guide runs, along y, m; below if negative.
+    /// Height of the guide above joint 0, along y, m; negative below.
     pub offset: S,
 }
 

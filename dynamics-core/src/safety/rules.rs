@@ -63,9 +63,9 @@ record! {
         pub resolution: S,
         /// Deceleration that the joint is sure to have, rad/s^2 or m/s^2.
         pub deceleration: S,
-        /// How far the reference may be from the joint, rad or m.
+        /// Largest distance of the reference from the joint, rad or m.
         pub reach: S,
-        /// How far the speed of the first reference may be from the joint's, rad/s or m/s.
+        /// Largest difference between the speed of the first reference and the joint's, rad/s or m/s.
         pub reach_speed: S,
         /// Greatest reflected rotor inertia that can be told at run time, kg m^2 or kg.
         pub rotor_max: S,

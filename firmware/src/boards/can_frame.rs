@@ -6,7 +6,7 @@ use embedded_can::Id;
 pub struct Frame {
     /// The identifier.
     pub id: Id,
-    /// How many of the bytes it has.
+    /// Number of its bytes in use.
     pub length: u8,
     /// The data, and what is behind it.
     pub bytes: [u8; 8],

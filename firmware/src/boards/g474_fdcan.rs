@@ -33,7 +33,7 @@ const DRIVES: [MitDrive; arm::N] = match arm::drives() {
     }
 };
 
-/// What each bus carries.
+/// Load of each bus.
 const LOADS: [BusLoad; BUSES] = {
     let identifier = arm::Frames::IDENTIFIER;
     [BusLoad::of(&DRIVES, 0, identifier), BusLoad::of(&DRIVES, 1, identifier), BusLoad::of(&DRIVES, 2, identifier)]

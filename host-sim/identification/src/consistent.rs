@@ -24,16 +24,16 @@ const GUESS: (f64, f64) = (0.5, 1.5);
 /// Logarithmic deviation of a rotor's inertia where the maker says one, and where nobody does.
 const ROTOR: (f64, f64) = (0.5, 2.0);
 
-/// What the maker says of an arm, in the frames of the model's links.
+/// The maker's numbers of an arm, in the frames of the model's links.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Maker {
     /// Ten parameters of each link.
     pub links: Vec<[f64; PARAMETERS]>,
-    /// What is fixed to each link and stays as it is: a tool.
+    /// Parameters of what is fixed to each link and stays as it is: a tool.
     pub fixed: Vec<[f64; PARAMETERS]>,
     /// Reflected inertia of each rotor, kg m^2; 0 if it is not known.
     pub rotors: Vec<f64>,
-    /// How far the maker is trusted: relative deviation of the roots of masses and second moments.
+    /// Trust in the maker: relative deviation of the roots of masses and second moments.
     pub deviation: f64,
 }
 

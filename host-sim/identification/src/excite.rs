@@ -18,7 +18,7 @@ const STARTS: f64 = 0.25;
 /// Friction that is identified beside the bodies: offset, viscous, Coulomb.
 const FRICTION: usize = 3;
 
-/// What a motion may do.
+/// Limits of a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Room {
     /// Position that is swung about, rad or m.
@@ -35,7 +35,7 @@ pub struct Room {
     pub noise: Vec<f64>,
 }
 
-/// How to look.
+/// Settings of the search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Search {
     /// Number of harmonics.

@@ -20,7 +20,7 @@ const OFFSET: f64 = 0.05;
 /// Blocks that are held out in turn.
 const BLOCKS: usize = 8;
 
-/// What is fitted: base parameters, and the coefficients of a law of friction for each joint.
+/// Unknowns of a fit: base parameters, and the coefficients of a law of friction for each joint.
 #[derive(Clone, Copy, Debug)]
 pub struct Problem<'a> {
     /// The logs.
@@ -163,7 +163,7 @@ impl Problem<'_> {
 }
 
 impl Rows {
-    /// What the unknowns leave of the torque, N m or N.
+    /// Torque that the unknowns leave, N m or N.
     #[must_use]
     pub fn residual(&self, x: &DVector<f64>) -> DVector<f64> {
         let mut left = self.target.clone();
@@ -188,7 +188,7 @@ impl Rows {
         deviation(&moving)
     }
 
-    /// How many neighbouring rows of this residual say as much as one independent row.
+    /// Number of neighbouring rows of this residual that say as much as one independent row.
     #[must_use]
     pub fn runs(&self, left: &[f64]) -> f64 {
         covariance::runs(left, self)

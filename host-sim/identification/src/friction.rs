@@ -8,7 +8,7 @@
 //! `s' = clamp(s + dq / w, -1, 1)` (Dahl's and Prandtl's elasto-plastic element in its simplest form). A joint at rest thus keeps the
 //! friction with which it came to rest, which is what drives it when nothing moves.
 
-/// How the direction of motion is told.
+/// Rule for the direction of motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Direction {
     /// The elasto-plastic element, its width in rad or m.
@@ -106,7 +106,7 @@ pub struct JointLaw {
 /// The law of one joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Law {
-    /// How the direction is told.
+    /// Rule for the direction.
     pub direction: Direction,
     /// Its terms.
     pub terms: Vec<Term>,

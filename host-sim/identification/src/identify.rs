@@ -45,7 +45,7 @@ const WORTH_ONE_DELAY: f64 = 0.25;
 /// States over which a joint's torque is called known or open.
 const STATES: usize = 60;
 
-/// What may be chosen by hand.
+/// Settings that may be chosen by hand.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Settings {
     /// Cut-off of the filter of torques, Hz.
@@ -73,7 +73,7 @@ pub struct Identified {
     pub friction: Vec<Vec<f64>>,
     /// Their standard deviations.
     pub friction_deviations: Vec<Vec<f64>>,
-    /// What was tried.
+    /// Candidates that were tried.
     pub tried: Vec<Tried>,
     /// Least squares: base parameters before they were made those of possible bodies.
     pub free: DVector<f64>,
@@ -414,7 +414,7 @@ impl Identified {
 }
 
 impl Prediction {
-    /// What a model leaves of the measured torque, N m or N; 0 where friction holds a joint.
+    /// Measured torque that a model leaves, N m or N; 0 where friction holds a joint.
     #[must_use]
     pub fn left(&self, model: &Series) -> Series {
         self.moving(&difference(&self.measured, model))

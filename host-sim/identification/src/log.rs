@@ -35,7 +35,7 @@ pub use spec::ColumnNames;
 use crate::Series;
 use std::fmt;
 
-/// How a log is to be read.
+/// Options for reading a log.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reading {
     /// Names of the joints, base first: a column may bear a number from 1 or a name.

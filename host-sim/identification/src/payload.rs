@@ -27,7 +27,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 /// Rounds of robust weights and of the load that friction feels.
 const ROUNDS: usize = 5;
-/// How far a coefficient of friction may have drifted, as a share, and at least, in deviations of the residual.
+/// Drift of a coefficient of friction, as a share, and at least, in deviations of the residual.
 const DRIFT: (f64, f64) = (0.25, 0.5);
 
 /// An arm that is known.
@@ -49,7 +49,7 @@ pub struct Known {
     pub delay: Vec<f64>,
 }
 
-/// What is held.
+/// Estimated payload.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Payload {
     /// kg.
@@ -104,7 +104,7 @@ impl Known {
         self.base.regroup.columns(PARAMETERS * (n - 1), PARAMETERS).into_owned()
     }
 
-    /// What the arm holds along these logs. `scale` is measured torque over true torque with its deviation: [`torque_scale`], or (1, 0).
+    /// Payload along these logs. `scale` is measured torque over true torque with its deviation: [`torque_scale`], or (1, 0).
     #[must_use]
     pub fn payload(&self, arm: &dyn Arm, logs: &[Log], scale: (f64, f64)) -> Payload {
         let in_time = |log: &Log| shifted(&repaired(log), &self.delay);

@@ -13,7 +13,7 @@ use sim::run::record::JointLabel;
 use sim::run::summary::engineering;
 use sim::table::table;
 
-/// What is known of the contact: N and N m.
+/// Known parts of the contact, N and N m.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Known {
     /// The base's wrench on the arm, about the base's origin in base axes: the sensor's reading.

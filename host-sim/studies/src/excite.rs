@@ -27,7 +27,7 @@ const REST: (f64, f64) = (1.5, 2.5);
 /// Steady speeds of the slow sweeps, as shares of the allowed speed.
 const SLOW: (f64, f64) = (0.05, 0.2);
 
-/// What sort of motion.
+/// Kind of motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A Fourier series per joint.
@@ -38,10 +38,10 @@ pub enum Kind {
     Static,
 }
 
-/// What is wanted: the options of `excite`.
+/// Options of `excite`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wishes {
-    /// What sort of motion.
+    /// Kind of motion.
     pub kind: Kind,
     /// Centre, rad or m.
     pub centre: Option<Vec<f64>>,
@@ -53,7 +53,7 @@ pub struct Wishes {
     pub acceleration: Option<f64>,
     /// Share of torque limits.
     pub torque: f64,
-    /// What stands around the arm.
+    /// Obstacles around the arm.
     pub around: Surroundings,
     /// Period, s.
     pub period: f64,
@@ -76,7 +76,7 @@ pub struct Designed {
     pub line: String,
     /// The file.
     pub toml: String,
-    /// What `--json` prints.
+    /// Result as `--json` prints it.
     pub json: Value,
 }
 

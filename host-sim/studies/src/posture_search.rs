@@ -14,7 +14,7 @@ pub const STARTS: usize = 64;
 
 /// First step, as a share of a joint's range.
 const FIRST: f64 = 1.0 / 8.0;
-/// How far a search goes, as shares of a joint's range.
+/// Depth of a search, as shares of a joint's range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Depth {
     /// Last step for all starts.

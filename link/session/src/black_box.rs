@@ -125,14 +125,14 @@ fn sensed<const N: usize>(inputs: &Inputs<f32, N>) -> SensedLines {
     }
 }
 
-/// What a status holds of now, and no record.
+/// Parts of a status that are of now, and of no record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beside<const N: usize> {
     /// The black box holds a fault.
     pub kept: bool,
     /// Points that the trajectory has room for.
     pub room: u8,
-    /// What the first joint with a fault reports.
+    /// Report of the first joint with a fault.
     pub trouble: Option<Trouble>,
     /// Torque from outside on each joint, N m or N, where it is asked for and estimated.
     pub external: Option<[f32; N]>,

@@ -105,7 +105,7 @@ pub struct Session<const N: usize, D, T, K, C = ControllerConfig<f32, N>, P = Un
     watch: Watch,
     /// Ticks until the next report.
     until: u16,
-    /// What the first joint with a fault has reported last, outside of the state of a fault or since its beginning.
+    /// Last report of the first joint with a fault, outside of the state of a fault or since its beginning.
     trouble: Option<Trouble>,
     buffers: B,
     /// The next tick of the black box to be sent.

@@ -4,7 +4,7 @@ use crate::Instructions;
 
 /// Work on lanes. A closure would do if it could be inlined for certain.
 pub trait Work {
-    /// What comes of it.
+    /// Result of the call.
     type Outcome;
 
     /// Do it. Implementations carry `#[inline(always)]`, and so does what they call on lanes.

@@ -16,7 +16,7 @@ pub struct ArmDynamics<S, const N: usize> {
     friction_terms: Option<[FrictionTerms<S>; N]>,
 }
 
-/// How torques are computed.
+/// Way of computing torques.
 #[derive(Clone, Debug)]
 enum Means<S, const N: usize> {
     /// The recursion. It stands for the exact kernel too, to which it is equal.

@@ -35,9 +35,9 @@ pub struct UrdfArm {
     pub links: Vec<Vec<String>>,
     /// Moving joints beside the chain, held at zero, or where they are when the joint that they follow is at zero.
     pub held: Vec<String>,
-    /// What the URDF does not say of each joint.
+    /// Gaps of the URDF, joint by joint.
     pub gaps: Vec<JointGaps>,
-    /// What else is to be looked at: misspelt names, held joints outside their limits, a base that floats.
+    /// Remarks: misspelt names, held joints outside their limits, a base that floats.
     pub remarks: Vec<String>,
 }
 

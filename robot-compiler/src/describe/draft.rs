@@ -20,13 +20,13 @@ pub struct Draft {
     pub(crate) kind: FileKind,
     pub(crate) bodies: Vec<DraftBody>,
     pub(crate) places: Vec<JointPlaces>,
-    /// What its reader has to say beside the numbers.
+    /// Remarks of its reader beside the numbers.
     pub(crate) remarks: Vec<Remark>,
     /// Angles beyond a turn, rad, as the file states them.
     pub(crate) angles: Vec<(Place, f64)>,
 }
 
-/// What the reader of a file has to say beside its numbers.
+/// Remark of a file's reader beside its numbers.
 #[derive(Clone, Debug)]
 pub(crate) struct Remark {
     pub(crate) kind: RemarkKind,
@@ -35,7 +35,7 @@ pub(crate) struct Remark {
     pub(crate) advice: String,
 }
 
-/// What a remark is about.
+/// Subject of a remark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum RemarkKind {
     /// An element or attribute that is not read.

@@ -16,7 +16,7 @@ pub enum JointDrive {
 }
 
 impl JointDrive {
-    /// What it needs of a board: `"mit"` for any drive on CAN, `"pwm"`.
+    /// Kind of wiring that it needs of a board: `"mit"` for any drive on CAN, `"pwm"`.
     #[must_use]
     pub const fn family(&self) -> &'static str {
         match self {

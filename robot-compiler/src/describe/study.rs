@@ -69,7 +69,7 @@ pub struct Vary {
     pub key: Key,
     /// Its values.
     pub values: Values,
-    /// How a number counts beside the file's own value.
+    /// Relation of a number to the file's own value.
     pub relative: Relative,
     /// Number of values in a grid.
     pub steps: u64,
@@ -108,7 +108,7 @@ pub struct Literal {
     pub number: Option<f64>,
 }
 
-/// How a number counts beside the file's own value.
+/// Relation of a number to the file's own value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Relative {
     /// In place of it.
@@ -126,7 +126,7 @@ impl Named for Relative {
     ];
 }
 
-/// How values are chosen.
+/// Design of a study: how its values are chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Design {
     /// Independent random numbers.
@@ -140,7 +140,7 @@ pub enum Design {
 /// Number of the runs, and how values are chosen for them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Runs {
-    /// How values are chosen.
+    /// Design of a study: how its values are chosen.
     pub design: Design,
     /// Number of runs.
     pub count: u64,

@@ -73,7 +73,7 @@ pub(super) fn arm(source: &Source, ends: Ends<'_>) -> Result<UrdfArm, FileError>
     })
 }
 
-/// What the file does not say of the `i`-th moving joint and its link.
+/// Gaps of the file for the `i`-th moving joint and its link.
 fn gaps(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, i: usize) -> JointGaps {
     let joint = &urdf.joints[chain.moving[i]];
     let own = chain.child[chain.moving[i]];

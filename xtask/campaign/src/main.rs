@@ -46,7 +46,7 @@ struct Arguments {
     /// The scene files (TOML), which take turns [default: those of the target in scenes/campaign].
     #[arg(value_name = "SCENE")]
     scenes: Vec<PathBuf>,
-    /// How many runs.
+    /// Number of runs.
     #[arg(long, default_value_t = 10_000)]
     runs: u64,
     /// Seed of everything random.

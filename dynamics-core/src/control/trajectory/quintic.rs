@@ -6,7 +6,7 @@ use crate::control::Reference;
 use crate::scalar::Real;
 use heapless::Vec;
 
-/// How many points a motion can have, its ends among them.
+/// Largest number of points of a motion, its ends included.
 pub const POINTS_MAX: usize = 16;
 
 /// A point on the way.
@@ -14,7 +14,7 @@ pub const POINTS_MAX: usize = 16;
 pub struct Waypoint<S, const N: usize> {
     /// Joint position, rad or m.
     pub q: [S; N],
-    /// How long to stand still here, s; with 0 the joints that keep their direction pass through.
+    /// Rest at this point, s; with 0 the joints that keep their direction pass through.
     pub dwell: S,
 }
 
@@ -26,7 +26,7 @@ impl<S: Real, const N: usize> Waypoint<S, N> {
     }
 }
 
-/// How long the segments between points take.
+/// Durations of the segments between points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Timing<'a, S> {
     /// This long each, s.

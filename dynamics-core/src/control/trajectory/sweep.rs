@@ -15,7 +15,7 @@ const PERIODS_MAX: f64 = 1e4;
 pub struct SweepSpec<S, const N: usize> {
     /// Where each joint starts, swings about and ends, rad or m.
     pub centre: [S; N],
-    /// How far each joint swings to either side, rad or m; negative swings the other way first.
+    /// Amplitude of each joint, rad or m; a negative one begins the other way.
     pub amplitude: [S; N],
     /// Frequency at the start, Hz.
     pub from: S,

@@ -84,7 +84,7 @@ impl<S: Real, const N: usize> Trapezoid<S, N> {
         self.duration
     }
 
-    /// How long it speeds up, and as long again slows down, s.
+    /// Time of acceleration, and again of deceleration, s.
     #[must_use]
     pub fn ramp(&self) -> S {
         self.ramp

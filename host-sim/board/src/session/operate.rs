@@ -336,7 +336,7 @@ impl Operator {
         })
     }
 
-    /// What the board is doing, and what a drive says of a fault.
+    /// State of the board in words, and a drive's report of a fault.
     fn doing(&self) -> String {
         self.seen_now().map(|seen| seen.doing()).unwrap_or_default()
     }

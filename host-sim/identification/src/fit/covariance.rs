@@ -52,7 +52,7 @@ fn add(spread: &mut DMatrix<f64>, rows: &Rows, sigma: f64, weights: &[f64], x: &
     }
 }
 
-/// How many rows say as much as one independent row.
+/// Number of rows that say as much as one independent row.
 fn run_length(covariances: &[f64]) -> f64 {
     let lags = covariances.len() as f64;
     let sum: f64 = covariances.iter().enumerate().skip(1).map(|(k, c)| (1.0 - k as f64 / lags) * c).sum();

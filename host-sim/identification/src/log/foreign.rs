@@ -21,7 +21,7 @@ const KNOWN: &[(&[u8], &str, &str)] = &[
     (b"{", "JSON", "a log as CSV, one row for each sample"),
 ];
 
-/// What was found and expected, if a file is not text of rows.
+/// Finding and expectation, if a file is not text of rows.
 pub(super) fn problem(bytes: &[u8]) -> Option<(String, String)> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     if bytes.iter().all(u8::is_ascii_whitespace) {

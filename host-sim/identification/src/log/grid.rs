@@ -3,7 +3,7 @@
 use super::unit::Unit;
 use csv::StringRecord;
 
-/// What was found, and what was expected.
+/// Finding and expectation.
 pub(super) type Problem = (String, String);
 
 /// A table of text.
@@ -37,7 +37,7 @@ pub(super) fn is_missing(text: &str) -> bool {
     matches!(text.trim().to_lowercase().as_str(), "" | "nan" | "null" | "none" | "na" | "n/a")
 }
 
-/// What separates fields.
+/// Separator of fields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Separator {
     Semicolon,

@@ -17,7 +17,7 @@ pub(super) struct Places {
     pub(super) velocities: bool,
     /// True if the last ones are currents.
     pub(super) currents: bool,
-    /// How time is counted.
+    /// Clock of the time column.
     pub(super) clock: Clock,
     /// Remarks for the reader of the report.
     pub(super) notes: Vec<String>,

@@ -45,7 +45,7 @@ pub(super) enum Id {
     None,
 }
 
-/// What a name means.
+/// Meaning of a column's name.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Meaning {
     pub(super) quantity: Quantity,
@@ -55,7 +55,7 @@ pub(super) struct Meaning {
     /// The value is said to be the motor's.
     pub(super) motor: bool,
     pub(super) id: Id,
-    /// What precedes: topic, device.
+    /// Prefix: topic, device.
     pub(super) group: String,
     pub(super) unit: Option<Unit>,
     /// The unit is a word of the name, not in brackets: `q_1_m` may mean something else.

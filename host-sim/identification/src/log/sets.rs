@@ -53,7 +53,7 @@ pub(super) struct Sets<'a> {
     named: BTreeMap<String, BTreeMap<u32, Option<usize>>>,
 }
 
-/// What was picked for a quantity.
+/// Columns picked for a quantity.
 pub(super) struct Picked {
     pub(super) set: Set,
     /// Complete sets that were passed over.

@@ -19,7 +19,7 @@ use std::sync::{Mutex, PoisonError};
 
 /// A run that waits for its arm: whatever moves it, moves it with the solver that it is given.
 pub(crate) trait Job<const N: usize> {
-    /// What comes of it.
+    /// Result of the call.
     type Outcome;
 
     /// The arm.

@@ -50,7 +50,7 @@ pub struct Sensing<S, const N: usize> {
     pub drive_fault: [bool; N],
     /// Highest temperature that the drives report, degrees Celsius.
     pub temperature: Option<f32>,
-    /// What the first joint with a fault reports.
+    /// Report of the first joint with a fault.
     pub trouble: Option<Trouble>,
 }
 
@@ -79,7 +79,7 @@ impl<const N: usize> World<N> {
         self.exchange(&Order::Safe(self.safe_action));
     }
 
-    /// What sensors or drives say at the start of a tick.
+    /// Readings of sensors or drives at the start of a tick.
     pub fn sense<S: Real>(&mut self) -> Sensing<S, N> {
         let Some((readings, temperature)) = self.drives.as_mut().map(Drives::measure) else {
             let measurement = measurement(&self.sensors.read(self.plant.measured()));

@@ -21,7 +21,7 @@ const SETTINGS: [(&str, &str); 8] = [
 /// Most events that are listed one by one.
 const LISTED: usize = 100;
 
-/// What matters most.
+/// The sentences that matter most.
 pub(super) fn lead(a: &Side, b: &Side) -> Vec<String> {
     let mut lines = vec![format!("A: {}. B: {}.", a.title(), b.title())];
     let [ends_a, ends_b] = [("A", a), ("B", b)].map(|(letter, side)| ends(letter, side));

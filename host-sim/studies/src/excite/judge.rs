@@ -9,7 +9,7 @@ use identification::excite::Workspace;
 use serde_json::{Value, json};
 use sim::failure::Failure;
 
-/// How far the stated clearance may be below the true one, m.
+/// Largest amount by which the stated clearance may be below the true one, m.
 const TOLERANCE: f64 = 2e-4;
 
 /// A workspace in which every motion is judged.

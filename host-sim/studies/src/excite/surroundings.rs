@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 /// A mesh longer than so many arms is in another unit than metres.
 const TOO_LONG: f64 = 10.0;
 
-/// What stands around an arm, and how near it may come.
+/// Obstacles around an arm, and the clearance to keep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surroundings {
     /// Height of the floor against gravity, in the base frame, m.

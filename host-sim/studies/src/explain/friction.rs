@@ -23,7 +23,7 @@ pub(super) fn parts(file: &SceneFile) -> Vec<FrictionPart> {
 }
 
 impl<const N: usize> Lab<'_, N> {
-    /// What each term is worth on the scene's motion.
+    /// Worth of each term on the scene's motion.
     pub(super) fn friction(&self) -> Result<Vec<PartReport>, Failure> {
         let report = |part: FrictionPart| {
             let names = joints(&self.file.robot, part);

@@ -17,7 +17,7 @@ use sim::table::table;
 pub struct Outcome {
     /// The model.
     pub found: Identified,
-    /// What a robot file can hold of it.
+    /// Numbers for a robot file.
     pub numbers: Numbers,
     /// Mass matrix of the new robot file over all postures, against that of the old one.
     pub audit: Audit,
@@ -155,7 +155,7 @@ impl Outcome {
             .collect()
     }
 
-    /// What `--json` prints.
+    /// Result as `--json` prints it.
     #[must_use]
     pub fn json(&self, subject: &Subject) -> Value {
         let names = subject.robot.joints.iter().map(|joint| &joint.name);
@@ -245,7 +245,7 @@ impl Outcome {
         found.laws[joint].terms.iter().zip(values).map(|(term, (value, deviation))| (term.name(), *value, *deviation))
     }
 
-    /// What is printed.
+    /// Result as text for the terminal.
     #[must_use]
     pub fn text(&self, subject: &Subject) -> String {
         let found = &self.found;

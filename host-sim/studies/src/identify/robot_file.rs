@@ -17,7 +17,7 @@ use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, Value};
 /// A link's parameter whose uncertainty the data have left at this share or more has not been seen.
 const UNSEEN: f64 = 0.7;
 
-/// What a robot file can hold of an identified arm.
+/// Numbers of an identified arm that a robot file can hold.
 pub struct Numbers {
     /// Each link in the frame of its data.
     pub links: Vec<Link>,

@@ -29,7 +29,7 @@ pub struct Subject {
     pub maker: Maker,
 }
 
-/// How logs are to be read.
+/// Options for reading logs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LogOptions {
     /// Angles are in degrees.
@@ -46,7 +46,7 @@ pub struct LogOptions {
     pub correction: Option<Correction>,
 }
 
-/// How far beyond its limits a corrected position may be, rad or m.
+/// Largest distance of a corrected position beyond its limits, rad or m.
 const BEYOND: f64 = 0.2;
 
 impl Subject {

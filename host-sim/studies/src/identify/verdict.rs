@@ -54,7 +54,7 @@ pub fn json(verdict: &Verdict, subject: &Subject) -> Value {
     })
 }
 
-/// What a person reads at the end of a run that writes no robot file.
+/// Message at the end of a run that writes no robot file.
 #[must_use]
 pub fn refusal(verdict: &Verdict, subject: &Subject) -> String {
     let first = verdict.reasons.first().map(|reason| words(reason, subject).join("; ")).unwrap_or_default();

@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use robot_compiler::study::{Design, Drawn, Runs, Values, Vary};
 
-/// How the keys of a study get their values.
+/// Generator of the values of a study's keys.
 #[derive(Clone, Debug)]
 pub(super) struct Draw {
     design: Design,

@@ -13,10 +13,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Titles of the columns behind the figures.
 pub(super) const ENDINGS: [&str; 2] = ["end", "pass"];
 
-/// How a run ended whose figures are of all its time.
+/// Ending of a run whose figures are of all its time.
 pub(super) const COMPLETE: &str = "complete";
 
-/// How a run ended that the reader of scenes did not accept.
+/// Ending of a run that the reader of scenes did not accept.
 pub(super) const REFUSED: &str = "refused";
 
 /// A scene whose keys vary.
@@ -169,7 +169,7 @@ fn cell(value: &Drawn<'_>) -> String {
     }
 }
 
-/// How a run ended: `complete`, `fault N` with the first fault's number, or `diverged`.
+/// Ending of a run: `complete`, `fault N` with the first fault's number, or `diverged`.
 fn ending(run: &Run) -> String {
     match (&run.end, run.summary.faults.first()) {
         (End::Diverged(_), _) => "diverged".to_owned(),

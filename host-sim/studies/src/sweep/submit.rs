@@ -25,7 +25,7 @@ impl Named for Engine {
     ];
 }
 
-/// How a study is shared out.
+/// Division of a study into shards.
 #[derive(Clone, Debug)]
 pub struct Submission {
     /// The engine.
@@ -40,7 +40,7 @@ pub struct Submission {
 
 /// Folder of the shards' folders.
 const SHARDS: &str = "shards";
-/// How often an engine begins a shard again that was killed.
+/// Number of times that an engine begins a killed shard again.
 const RETRIES: u32 = 10;
 
 /// Writes the study's copies, `shard.sh`, `merge.sh` and what the engine takes; returns the files, the engine's last.

@@ -23,7 +23,7 @@ pub struct Taught {
     pub durations: Vec<f64>,
     /// Largest distance of any joint from the path at the path's own time, rad or m.
     pub error: f64,
-    /// How much slower than the path it is, so that the velocity limits hold.
+    /// Factor by which it is slower than the path, so that the velocity limits hold.
     pub slower: f64,
 }
 

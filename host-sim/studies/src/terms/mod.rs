@@ -15,7 +15,7 @@ use robot_compiler::{Robot, SceneFile};
 use serde::Serialize;
 use sim::run::record::JointLabel;
 
-/// How the terms of the equations of motion are computed.
+/// Method for the terms of the equations of motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Method {
     /// Lagrange's equations from the links' Jacobians.

@@ -75,7 +75,7 @@ pub struct Message<const N: usize> {
     said: Said<N>,
 }
 
-/// What a frame says, as far as it can be read.
+/// Content of a frame, as far as it can be read.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "made and taken apart at once, where there is nothing to allocate from")]
 enum Said<const N: usize> {

@@ -47,7 +47,7 @@ pub struct Push {
     pub wrench: Wrench<f64>,
 }
 
-/// How the simulated motion is integrated.
+/// Integrator of the simulated motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Integrator {
     /// The classical method of fourth order: four accelerations a step.
@@ -157,11 +157,11 @@ pub struct DriveFailure {
     pub joint: usize,
     /// Its begin, s.
     pub at: f64,
-    /// What fails.
+    /// Kind of the failure.
     pub kind: FailureKind,
 }
 
-/// What fails in a simulated drive.
+/// Kind of failure of a simulated drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FailureKind {
     /// The drive finds an error in itself.

@@ -142,7 +142,7 @@ impl Template {
     }
 }
 
-/// What a study does at the places of a key.
+/// Change at the places of a key.
 enum Change<'a> {
     /// Another value, or none.
     Put(Option<&'a str>),

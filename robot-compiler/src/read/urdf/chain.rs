@@ -201,7 +201,7 @@ impl Chain {
         moving
     }
 
-    /// What a chain with too few or too many joints should be.
+    /// Advice for a chain with too few or too many joints.
     pub(super) fn shorter(&self, urdf: &Description<'_>) -> String {
         let name = |joint: usize| urdf.links[self.child[joint]].name;
         let most = *DOF.end();

@@ -25,7 +25,7 @@ pub(super) struct Link<'a> {
     pub(super) name: &'a str,
     /// The body in the link's frame; massless without an `<inertial>`.
     pub(super) body: Body,
-    /// What its `<inertial>` does not say.
+    /// Gap of its `<inertial>`.
     pub(super) gap: Option<Gap>,
 }
 

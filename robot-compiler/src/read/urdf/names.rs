@@ -71,7 +71,7 @@ const ALIKE: [(&str, &str); 22] = [
     ("inertias", "inertia"),
 ];
 
-/// What of a link or joint is not read.
+/// Parts of a link or joint that are not read.
 pub(super) fn unknown<'a>(markup: &Markup<'a>, node: &Node<'a, 'a>, label: &str) -> Vec<Remark> {
     let Some(known) = KNOWN.iter().find(|known| node.has_tag_name(known.element)) else { return Vec::new() };
     let mut found = Vec::new();

@@ -17,9 +17,9 @@ pub struct LengthError {
     pub list: &'static str,
     /// The joint, counted from 0.
     pub joint: usize,
-    /// How many states there are.
+    /// Number of states.
     pub expected: usize,
-    /// How long the list is.
+    /// Length of the list.
     pub found: usize,
 }
 

@@ -33,7 +33,7 @@ use std::fmt;
 use std::rc::Rc;
 use std::time::Duration;
 
-/// How far torques that drives were told are trusted, as a share.
+/// Relative deviation of the torques that drives were told.
 const TORQUE_DEVIATION: f64 = 0.02;
 
 /// A motion of an arm with any number of joints.
@@ -215,7 +215,7 @@ fn left_out(scene: &SceneFile) -> Option<String> {
 /// An operator's data about a scene's arm.
 #[derive(Debug)]
 pub(super) struct Arm {
-    /// What a record says of the arm.
+    /// Arm as a record has it.
     pub(super) recorded: Recorded,
     pub(super) hello: Hello,
     /// The payload last sent to the board, in the tip frame, if it differs from the scene's.
@@ -233,7 +233,7 @@ pub(super) struct Arm {
     /// Names of the joints, and the units of position and force.
     pub(super) joints: Vec<(String, &'static str, &'static str)>,
     pub(super) period: f64,
-    /// What the model of the board leaves out, and how that was judged; `None` if `terms = "auto"` left nothing out.
+    /// Terms that the board's model leaves out, and how that was judged; `None` if `terms = "auto"` left nothing out.
     pub(super) left_out: Option<String>,
     /// True if the board estimates external torques.
     pub(super) estimates: bool,
@@ -255,7 +255,7 @@ pub(super) struct Arm {
     pub(super) torque: Vec<f64>,
     /// Lowest and highest position of each joint, rad or m.
     pub(super) range: Vec<(f64, f64)>,
-    /// What friction and noise may hide of each joint's torque, N m or N.
+    /// Torque of each joint that friction and noise may hide, N m or N.
     pub(super) hidden: Vec<f64>,
     /// Viscous and Coulomb friction of each joint.
     pub(super) friction: Vec<(f64, f64)>,

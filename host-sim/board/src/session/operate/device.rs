@@ -28,7 +28,7 @@ pub trait Device {
     /// As [`Device::send`]; also a simulated arm that has diverged.
     fn pass(&mut self) -> Result<Vec<Frame>, DeviceError>;
 
-    /// What the first simulated drive with a fault has reported, if this program simulates them.
+    /// Report of the first simulated drive with a fault, if this program simulates them.
     fn trouble(&self) -> Option<Trouble> {
         None
     }

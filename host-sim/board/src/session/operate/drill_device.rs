@@ -26,7 +26,7 @@ pub struct DrillDevice<const N: usize, D> {
     lines: (Lines, Lines),
     /// Frames of the black box, dumped before the next tick.
     past: Vec<Frame>,
-    /// What a simulated drive with a fault has reported last.
+    /// Last report of a simulated drive with a fault.
     trouble: Option<Trouble>,
     tap: Tap,
 }

@@ -139,7 +139,7 @@ pub fn in_first_motion(status: &Status, share: f64) -> String {
     }
 }
 
-/// What a joint's drive or sensor reports, with the drive's own words for its error.
+/// Report of a joint's drive or sensor, with the drive's own words for its error.
 #[must_use]
 pub fn trouble(trouble: &Trouble, words: Option<fn(u8) -> &'static str>) -> String {
     let Trouble { joint, faults, error } = *trouble;

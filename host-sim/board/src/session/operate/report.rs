@@ -22,7 +22,7 @@ pub struct Seen<'a> {
     pub period: f64,
     /// Force (N) and moment (N m) from outside at the tip, in base axes, where it is estimated and the posture tells it.
     pub wrench: Option<[f64; 6]>,
-    /// What the first joint with a fault reports, in the state of a fault.
+    /// Report of the first joint with a fault, in the state of a fault.
     pub trouble: Option<Trouble>,
     /// The drives' own words for their errors.
     pub words: Option<fn(u8) -> &'static str>,
@@ -55,7 +55,7 @@ impl Seen<'_> {
         }
     }
 
-    /// What the machine is doing, and what a drive says of a fault.
+    /// State of the machine in words, and a drive's report of a fault.
     #[must_use]
     pub fn doing(&self) -> String {
         let said = self.trouble.map_or(String::new(), |said| format!("; {}", messages::trouble(&said, self.words)));

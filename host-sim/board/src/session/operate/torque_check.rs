@@ -30,7 +30,7 @@ const REFUSED: f64 = 2.0;
 /// Share of the torque limit that counts as noise.
 const NOISE: f64 = 0.005;
 
-/// How far `check-torque` moves a joint, rad or m.
+/// Distance that `check-torque` moves a joint, rad or m.
 const REACH: f64 = 0.2;
 
 /// Greatest standard deviation of a factor that is told.
@@ -155,7 +155,7 @@ fn findings(seen: &Acted, arm: &Arm) -> Vec<Finding> {
     seen.acted.iter().zip(&seen.told).zip(&arm.hidden).enumerate().filter_map(judge).collect()
 }
 
-/// What friction and noise may hide of a joint's torque, N m or N.
+/// Torque of a joint that friction and noise may hide, N m or N.
 pub(super) fn hidden(coulomb: f64, limit: f64) -> f64 {
     coulomb + if limit.is_finite() { NOISE * limit } else { 0.0 }
 }

@@ -8,7 +8,7 @@ use dynamics_core::Inertia;
 use identification::log::Log;
 use identification::payload::Payload;
 
-/// How far every joint moves, rad or m, and in how many times its shortest time.
+/// Distance that every joint moves, rad or m, and its time in shortest times.
 const REACH: f64 = 0.35;
 const SLOWER: f64 = 2.0;
 

@@ -68,7 +68,7 @@ pub struct Results {
 pub struct Refusal {
     /// Its index.
     pub index: u64,
-    /// What is wrong with its scene; `None` where the scene can be read and its run is refused.
+    /// Error of its scene; `None` where the scene can be read and its run is refused.
     pub reason: Option<String>,
 }
 

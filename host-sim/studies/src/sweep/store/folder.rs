@@ -33,7 +33,7 @@ impl fmt::Debug for Progress<'_> {
     }
 }
 
-/// What was done.
+/// Result of the work.
 #[derive(Clone, Debug)]
 pub struct Done {
     /// State of the table.

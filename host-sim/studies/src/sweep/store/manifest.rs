@@ -105,7 +105,7 @@ impl Manifest {
         replace(&folder.join(MANIFEST), format!("{text}\n").as_bytes())
     }
 
-    /// What differs between two manifests that should be of one study, in words; `None` where nothing does.
+    /// Differences between two manifests that should be of one study, in words; `None` where nothing differs.
     #[must_use]
     pub fn differs(&self, other: &Self) -> Option<String> {
         if self.version != other.version {
