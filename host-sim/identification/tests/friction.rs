@@ -78,7 +78,7 @@ fn samples_in_which_friction_holds_a_joint_are_left_out_and_would_spoil_the_fit(
         let fit = problem.fit();
         (0..6).map(|joint| fit.x[problem.offset(joint) + 2]).collect()
     };
-    let (moving, with_held) = (coulomb(&[prepared.clone()]), coulomb(&[all]));
+    let (moving, with_held) = (coulomb(std::slice::from_ref(&prepared)), coulomb(&[all]));
     let share = |joint: usize| {
         let held = &prepared.held[joint];
         held.iter().filter(|held| **held).count() as f64 / held.len() as f64

@@ -2,7 +2,7 @@
 //!
 //! The torque is constant over a tick, so the right-hand side jumps between ticks. Every method therefore restarts at
 //! each tick, and also inside a tick if a jitter moves the jump there: no step crosses a jump. Dry friction jumps too, where a joint comes
-//! to rest or breaks loose; [`stiction`](super::stiction) ends a step there.
+//! to rest or breaks loose; `stiction` ends a step there.
 //!
 //! Several arms may go side by side, one a lane. Each has its own time, step, method and end; a lane that has arrived waits and keeps its
 //! state. The operations of a lane are those of an arm alone.
