@@ -2,17 +2,14 @@
 
 use clap::Parser;
 use host_sim::cli::{self, Cli, Command};
+use sim::terminal::{self, exit_code, keep_lines_of_messages};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use studies::trade::chip::EmulatedChip;
 
 fn main() -> ExitCode {
-    // Scripts read the messages too and search them for a line number: no line is broken in the middle.
-    let unbroken = || miette::MietteHandlerOpts::new().wrap_lines(false).build();
-    if let Err(error) = miette::set_hook(Box::new(move |_| Box::new(unbroken()))) {
-        eprintln!("{error}");
-    }
+    keep_lines_of_messages();
     let done = match Cli::parse().command {
         Command::Run(args) => cli::run::run(&args, &stop_on_interrupt()),
         Command::Compare(args) => cli::compare::run(&args).map(|()| 0),
@@ -42,21 +39,12 @@ fn main() -> ExitCode {
         Command::Trade(args) => cli::trade::run(&args, &EmulatedChip, &stop_on_interrupt()).map(|()| 0),
         Command::Choose(args) => cli::choose::run(&args, &EmulatedChip, &stop_on_interrupt()).map(|()| 0),
     };
-    ExitCode::from(done.unwrap_or_else(|failure| {
-        let code = failure.code();
-        eprintln!("{:?}", failure.report());
-        code
-    }))
+    exit_code(done)
 }
 
 /// Returns a flag that Ctrl-C sets. The loop checks it in every tick, and no tick waits longer than the chip's timeout.
 fn stop_on_interrupt() -> Arc<AtomicBool> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    if let Err(error) = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)) {
-        eprintln!("Ctrl-C will end the run without a summary: {error}");
-    }
-    stop
+    terminal::stop_on_interrupt("end the run without a summary")
 }
 
 /// Returns a counter of Ctrl-C presses: the first press stops the operator's arm, the second ends the program.

@@ -76,12 +76,10 @@ pub fn delays(logs: &[Prepared], base: &Base, laws: &[Law]) -> Delays {
                 // Ends are continued by reflection, and a moved torque has none there.
                 let count = left.len();
                 let end = (count / 20).clamp(1, 8);
-                let inside = |k: usize| match rows.held[k] {
-                    true => 0.0,
-                    false if k < end || k + end >= count => 1e-6,
-                    false => 1.0,
-                };
-                left.iter().enumerate().map(|(k, e)| inside(k) * (1.5 * sigma / e.abs().max(1e-12)).min(1.0)).collect()
+                let inside = |k: usize| if k < end || k + end >= count { 1e-6 } else { 1.0 };
+                let weight = |(k, e): (usize, &f64)| inside(k) * (1.5 * sigma / e.abs().max(1e-12)).min(1.0);
+                let weights = left.iter().enumerate().map(weight);
+                weights.zip(rows.weights()).map(|(weight, moving)| weight * moving).collect()
             })
             .collect();
         let mut normal = Normal::of(&more, &sigma, &weights, |_| true, unknowns + n);
@@ -107,7 +105,7 @@ pub fn delays(logs: &[Prepared], base: &Base, laws: &[Law]) -> Delays {
             if change < SETTLED || step + 1 == STEPS {
                 let covariance = crate::fit::inverse(&normal.matrix);
                 for joint in 0..n {
-                    let left = more[joint].residual(&all).component_mul(&DVector::from_vec(more[joint].weights()));
+                    let left = more[joint].moving_residual(&all);
                     let runs = more[joint].runs(left.as_slice());
                     let at = unknowns + joint;
                     found.deviation[joint] = (covariance[(at, at)].max(0.0) * runs).sqrt();

@@ -181,6 +181,12 @@ impl Rows {
         self.held.iter().map(|held| if *held { 0.0 } else { 1.0 }).collect()
     }
 
+    /// As [`Rows::residual`]; 0 where friction holds the joint.
+    #[must_use]
+    pub fn moving_residual(&self, x: &DVector<f64>) -> DVector<f64> {
+        self.residual(x).component_mul(&DVector::from_vec(self.weights()))
+    }
+
     /// Robust deviation of the rows in which friction does not hold the joint.
     #[must_use]
     pub fn deviation(&self, left: &DVector<f64>) -> f64 {
@@ -221,7 +227,7 @@ impl Fit {
     #[must_use]
     pub fn persistence(&self) -> Vec<f64> {
         let of = |rows: &Rows| {
-            let left = rows.residual(&self.x).component_mul(&DVector::from_vec(rows.weights()));
+            let left = rows.moving_residual(&self.x);
             let lag = ((0.25 * rows.rate).round() as usize).max(1);
             let pairs = (0..left.len().saturating_sub(lag)).filter(|k| rows.from[*k].0 == rows.from[k + lag].0);
             let product: f64 = pairs.map(|k| left[k] * left[k + lag]).sum();

@@ -6,13 +6,17 @@
 //! | [`run`] | the loop once per control period, from a scene to a record, a summary and a report |
 //! | [`output`] | files that commands write: nothing is overwritten that this program did not write |
 //! | [`failure`] | reasons why a command fails, and exit codes |
+//! | [`pages`] | pages that commands write: reports, and tables of the documentation |
+//! | [`parallel`] | work on all cores |
 //! | [`table`] | tables in the terminal |
-//! | [`terminal`] | results on standard output, and the progress bar |
+//! | [`terminal`] | the program at a terminal: results, progress bar, messages, Ctrl-C, exit code |
 #![forbid(unsafe_code)]
 
 pub mod failure;
 mod marker;
 pub mod output;
+pub mod pages;
+pub mod parallel;
 pub mod plant;
 pub mod run;
 pub mod table;

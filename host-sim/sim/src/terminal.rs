@@ -1,9 +1,12 @@
-//! Results on standard output, and a progress bar on standard error.
+//! The program at a terminal: results, progress bar, messages, Ctrl-C and exit code.
 
 use crate::failure::Failure;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use std::io::{self, IsTerminal, Write as _};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Print a result. A reader that closes the pipe early, as `head` does, is no failure.
 ///
@@ -36,4 +39,33 @@ pub fn progress_bar(length: Option<u64>, counted: &str) -> ProgressBar {
         Ok(style) => bar.with_style(style),
         Err(_) => bar,
     }
+}
+
+/// Print messages without line breaks: scripts read them too, and search them for a line number.
+pub fn keep_lines_of_messages() {
+    let unbroken = || miette::MietteHandlerOpts::new().wrap_lines(false).build();
+    if let Err(error) = miette::set_hook(Box::new(move |_| Box::new(unbroken()))) {
+        eprintln!("{error}");
+    }
+}
+
+/// Returns a flag that Ctrl-C sets. `otherwise` says what Ctrl-C does where the system gives no handler.
+#[must_use]
+pub fn stop_on_interrupt(otherwise: &str) -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    if let Err(error) = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)) {
+        eprintln!("Ctrl-C will {otherwise}: {error}");
+    }
+    stop
+}
+
+/// Print a failure; returns the exit code of a program that ends so.
+#[must_use]
+pub fn exit_code(done: Result<u8, Failure>) -> ExitCode {
+    ExitCode::from(done.unwrap_or_else(|failure| {
+        let code = failure.code();
+        eprintln!("{:?}", failure.report());
+        code
+    }))
 }

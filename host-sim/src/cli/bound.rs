@@ -1,14 +1,13 @@
 //! `bound`: between what was found and what is proven, how wrong the torques of single precision are.
 
 use crate::cli::chain::ChainArgs;
-use crate::cli::document;
 use crate::cli::names::named;
 use clap::Args;
 use robot_compiler::kernel::Level;
 use robot_compiler::with_dof;
 use sim::failure::Failure;
-use sim::terminal::print;
-use sim::terminal::progress_bar;
+use sim::pages;
+use sim::terminal::{print, progress_bar};
 use std::path::PathBuf;
 use studies::bound::{Question, answer, load, markdown, work};
 use studies::robot_or_scene::RobotOrScene;
@@ -88,7 +87,7 @@ pub fn run(args: &BoundArgs) -> Result<(), Failure> {
         acceleration: args.acceleration.clone(),
     };
     let steps: u64 = files.iter().map(|file| work(file.file.robot.dof(), &question)).sum();
-    let page = document::page(args.write.as_deref(), &["bound"])?;
+    let page = pages::document(args.write.as_deref(), &["bound"])?;
     let progress = progress_bar(Some(steps), "");
     let mut answers = Vec::new();
     for subject in &files {
@@ -100,7 +99,7 @@ pub fn run(args: &BoundArgs) -> Result<(), Failure> {
     }
     progress.finish_and_clear();
     if let Some(page) = page {
-        return document::fill(page, &[("bound", markdown(&answers))]);
+        return pages::fill(page, &[("bound", markdown(&answers))]);
     }
     let mut text = String::new();
     for answer in &answers {

@@ -1,9 +1,10 @@
 //! `compare`: two runs on one page.
 
 use crate::cli::force::ForceArgs;
-use crate::cli::output::{files, write_report};
+use crate::cli::output::files;
 use clap::Args;
 use sim::failure::Failure;
+use sim::pages;
 use sim::terminal::print;
 use std::path::PathBuf;
 use studies::compare::{Side, page};
@@ -44,7 +45,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     let sides = [&args.a, &args.b].map(|side| if side.is_dir() { side.join("report.html") } else { side.clone() });
     let mut output = sides.iter().fold(args.force.output(), |output, side| output.reads(side));
     output.file(&args.report)?;
-    write_report(&output, Some(&args.report), || Ok(page.clone()))?;
+    pages::write_claimed(&output, Some(&args.report), || Ok(page.clone()))?;
     let said: String = page.lead.iter().map(|line| format!("{line}\n")).collect();
     print(&format!("{said}{}", files(std::slice::from_ref(&args.report))))
 }

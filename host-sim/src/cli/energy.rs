@@ -6,6 +6,7 @@ use crate::cli::run::{exit_code, set_duration};
 use clap::Args;
 use robot_compiler::{SceneFile, with_dof};
 use sim::failure::{Failure, in_file};
+use sim::pages;
 use sim::run::files::file_name;
 use sim::terminal::{json, print};
 use std::fs::{self, File};
@@ -82,7 +83,7 @@ pub fn run(args: &EnergyArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     let file = folder.join("energy.json");
     fs::write(&file, format!("{json}\n")).map_err(|error| in_file(&file, &error))?;
     let report = folder.join("report.html");
-    fs::write(&report, account.page(&run.record).html()).map_err(|error| in_file(&report, &error))?;
+    pages::write(&report, &account.page(&run.record))?;
     output.written(&[file.clone(), report.clone()])?;
     show(args.json, &json, &account, &[file, report])?;
     Ok(exit_code(&run))

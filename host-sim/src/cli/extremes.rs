@@ -1,10 +1,9 @@
 //! `extremes`: what happens at the edges, cell by cell.
 
-use crate::cli::document;
 use crate::cli::force::ForceArgs;
-use crate::cli::output::write_report;
 use clap::Args;
 use sim::failure::Failure;
+use sim::pages;
 use sim::terminal::{json, print};
 use std::path::PathBuf;
 use studies::extremes::{Report, time};
@@ -31,8 +30,8 @@ Examples:
   host-sim extremes --write
 
 --json is an object {count, passed, failed, records, cells: [{group, name, done, kind, expected, found, value, pinned, moved, passed, reason}]}.
---write puts the tables between the lines `<!-- measured: extremes -->` and `<!-- end measured: extremes -->` of the file. Long cells have a table of their own, between the lines
-`<!-- measured: extremes, long -->` and `<!-- end measured: extremes, long -->`, which only --long --write changes.";
+--write puts the tables between the lines `<!-- measured: extremes -->` and `<!-- end measured: extremes -->` of the file.
+Long cells have a table of their own, between the lines `<!-- measured: extremes, long -->` and `<!-- end measured: extremes, long -->`, which only --long --write changes.";
 
 /// Options of `extremes`.
 #[derive(Clone, Debug, Args)]
@@ -65,7 +64,7 @@ pub fn run(args: &ExtremesArgs) -> Result<(), Failure> {
     }
     // Better now than after the run.
     let places: &[&str] = if args.long.is_some() { &["extremes", "extremes, long"] } else { &["extremes"] };
-    let page = document::page(args.write.as_deref(), places)?;
+    let page = pages::document(args.write.as_deref(), places)?;
     let mut output = args.force.output();
     args.report.as_deref().map_or(Ok(()), |path| output.file(path))?;
     let mut report = Report::new()?;
@@ -73,13 +72,13 @@ pub fn run(args: &ExtremesArgs) -> Result<(), Failure> {
     if let Some(page) = page {
         let long = long.iter().map(|long| ("extremes, long", long.markdown()));
         let tables: Vec<_> = core::iter::once(("extremes", report.markdown())).chain(long).collect();
-        document::fill(page, &tables)?;
+        pages::fill(page, &tables)?;
     }
     if let Some(long) = long {
         report.cells.extend(long.cells);
         report = Report::of(report.cells);
     }
-    write_report(&output, args.report.as_deref(), || report.page())?;
+    pages::write_claimed(&output, args.report.as_deref(), || report.page())?;
     let text = if args.json { json(&report)? } else { report.table() };
     print(&format!("{text}\n"))
 }

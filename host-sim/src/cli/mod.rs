@@ -33,7 +33,6 @@ pub mod sweep;
 pub mod terms;
 pub mod trade;
 
-mod document;
 mod output;
 
 use clap::{Parser, Subcommand};

@@ -6,10 +6,10 @@ use crate::cli::gravity::GravityArgs;
 use crate::cli::output::files;
 use clap::Args;
 use robot_compiler::{Robot, with_dof};
-use sim::failure::{Failure, in_file};
+use sim::failure::Failure;
+use sim::pages;
 use sim::run::files::file_name;
 use sim::terminal::{json, print};
-use std::fs;
 use std::path::{Path, PathBuf};
 use studies::robot_or_scene::say_mounting;
 use studies::statics::{Axes, Question, answer, sweep};
@@ -120,7 +120,7 @@ fn swept(args: &StaticsArgs, robot: &Robot, question: &Question, joint: &str) ->
     let mut output = args.force.output().reads(&args.robot);
     output.folder(&folder, &["report.html"])?;
     let report = folder.join("report.html");
-    fs::write(&report, found.page().html()).map_err(|error| in_file(&report, &error))?;
+    pages::write(&report, &found.page())?;
     output.written(std::slice::from_ref(&report))?;
     print(&if args.json { json(&found)? + "\n" } else { format!("{}{}", found.table(), files(&[report])) })
 }

@@ -1,6 +1,5 @@
 //! `sweep`: very many runs of a study, or a part of them.
 
-use crate::cli::document;
 use crate::cli::force::ForceArgs;
 use crate::cli::names::named;
 use crate::cli::output::files;
@@ -8,13 +7,13 @@ use clap::Args;
 use indicatif::ProgressBar;
 use sim::failure::{self, Failure};
 use sim::output::Output;
+use sim::pages;
+use sim::parallel::Jobs;
 use sim::run::files::file_name;
-use sim::terminal::progress_bar;
-use sim::terminal::{json, print};
+use sim::terminal::{json, print, progress_bar};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
-use studies::parallel::Jobs;
 use studies::sweep::Prepared;
 use studies::sweep::replay::{Replayed, replay};
 use studies::sweep::results::{FILES, Results};
@@ -104,7 +103,7 @@ pub fn run(args: &SweepArgs, stop: &AtomicBool) -> Result<u8, Failure> {
         return Err(Failure::Input(miette::miette!("--write beside --shard: expected the whole study")));
     }
     // Better now than after the runs.
-    let page = document::page(args.write.as_deref(), &[&prepared.study.name])?;
+    let page = pages::document(args.write.as_deref(), &[&prepared.study.name])?;
     let mut output = outputs(args, &prepared);
     if folder.join(store::MANIFEST).exists() {
         // Runs that are there are continued; the store checks whose they are.
@@ -121,7 +120,7 @@ pub fn run(args: &SweepArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     }
     let results = Results::of(&prepared, &folder)?;
     if let Some(page) = page {
-        document::fill(page, &[(&prepared.study.name, results.measured())])?;
+        pages::fill(page, &[(&prepared.study.name, results.measured())])?;
     }
     let pace = format!("{:<21}{}\n", "pace", pace(&done));
     show(&Shown { json: args.json, quiet: args.quiet, pace: &pace }, &prepared, &results, &folder, &output)?;

@@ -1,19 +1,17 @@
 //! `trade`: what every choice of accuracy costs.
 
 use crate::cli::chain::ChainArgs;
-use crate::cli::document;
 use crate::cli::force::ForceArgs;
 use crate::cli::names::named;
 use clap::{Args, ValueEnum};
 use dynamics_core::trig::Method;
 use robot_compiler::kernel::Level;
 use robot_compiler::scene::ScalarChoice;
-use sim::failure::{Failure, in_file};
+use sim::failure::Failure;
 use sim::output::Output;
+use sim::pages;
 use sim::run::files::file_name;
-use sim::terminal::progress_bar;
-use sim::terminal::{json, print};
-use std::fs;
+use sim::terminal::{json, print, progress_bar};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use studies::trade::baseline::Baseline;
@@ -53,7 +51,7 @@ Examples:
 
 Files, in the folder given by --out (out/trade/NAME otherwise):
   report.html            every choice on one page, which says on hover what measures it again
-  trade.csv   every choice with every number
+  trade.csv              every choice with every number
   points/                the scene of every choice
   measured.jsonl         what has been measured: after an interruption the work goes on from there";
 
@@ -157,7 +155,7 @@ impl AxisArgs {
 pub fn run(args: &TradeArgs, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), Failure> {
     let base = Baseline::load(&args.scene, args.chain.ends())?;
     let place = place_of(&base.file.name);
-    let page = document::page(args.write.as_deref(), &[&place])?;
+    let page = pages::document(args.write.as_deref(), &[&place])?;
     let mut output = args.force.output().reads(&args.scene);
     let folder = folder(args.out.as_deref(), &base, &mut output)?;
     let trade =
@@ -165,10 +163,10 @@ pub fn run(args: &TradeArgs, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), F
     let csv = folder.join("trade.csv");
     trade.write_csv(&csv)?;
     let report = folder.join("report.html");
-    fs::write(&report, trade.page().html()).map_err(|error| in_file(&report, &error))?;
+    pages::write(&report, &trade.page())?;
     output.written(&[csv.clone(), report.clone()])?;
     if let Some(page) = page {
-        document::fill(page, &[(&place, trade.markdown())])?;
+        pages::fill(page, &[(&place, trade.markdown())])?;
     }
     let text = if args.json {
         json(&trade)? + "\n"

@@ -18,7 +18,6 @@
 //! | [`posture_search`] | the posture that minimises a function |
 //! | [`statics`] | torques and forces that hold an arm at rest |
 //! | [`sweep`] | very many runs whose keys vary, on one machine or many |
-//! | [`parallel`] | work on all cores |
 //! | [`terms`] | the matrices of the equations of motion |
 //! | [`trade`] | speed against accuracy: the cost and the errors of every choice |
 #![forbid(unsafe_code)]
@@ -36,7 +35,6 @@ pub mod identify;
 pub mod kernel;
 pub mod linkage;
 mod numbers;
-pub mod parallel;
 pub mod path_work;
 pub mod posture_search;
 pub mod robot_or_scene;

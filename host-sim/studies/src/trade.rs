@@ -33,7 +33,6 @@ pub mod simulator;
 mod store;
 pub mod test_motions;
 
-use crate::parallel::try_in_parallel;
 use baseline::Baseline;
 use chip::{Chip, Cost, Load, Surroundings};
 use choice::{Choice, Named};
@@ -43,6 +42,7 @@ use measure::{Exact, OnMotion, on_motion};
 use robot_compiler::{SceneFile, with_dof};
 use serde::Serialize;
 use sim::failure::{Failure, in_file};
+use sim::parallel::try_in_parallel;
 use simulator::MethodReport;
 use std::collections::HashMap;
 use std::fs;

@@ -5,10 +5,10 @@ use crate::sweep::folder;
 use sha2::{Digest, Sha256};
 use sim::failure::Failure;
 use sim::output::Output;
+use sim::parallel::Jobs;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
-use studies::parallel::Jobs;
 use studies::sweep::Prepared;
 use studies::sweep::store::{self, Manifest, Progress, Shard};
 

@@ -159,7 +159,7 @@ fn changed(base: &str, changes: &[&str], place: &str) -> String {
     lines.iter().map(|line| format!("{line}\n")).collect()
 }
 
-/// What two texts do not have in common, line by line.
+/// Lines in which two texts differ.
 fn difference(expected: &str, found: &str) -> String {
     let (old, new): (Vec<&str>, Vec<&str>) = (expected.lines().collect(), found.lines().collect());
     let head = old.iter().zip(&new).take_while(|(old, new)| old == new).count();

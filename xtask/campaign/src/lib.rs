@@ -52,10 +52,10 @@ use indicatif::ProgressBar;
 use link::Pacing;
 use robot_compiler::{SceneFile, with_dof};
 use sim::failure::Failure;
+use sim::parallel::try_in_parallel;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
-use studies::parallel::try_in_parallel;
 
 /// The target under test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,15 +5,13 @@ use clap::Parser;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
-use robot_compiler::emit::page::Page;
 use sim::failure::{self, Failure};
 use sim::output::Output;
-use sim::terminal::{json, print, progress_bar};
-use std::fs;
+use sim::pages;
+use sim::terminal::{exit_code, json, keep_lines_of_messages, print, progress_bar, stop_on_interrupt};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 const EXAMPLES: &str = "\
 Each run takes the machine to one of its states (idle, homing, idle and homed, armed, running, holding, fault; with drives also arming
@@ -117,8 +115,7 @@ fn run(args: &Arguments, stop: &AtomicBool) -> Result<u8, Failure> {
         Target::Qemu => "campaign, qemu",
     };
     // Better now than after the runs.
-    let read = |path| Page::read(path, &[place]).map_err(|error| Failure::Input(miette::miette!("{error}")));
-    let page = args.write.as_deref().map(read).transpose()?;
+    let document = pages::document(args.write.as_deref(), &[place])?;
     let mut output = paths.iter().fold(Output::new(args.force), |output, path| output.reads(path));
     args.report.as_deref().map_or(Ok(()), |path| output.file(path))?;
     let campaign = Campaign {
@@ -129,13 +126,8 @@ fn run(args: &Arguments, stop: &AtomicBool) -> Result<u8, Failure> {
     };
     let progress = if args.json { ProgressBar::hidden() } else { progress_bar(None, "runs") };
     let report = campaign.report(stop, &progress)?;
-    if let Some(path) = &args.report {
-        fs::write(path, report.page(&paths).html()).map_err(|error| failure::in_file(path, &error))?;
-        output.written(std::slice::from_ref(path))?;
-    }
-    if let Some(mut page) = page {
-        page.put(place, &report.markdown()).and_then(|()| page.write()).map_err(Failure::Output)?;
-    }
+    pages::write_claimed(&output, args.report.as_deref(), || Ok(report.page(&paths)))?;
+    document.map_or(Ok(()), |document| pages::fill(document, &[(place, report.markdown())]))?;
     let text = if args.json { json(&report)? } else { report.table() };
     print(&format!("{text}\n"))?;
     Ok(code(&report))
@@ -150,24 +142,7 @@ fn code(report: &Report) -> u8 {
     }
 }
 
-/// Returns a flag that Ctrl-C sets.
-fn stop_on_interrupt() -> Arc<AtomicBool> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    if let Err(error) = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)) {
-        eprintln!("Ctrl-C will end the campaign without a table: {error}");
-    }
-    stop
-}
-
 fn main() -> ExitCode {
-    let unbroken = || miette::MietteHandlerOpts::new().wrap_lines(false).build();
-    if let Err(error) = miette::set_hook(Box::new(move |_| Box::new(unbroken()))) {
-        eprintln!("{error}");
-    }
-    ExitCode::from(run(&Arguments::parse(), &stop_on_interrupt()).unwrap_or_else(|failure| {
-        let code = failure.code();
-        eprintln!("{:?}", failure.report());
-        code
-    }))
+    keep_lines_of_messages();
+    exit_code(run(&Arguments::parse(), &stop_on_interrupt("end the campaign without a table")))
 }

@@ -26,7 +26,7 @@ pub(super) enum Artefact {
     Kernels,
     /// The log of the first half second of a scene's run.
     Log(&'static str),
-    /// What `host-sim`, or `campaign` by its first word, prints for these arguments and `--json`, without times.
+    /// Output of `host-sim` for these arguments and `--json`, without times; of `campaign`, if that is the first word.
     Printed(&'static str),
 }
 

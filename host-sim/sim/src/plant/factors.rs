@@ -32,7 +32,7 @@ struct Factors<S, const N: usize> {
     ratio: SMatrix<S, N, N>,
     /// On and below the diagonal, `L P`.
     whole: SMatrix<S, N, N>,
-    /// What each pivot is inverted to.
+    /// Inverse of each pivot; zero for a held joint.
     inverse: [S; N],
     x: [S; N],
 }

@@ -1,6 +1,7 @@
 //! Files of a run: log, summary and report.
 
 use crate::failure::{Failure, in_file};
+use crate::pages;
 use crate::run::report;
 use crate::run::simulate::Run;
 use robot_compiler::SceneFile;
@@ -25,7 +26,7 @@ pub fn shell_word(path: &Path) -> String {
 /// Write the report of a run; returns the file.
 pub fn write_report(run: &Run, scene: &SceneFile, path: &Path) -> Result<PathBuf, Failure> {
     let page = report::page(run, scene)?;
-    fs::write(path, page.html()).map_err(|error| in_file(path, &error))?;
+    pages::write(path, &page)?;
     Ok(path.to_owned())
 }
 

@@ -34,7 +34,7 @@ pub struct Run {
     pub record: Record,
     /// The run in a few numbers.
     pub summary: Summary,
-    /// Limits and times of waypoints, for the pictures.
+    /// Limits and times of waypoints, for the report.
     pub marks: Marks,
     /// Reason why the run ended.
     pub end: End,

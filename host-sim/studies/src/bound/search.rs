@@ -1,10 +1,10 @@
 //! Search for the states with the largest value of a function: random states, then climbs from the worst.
 
 use super::region::{Region, State, clamped};
-use crate::parallel::in_parallel;
 use indicatif::ProgressBar;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
+use sim::parallel::in_parallel;
 
 /// Effort of a search for a large error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

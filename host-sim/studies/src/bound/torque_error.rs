@@ -1,7 +1,6 @@
 //! Error of single precision in a state, and bounds on it.
 
 use super::region::{Region, State};
-use crate::parallel::in_parallel;
 use core::cmp::Ordering;
 use core::f64::consts::{FRAC_PI_4, TAU};
 use dynamics_core::trig::Polynomial;
@@ -10,6 +9,7 @@ use indicatif::ProgressBar;
 use robot_compiler::kernel::functions::input_values;
 use robot_compiler::kernel::{Function, Level, Precision, Program, compile};
 use robot_compiler::precision::{Bounded, Double, DoubleDouble, Rounding, Single};
+use sim::parallel::in_parallel;
 use std::collections::BinaryHeap;
 
 /// Largest |angle|, rad, and the largest errors of sine and cosine in f32 over every float up to it.

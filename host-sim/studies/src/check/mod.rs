@@ -4,7 +4,6 @@ mod hazard;
 mod report;
 
 use super::numbers::finite;
-use super::parallel::in_parallel;
 use super::posture_search::{ROUGH, minimise_to, positions};
 use dynamics_core::chapter::posture::Chain;
 use dynamics_core::chapter::statics::holding_torque;
@@ -16,6 +15,7 @@ use nalgebra::Vector3;
 use robot_compiler::check::{Draft, Finding, JointLoad, Severity, findings, gravity_finding, scene_findings};
 use robot_compiler::{Robot, SceneFile, with_dof};
 use sim::failure::Failure;
+use sim::parallel::in_parallel;
 use std::path::Path;
 
 /// The findings about an arm.

@@ -18,7 +18,7 @@ const POINTS: usize = 120;
 pub fn write(outcome: &Outcome, subject: &Subject, payload: Option<&str>, folder: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(folder).map_err(|error| in_file(folder, &error))?;
     let path = folder.join("index.html");
-    std::fs::write(&path, page(outcome, subject, payload).html()).map_err(|error| in_file(&path, &error))
+    sim::pages::write(&path, &page(outcome, subject, payload))
 }
 
 fn page(outcome: &Outcome, subject: &Subject, payload: Option<&str>) -> Page {

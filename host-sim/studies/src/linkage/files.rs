@@ -38,7 +38,7 @@ fn write(
     let summary = folder.join("summary.json");
     fs::write(&summary, format!("{json}\n")).map_err(|error| in_file(&summary, &error))?;
     let report = folder.join("report.html");
-    fs::write(&report, page.html()).map_err(|error| in_file(&report, &error))?;
+    sim::pages::write(&report, page)?;
     Ok(vec![log, summary, report])
 }
 

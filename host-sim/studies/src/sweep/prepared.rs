@@ -1,10 +1,10 @@
 //! A study that is ready to run.
 
 use super::experiment::SceneRuns;
-use crate::parallel::{Jobs, try_in_parallel};
 use robot_compiler::study::{Design, Study, with_robot};
 use sha2::{Digest as _, Sha256};
 use sim::failure::Failure;
+use sim::parallel::{Jobs, try_in_parallel};
 use std::fs;
 use std::ops::Range;
 use std::path::Path;
@@ -21,7 +21,7 @@ pub struct Prepared {
     pub files: Vec<(String, String)>,
     /// Hash of the files and of the program's version: two folders with the same are parts of the same study.
     pub identity: String,
-    runs: SceneRuns,
+    pub(super) runs: SceneRuns,
 }
 
 /// Most runs that a thread does in one go, and has in memory.
@@ -92,11 +92,6 @@ impl Prepared {
         let (name, text) = own.map_or(("robot.toml", ""), |(name, text)| (name, text));
         let scene = with_robot(scene, name).map_err(Failure::input)?;
         Ok(vec![("scene.toml".to_owned(), scene), (name.to_owned(), robot.unwrap_or(text).to_owned())])
-    }
-
-    /// The runs of the scene.
-    pub(super) const fn scene_runs(&self) -> &SceneRuns {
-        &self.runs
     }
 }
 

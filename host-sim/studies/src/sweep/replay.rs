@@ -18,7 +18,7 @@ use std::sync::atomic::AtomicBool;
 pub struct Replayed {
     /// The run.
     pub run: Run,
-    /// `scene.toml` and `robot.toml` with the run's values, log, summary, pictures and page.
+    /// `scene.toml` and `robot.toml` with the run's values, log, summary and report.
     pub files: Vec<PathBuf>,
 }
 
@@ -40,7 +40,7 @@ pub fn replay(
     if index >= prepared.count {
         return Err(wrong(format!("expected a run from 0 to {}", prepared.count - 1)));
     }
-    let runs = prepared.scene_runs();
+    let runs = &prepared.runs;
     // Shards that an engine still has to do read the study's files: they must stay what they are.
     if [MANIFEST, STUDY].iter().any(|name| folder.join(name).exists()) {
         return Err(wrong(format!("{} holds a study; expected another folder by --out", folder.display())));

@@ -1,11 +1,11 @@
 //! Speed against accuracy of the simulator: cost and error of an integrator and its step.
 
-use crate::parallel::try_in_parallel;
 use indicatif::ProgressBar;
 use robot_compiler::scene::Integrator;
 use robot_compiler::{SceneFile, with_dof};
 use serde::Serialize;
 use sim::failure::Failure;
+use sim::parallel::try_in_parallel;
 use sim::run::closed_loop::End;
 use sim::run::simulate::{self, Run};
 use std::sync::atomic::AtomicBool;

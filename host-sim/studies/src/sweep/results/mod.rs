@@ -150,7 +150,7 @@ impl Results {
             sample: SampleSize { runs: 0, stride: 1 },
         };
         let metrics = &prepared.study.experiment.metrics;
-        let units = prepared.scene_runs().units();
+        let units = prepared.runs.units();
         let mut collectors: Vec<Collector> =
             metrics.iter().zip(units).map(|(metric, unit)| Collector::new(metric, unit)).collect();
         let mut sample = Sample::new(prepared.count, &table.columns);
@@ -182,7 +182,7 @@ impl Results {
         results.failures = Share::new(failed, counted);
         results.broken_off.share = Share::new(broken_off, counted);
         if let Some(refusal) = &mut results.refusal {
-            refusal.reason = prepared.scene_runs().refusal(refusal.index);
+            refusal.reason = prepared.runs.refusal(refusal.index);
         }
         let mut histograms: Vec<Histogram> = collectors.iter().map(Collector::histogram).collect();
         table.each_row(|row| {

@@ -2,11 +2,11 @@
 
 use super::manifest::replace;
 use super::{Manifest, RUNS, Shard};
-use crate::parallel::Jobs;
 use crate::sweep::Prepared;
 use crate::sweep::prepared::hexadecimal;
 use sha2::{Digest as _, Sha256};
 use sim::failure::{Failure, in_file};
+use sim::parallel::Jobs;
 use std::fmt;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
