@@ -1,6 +1,6 @@
 //! An arm's straight-line kernel beside the recursion that it was traced from: the same bits.
 //!
-//! `kernel/planar2r.rs` is the output of `cargo sim kernel robots/planar2r.toml`. It needs this crate and nothing else,
+//! `kernel/planar2r.rs` is the output of `cargo newtau model kernel robots/planar2r.toml`. It needs this crate and nothing else,
 //! no `std` and no allocation: a crate for a microcontroller includes it as a module, as here, and calls `Kernel` in
 //! its control tick.
 //!

@@ -188,7 +188,7 @@ fn a_gap_is_imported_and_stays_a_finding_until_it_is_filled_or_ideal() {
     assert_eq!(toml.matches("mass = 0.0 # ? the link ").count(), 3, "{toml}");
     assert!(Robot::from_toml_str(&toml, "bare.toml").is_ok(), "identify starts from geometry alone");
     assert!(
-        Robot::from_urdf_str(&bare, "bare.urdf", Ends::default()).unwrap_err().expected().contains("host-sim import")
+        Robot::from_urdf_str(&bare, "bare.urdf", Ends::default()).unwrap_err().expected().contains("newtau import")
     );
 
     let zero = changed(

@@ -58,6 +58,6 @@ fn arms_and_scenes_say_what_takes_a_linkage() {
     let (arm, scene) = (Robot::load(&path).unwrap_err(), SceneFile::load(&path).unwrap_err());
     for error in [arm, scene] {
         assert_eq!((error.field(), error.problem()), ("kind", "this file describes a closed loop"));
-        assert!(error.expected().ends_with("`host-sim linkage` takes this one"), "{}", error.expected());
+        assert!(error.expected().ends_with("`newtau model linkage` takes this one"), "{}", error.expected());
     }
 }

@@ -1,4 +1,4 @@
-"""Do the shards of a folder that `host-sim sweep --submit hyperqueue` wrote, on a HyperQueue cluster of this machine.
+"""Do the shards of a folder that `newtau sweep --submit hyperqueue` wrote, on a HyperQueue cluster of this machine.
 
 usage: hyperqueue.py FOLDER SHARDS WORKERS
 """

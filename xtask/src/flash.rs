@@ -82,7 +82,7 @@ pub(crate) fn flash(options: &Options) -> Result<()> {
     run_steps(&tool, &steps)?;
     if !options.log {
         println!(
-            "flashed, and started: `cargo sim doctor --port PORT --scene {}` asks it who it is",
+            "flashed, and started: `cargo newtau doctor --port PORT --scene {}` asks it who it is",
             shown(&scene.path)
         );
     }

@@ -1,4 +1,4 @@
-//! `cargo xtask scale`: a study on the engines that `host-sim sweep --submit` writes for, killed on the way, compared byte for byte with
+//! `cargo xtask scale`: a study on the engines that `newtau sweep --submit` writes for, killed on the way, compared byte for byte with
 //! one process; a merge of many shards; and the plan for very many runs that the figures give.
 //!
 //! | module | holds |
@@ -53,7 +53,7 @@ pub(crate) fn run_all(options: &Options) -> Result<()> {
     let python = engines::install()?;
     slurm::install()?;
     run(&mut cargo(["build", "--release", "--locked", "--package", "host-sim"]))?;
-    let program = target_directory().join("release/host-sim");
+    let program = target_directory().join("release/newtau");
     let folder = target_directory().join("scale");
     if folder.exists() {
         std::fs::remove_dir_all(&folder)?;
@@ -104,7 +104,7 @@ struct Work {
 }
 
 impl Work {
-    /// `host-sim sweep` of the study.
+    /// `newtau sweep` of the study.
     fn sweep(&self) -> Command {
         let mut command = Command::new(&self.program);
         command.arg("sweep").arg(root().join("xtask/scale/study.toml"));
@@ -146,7 +146,7 @@ fn many_shards(work: &Work) -> Result<Cost> {
     eprintln!("scale: a merge of {shards} shards");
     let all = work.folder.join("many");
     let mut merge = Command::new(&work.program);
-    merge.args(["merge", "--quiet", "--out"]).arg(all.join("whole"));
+    merge.args(["sweep", "merge", "--quiet", "--out"]).arg(all.join("whole"));
     for number in 1..=shards {
         let folder = all.join(format!("shards/{number}"));
         let mut sweep = Command::new(&work.program);

@@ -30,7 +30,7 @@ pub enum KeyError {
         path: PathBuf,
     },
     /// The file holds something else. The message does not repeat it: it may be nearly a key.
-    #[error("{}:{line}: found {found}, expected {expected}; `host-sim key new FILE` makes a key", path.display())]
+    #[error("{}:{line}: found {found}, expected {expected}; `newtau firmware key new FILE` makes a key", path.display())]
     Content {
         /// The file.
         path: PathBuf,

@@ -98,7 +98,7 @@ impl Log {
     /// Reads and checks a text file with a header, and returns remarks on how it was understood.
     ///
     /// Columns: `time` (or `t`, in s; or `tick`), and per joint `q_1` .., optionally `qd_1` .., and `tau_1` .. or `current_1` ..;
-    /// other names, units and separators that are understood are in the manual of `host-sim identify`. A row in which all positions, or
+    /// other names, units and separators that are understood are in the manual of `newtau identify`. A row in which all positions, or
     /// all torques, are empty is left out. Other columns are ignored.
     ///
     /// # Errors

@@ -18,7 +18,7 @@
 //! use report::{Block, Figure, Page, Point, Series, Table};
 //! let mut table = Table::new("Gains", &["frequency", "error"]);
 //! table.row(vec!["40 rad/s".into(), report::Cell::number("1.2 mrad", 0.0012)]);
-//! let point = Point::at(40.0, 0.0012).named("the scene's own").told("host-sim run scenes/a.toml");
+//! let point = Point::at(40.0, 0.0012).named("the scene's own").told("newtau run scenes/a.toml");
 //! let figure = Figure::new("Error over frequency", "frequency / (rad/s)", "error / rad")
 //!     .with(Series::points("all", vec![point]));
 //! let page = Page {

@@ -58,7 +58,7 @@ const CHARTS: &str = include_str!("../assets/uplot.css");
 /// Licences of the parts of others in the scripts.
 const LICENCES: &str = include_str!("../assets/LICENCES.txt");
 
-/// Id of the viewer's data, which `host-sim compare` reads back.
+/// Id of the viewer's data, which `newtau report` reads back.
 pub const VIEWER_DATA: &str = "viewer-data";
 
 impl Page {

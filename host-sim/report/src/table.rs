@@ -165,10 +165,10 @@ mod tests {
     #[test]
     fn a_cell_hands_its_command_to_pointer_and_keyboard() {
         let mut table = Table::new("worst", &["run"]);
-        table.row(vec![Cell::from("54").told("host-sim sweep 'a b' --replay 54")]);
+        table.row(vec![Cell::from("54").told("newtau sweep 'a b' --replay 54")]);
         let mut out = String::new();
         table.write(&mut out);
-        let command = "host-sim sweep &#39;a b&#39; --replay 54";
+        let command = "newtau sweep &#39;a b&#39; --replay 54";
         assert!(out.contains(&format!("title=\"{command}\" data-command=\"{command}\">54</span></th>")), "{out}");
         assert!(out.contains("tabindex=\"0\" role=\"button\""), "{out}");
     }

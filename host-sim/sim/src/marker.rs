@@ -9,9 +9,12 @@ use std::io::{self, Read as _};
 use std::path::Path;
 
 /// Name of the marker of a folder.
-pub(crate) const MARKER: &str = ".host-sim-output.json";
+pub(crate) const MARKER: &str = ".newtau-output.json";
 
-const ABOUT: &str = "host-sim made this folder. It replaces these files, unless they were changed since; everything else is left alone.";
+/// Its name in earlier versions.
+const EARLIER: &str = ".host-sim-output.json";
+
+const ABOUT: &str = "newtau made this folder. It replaces these files, unless they were changed since; everything else is left alone.";
 
 /// Files that this program wrote into a folder.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -24,15 +27,25 @@ pub(crate) struct Marker {
 }
 
 impl Marker {
+    /// True if the file name is that of a marker.
+    pub(crate) fn is_named(name: &str) -> bool {
+        [MARKER, EARLIER].contains(&name)
+    }
+
+    /// True if the folder has a marker.
+    pub(crate) fn is_in(folder: &Path) -> bool {
+        [MARKER, EARLIER].iter().any(|name| folder.join(name).exists())
+    }
+
     /// The marker of a folder; an empty one if there is none, or a broken one.
     pub(crate) fn read(folder: &Path) -> Self {
-        let text = fs::read(folder.join(MARKER)).unwrap_or_default();
+        let text = [MARKER, EARLIER].iter().find_map(|name| fs::read(folder.join(name)).ok()).unwrap_or_default();
         serde_json::from_slice(&text).unwrap_or_default()
     }
 
     /// Marks a folder that has no marker.
     pub(crate) fn adopt(folder: &Path) -> Result<(), Failure> {
-        if folder.join(MARKER).exists() {
+        if Self::is_in(folder) {
             return Ok(());
         }
         Self::default().write(folder).map_err(|error| in_file(&folder.join(MARKER), &error))

@@ -1,6 +1,6 @@
 //! Files that commands write. Nothing that exists is overwritten, unless this program wrote it and nobody changed it since, or `--force` is given.
 //!
-//! A folder that this program made holds `.host-sim-output.json`: names and SHA-256 of the files that it wrote there. A folder that has other files and
+//! A folder that this program made holds `.newtau-output.json`: names and SHA-256 of the files that it wrote there. A folder that has other files and
 //! no such marker is left alone. An input of a command is never overwritten by it, with `--force` neither.
 
 use crate::failure::{Failure, in_file};
@@ -76,16 +76,16 @@ impl Output {
             return Err(refused(folder, "is a file", "expected a folder"));
         }
         let held = entries(folder)?;
-        let others: Vec<&str> = held.iter().map(String::as_str).filter(|name| *name != MARKER).collect();
-        let ours = known || folder.join(MARKER).exists();
+        let others: Vec<&str> = held.iter().map(String::as_str).filter(|name| !Marker::is_named(name)).collect();
+        let ours = known || Marker::is_in(folder);
         if !ours && !others.is_empty() && !self.force {
             let some = others.iter().take(3).copied().collect::<Vec<_>>().join(", ");
             let more = if others.len() > 3 { format!(" and {} more", others.len() - 3) } else { String::new() };
-            let found = format!("the folder holds {some}{more}, and host-sim did not make it");
+            let found = format!("the folder holds {some}{more}, and newtau did not make it");
             return Err(refused(
                 folder,
                 &found,
-                "expected a new or empty folder, or one that host-sim made; --force writes into it",
+                "expected a new or empty folder, or one that newtau made; --force writes into it",
             ));
         }
         let written = |name: &&str| names.contains(name);
@@ -124,12 +124,12 @@ impl Output {
         let expected = "expected another name, or --force to overwrite it";
         match known {
             Some(known) if marker::digest(path).is_ok_and(|now| now == known) => Ok(()),
-            Some(_) => Err(refused(path, "the file was changed since host-sim wrote it", expected)),
+            Some(_) => Err(refused(path, "the file was changed since newtau wrote it", expected)),
             None => Err(refused(path, "the file exists", expected)),
         }
     }
 
-    /// Registers files that were written, so that the next command may replace them. Those in folders that host-sim did not make are
+    /// Registers files that were written, so that the next command may replace them. Those in folders that newtau did not make are
     /// not registered.
     ///
     /// # Errors
@@ -140,7 +140,7 @@ impl Output {
         folders.dedup();
         for folder in folders {
             let in_default = folder.is_relative() && folder.starts_with(DEFAULT);
-            if !in_default && !folder.join(MARKER).exists() {
+            if !in_default && !Marker::is_in(folder) {
                 continue;
             }
             let mut marker = Marker::read(folder);

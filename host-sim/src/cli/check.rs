@@ -12,11 +12,11 @@ use studies::robot_or_scene::scene_about;
 
 const EXAMPLES: &str = "\
 Examples:
-  host-sim check robots/ur5.toml
-  host-sim check arm.urdf --tip gripper_base
-  host-sim check robots/planar2r.toml --gravity 0,-9.81,0
-  host-sim check robots/yam.toml --scene scenes/yam_move.toml
-  host-sim check arm.urdf --json | jq '.findings[] | select(.severity == \"wrong\")'
+  newtau check robots/ur5.toml
+  newtau check arm.urdf --tip gripper_base
+  newtau check robots/planar2r.toml --gravity 0,-9.81,0
+  newtau check robots/yam.toml --scene scenes/yam_move.toml
+  newtau check arm.urdf --json | jq '.findings[] | select(.severity == \"wrong\")'
 
 Every finding has its place in the file, what is wrong with the number, and what to measure or write instead:
   wrong   no physics allows it, or the arm cannot hold itself

@@ -1,6 +1,6 @@
 //! `doctor`: is everything there, and what to do about what is not.
 
-use crate::cli::key;
+use crate::cli::firmware::key;
 use board::chip;
 use board::session::doctor::{self, Check, State, Use};
 use clap::Args;
@@ -13,9 +13,9 @@ use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
 Examples:
-  host-sim doctor
-  host-sim doctor --for emulator,flash
-  host-sim doctor --port /dev/ttyACM0 --scene scenes/examples/mit6_wave.toml
+  newtau doctor
+  newtau doctor --for emulator,flash
+  newtau doctor --port /dev/ttyACM0 --scene scenes/examples/mit6_wave.toml
 
 What is missing is a problem for a use that needs it and a warning otherwise:
   desk       a Rust compiler
@@ -40,7 +40,7 @@ pub struct DoctorArgs {
     /// The scene that the firmware should have been built from.
     #[arg(long)]
     pub scene: Option<PathBuf>,
-    /// The key file of the board (`host-sim key new`); the board must prove that it has it.
+    /// The key file of the board (`newtau firmware key new`); the board must prove that it has it.
     #[arg(long, value_name = "FILE", requires = "port")]
     pub key: Option<PathBuf>,
     /// Print JSON, and nothing else.

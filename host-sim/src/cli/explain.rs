@@ -28,10 +28,10 @@ together is searched over all sets, as `terms = \"auto\"` in a scene's [model] d
                 estimated cycles of the whole interrupt that the firmware runs, and their share of 168 MHz at the scene's rate
 
 Examples:
-  host-sim explain scenes/puma560_pick.toml
-  host-sim explain scenes/puma560_pick.toml --tolerance 0.05
-  host-sim explain scenes/puma560_pick.toml --chip
-  host-sim explain scenes/puma560_auto.toml --json | jq .fewest.given_up";
+  newtau explain scenes/puma560_pick.toml
+  newtau explain scenes/puma560_pick.toml --tolerance 0.05
+  newtau explain scenes/puma560_pick.toml --chip
+  newtau explain scenes/puma560_auto.toml --json | jq .fewest.given_up";
 
 /// Options of `explain`.
 #[derive(Clone, Debug, Args)]

@@ -6,7 +6,7 @@ use sim::output::Output;
 /// Whether files that exist may be overwritten.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub struct ForceArgs {
-    /// Overwrite files that exist. Otherwise only files are replaced that host-sim wrote and nobody changed since.
+    /// Overwrite files that exist. Otherwise only files are replaced that newtau wrote and nobody changed since.
     #[arg(long)]
     pub force: bool,
 }

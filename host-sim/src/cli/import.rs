@@ -12,11 +12,11 @@ use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
 Examples:
-  host-sim import arm.urdf > robots/arm.toml
-  host-sim import arm.urdf --tip gripper_base --out robots/arm.toml
-  host-sim import two_arms.urdf --base left_base --tip left_flange > robots/left.toml
+  newtau import arm.urdf > robots/arm.toml
+  newtau import arm.urdf --tip gripper_base --out robots/arm.toml
+  newtau import two_arms.urdf --base left_base --tip left_flange > robots/left.toml
 
-The first gap does not stop it: all that the URDF says is written, and each gap is marked `# ?` with its reason. `host-sim check`
+The first gap does not stop it: all that the URDF says is written, and each gap is marked `# ?` with its reason. `newtau check`
 reports a gap until it is filled, or declared ideal (rotor = { inertia = 0, gear = 1 }, friction = {}, a limit of inf). With --base, the
 turn of the base against the root is written as `mounting`, and gravity turns with it.
 

@@ -1,53 +1,82 @@
-//! The command line: one file a command, with its arguments, its help, the call and what is printed.
+//! The command line: twelve commands, one file or folder each, with arguments, help, the call and what it prints.
 
-pub mod bound;
 pub mod chain;
 pub mod check;
 pub mod choose;
-pub mod compare;
 pub mod connect;
-pub mod contact;
-pub mod corrections;
 pub mod doctor;
-pub mod dynamics;
-pub mod energy;
-pub mod excite;
 pub mod explain;
-pub mod export;
-pub mod extremes;
+pub mod firmware;
 pub mod force;
 pub mod gravity;
 pub mod identify;
 pub mod import;
-pub mod info;
-pub mod kernel;
-pub mod key;
-pub mod linkage;
-pub mod merge;
-pub mod motion;
+pub mod model;
 pub mod names;
-pub mod replay;
+pub mod renamed;
+pub mod report;
 pub mod run;
-pub mod statics;
 pub mod sweep;
-pub mod terms;
-pub mod trade;
 
 mod output;
 
 use clap::{Parser, Subcommand};
+use sim::failure::Failure;
+use sim::terminal;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use studies::trade::chip::EmulatedChip;
 
-/// Simulate a robot arm under computed-torque control, on the desk or with the chip's own firmware in the loop.
+/// Computed-torque control for robot arms of one to six joints: simulate it, fit it to your arm, put it on a board.
 #[derive(Clone, Debug, Parser)]
-#[command(name = "host-sim", version, after_long_help = EXIT_CODES)]
+#[command(name = "newtau", version, help_template = TEMPLATE, after_help = AFTER, after_long_help = EXIT_CODES)]
 pub struct Cli {
-    /// What to do.
+    /// The command.
     #[command(subcommand)]
     pub command: Command,
 }
 
+const TEMPLATE: &str = "\
+{about}
+
+{usage-heading} {usage}
+
+Your arm
+  import    URDF to robot file
+  check     find what is wrong or missing in a robot file
+  identify  masses, inertias and friction from logs; `identify excite` designs the motion to record
+
+Simulate
+  run       close the loop of a scene, on the desk or through the firmware in an emulated chip
+  sweep     very many runs of a scene whose keys vary; `sweep merge` puts shards together
+  report    two runs side by side on one page
+
+Operate
+  connect   operate an arm: status, arm, jog, run, record; `connect replay` demands the bits of a record
+  firmware  build it, flash it, make and write the key
+  doctor    find what is missing on this computer, and what to do
+
+Choose
+  explain   what each term of a scene's model costs, and what goes wrong without it
+  choose    the cheapest settings that are accurate enough; `choose trade`, `choose bound`
+
+Compute
+  model     dynamics, terms, statics, contact, energy, linkage, kernel and more
+
+Options:
+{options}{after-help}";
+
+const AFTER: &str = "\
+Example:
+  newtau run scenes/yam_split.toml
+
+`newtau COMMAND --help` explains a command; `newtau --help` lists the exit codes too.";
+
 const EXIT_CODES: &str = "\
-Files: what exists is not overwritten. A folder that host-sim made has a marker, .host-sim-output.json; files in it that host-sim wrote and
+Example:
+  newtau run scenes/yam_split.toml
+
+Files: what exists is not overwritten. A folder that newtau made has a marker, .newtau-output.json; files in it that newtau wrote and
 that nobody changed since are replaced. --force of a command overwrites other files too, but never an input of that command.
 
 Exit codes:
@@ -59,61 +88,71 @@ Exit codes:
   4    chip and desk differed in some tick
   130  interrupted; everything recorded until then was written";
 
-/// What to do.
+/// The command.
 #[derive(Clone, Debug, Subcommand)]
 pub enum Command {
-    /// Close the loop of a scene: table, CSV log, a report for a browser.
-    Run(run::RunArgs),
-    /// Two runs on one page: both arms, curves over each other, what differs.
-    Compare(compare::CompareArgs),
-    /// Inverse and forward dynamics of states given as JSON lines.
-    Dynamics(dynamics::DynamicsArgs),
-    /// Show the matrices of the equations of motion at one posture.
-    Terms(terms::TermsArgs),
-    /// Torques that hold an arm at rest, what its joints carry, and the posture that takes least.
-    Statics(statics::StaticsArgs),
-    /// The wrench at the tip from a sensor in the base, or its reading for a known contact.
-    Contact(contact::ContactArgs),
-    /// Run a scene and account for the energy: work of every joint, friction, what is left over.
-    Energy(energy::EnergyArgs),
-    /// Explain a scene's model: what each term costs, and what goes wrong without it.
-    Explain(explain::ExplainArgs),
-    /// Show what a robot file holds.
-    Info(info::InfoArgs),
-    /// Make a motion of the path that an arm was led along by hand.
-    Motion(motion::MotionArgs),
-    /// Would a physicist believe a robot file: impossible bodies, placeholders, what cannot hold itself, what is missing.
-    Check(check::CheckArgs),
-    /// Design a motion worth recording, to identify an arm from.
-    Excite(excite::ExciteArgs),
-    /// Identify an arm from logs: masses, inertias, friction, what it holds.
-    Identify(identify::IdentifyArgs),
-    /// Write the arm of a robot file as a URDF.
-    Export(export::ExportArgs),
     /// Write a TOML robot file from an arm of a URDF file.
     Import(import::ImportArgs),
-    /// Print the arm's dynamics as straight-line Rust, or what that saves.
-    Kernel(kernel::KernelArgs),
-    /// Drive a four-bar linkage or a slider-crank round, or let it run.
-    Linkage(linkage::LinkageArgs),
-    /// How wrong the torques of single precision are: a proven bound, and the worst that was found.
-    Bound(bound::BoundArgs),
-    /// What every choice of accuracy costs on the chip: the ones that nothing beats.
-    Trade(trade::TradeArgs),
-    /// The cheapest choice that meets a request, as a scene.
-    Choose(choose::ChooseArgs),
-    /// What happens at the edges: masses, numbers, integrators, time, gains; pass or fail, cell by cell.
-    Extremes(extremes::ExtremesArgs),
+    /// Find what is wrong, doubtful or missing in a robot file.
+    Check(check::CheckArgs),
+    /// Identify an arm from logs: masses, inertias, friction, payload.
+    Identify(identify::IdentifyCommand),
+    /// Close the loop of a scene: table, CSV log, a report for a browser.
+    Run(run::RunArgs),
     /// Very many runs of a scene whose keys vary: a study, or a shard of it.
-    Sweep(sweep::SweepArgs),
-    /// Put the shards of a study together.
-    Merge(merge::MergeArgs),
-    /// Is everything there: tool chain, emulator, probe, serial port, the firmware on a board; and what to do.
-    Doctor(doctor::DoctorArgs),
-    /// Make the key that a host and a board share.
-    Key(key::KeyArgs),
+    Sweep(sweep::SweepCommand),
+    /// Two runs on one page: both arms, curves over each other, what differs.
+    Report(report::ReportArgs),
     /// Operate the arm at a board on a serial port, or in a drill: status, arm, jog, run the motion, record.
-    Connect(connect::ConnectArgs),
-    /// Run a record of `connect` again on the desk, and demand the very same bits.
-    Replay(replay::ReplayArgs),
+    Connect(connect::ConnectCommand),
+    /// Build the firmware, flash it, and make and write the key that a host and a board share.
+    Firmware(firmware::FirmwareArgs),
+    /// Find what is missing: tool chain, emulator, probe, serial port, the firmware on a board; and what to do.
+    Doctor(doctor::DoctorArgs),
+    /// Explain a scene's model: what each term costs, and what goes wrong without it.
+    Explain(explain::ExplainArgs),
+    /// Choose the cheapest settings that are accurate enough, as a scene.
+    Choose(choose::ChooseCommand),
+    /// Compute what the arm's equations of motion say.
+    Model(model::ModelArgs),
+}
+
+impl Command {
+    /// Does what the command line asks for; returns the exit code.
+    ///
+    /// # Errors
+    /// Those of the command.
+    pub fn run(&self) -> Result<u8, Failure> {
+        match self {
+            Self::Import(args) => import::run(args).map(|()| 0),
+            Self::Check(args) => check::run(args),
+            Self::Identify(command) => command.run(),
+            Self::Run(args) => run::run(args, &stop_on_interrupt()),
+            Self::Sweep(command) => command.run(),
+            Self::Report(args) => report::run(args).map(|()| 0),
+            Self::Connect(command) => command.run(),
+            Self::Firmware(args) => firmware::run(args),
+            Self::Doctor(args) => doctor::run(args),
+            Self::Explain(args) => explain::run(args, &EmulatedChip, &stop_on_interrupt()).map(|()| 0),
+            Self::Choose(command) => command.run(&EmulatedChip),
+            Self::Model(args) => args.run(),
+        }
+    }
+}
+
+/// Returns a flag that Ctrl-C sets. The loop checks it in every tick, and no tick waits longer than the chip's timeout.
+fn stop_on_interrupt() -> Arc<AtomicBool> {
+    terminal::stop_on_interrupt("end the run without a summary")
+}
+
+/// Returns a counter of Ctrl-C presses: the first press stops the operator's arm, the second ends the program.
+fn presses() -> Arc<AtomicU32> {
+    let presses = Arc::new(AtomicU32::new(0));
+    let count = Arc::clone(&presses);
+    if let Err(error) = ctrlc::set_handler(move || {
+        count.fetch_add(1, Ordering::Relaxed);
+    }) {
+        eprintln!("Ctrl-C will leave the arm to its heartbeat: {error}");
+    }
+    presses
 }

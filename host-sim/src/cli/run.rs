@@ -23,11 +23,11 @@ use studies::robot_or_scene::say_mounting;
 
 const EXAMPLES: &str = "\
 Examples:
-  host-sim run scenes/puma560_pick.toml
-  host-sim run scenes/puma560_pick.toml --target qemu
-  host-sim run scenes/puma560_pick.toml --law pd --scalar f64 --out out/pd
-  host-sim run scenes/puma560_pick.toml --mcap out/pick.mcap
-  host-sim run scenes/puma560_pick.toml --json | jq .tracking_max
+  newtau run scenes/puma560_pick.toml
+  newtau run scenes/puma560_pick.toml --target qemu
+  newtau run scenes/puma560_pick.toml --law pd --scalar f64 --out out/pd
+  newtau run scenes/puma560_pick.toml --mcap out/pick.mcap
+  newtau run scenes/puma560_pick.toml --json | jq .tracking_max
 
 Files, in the folder given by --out:
   log.csv       every tick: time, and per joint reference and actual position and velocity, torque, limits; the fault
@@ -66,7 +66,7 @@ pub struct RunArgs {
     /// The control law; the scene's otherwise.
     #[arg(long, value_parser = named::<Law>())]
     pub law: Option<Law>,
-    /// A file with another table `[motion]`, as `host-sim motion` writes it; the scene's otherwise.
+    /// A file with another table `[motion]`, as `newtau model motion` writes it; the scene's otherwise.
     #[arg(long, value_name = "FILE")]
     pub motion: Option<PathBuf>,
     /// Simulated time, s; the scene's otherwise.

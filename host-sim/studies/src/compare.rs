@@ -36,7 +36,7 @@ impl Side {
         let path = if path.is_dir() { path.join("report.html") } else { path.to_owned() };
         let wrong = |found: &str| {
             Failure::Input(miette::miette!(
-                help = "expected a folder that `host-sim run` wrote without --no-report, or its report.html",
+                help = "expected a folder that `newtau run` wrote without --no-report, or its report.html",
                 "{}: {found}",
                 path.display()
             ))

@@ -10,8 +10,8 @@
 //! | [`energy`] | energy balance of a run |
 //! | [`excite`] | motions worth recording |
 //! | [`explain`] | cost of each term of a model, and the errors without it |
-//! | [`extremes`] | behaviour at the extremes, cell by cell |
 //! | [`identify`] | the model of an arm from logs: its files, its report, the robot file that it becomes |
+//! | [`margins`] | how far each number of a scene may go before the arm is lost |
 //! | [`kernel`] | the arm's dynamics as source code, and the operations that each rewrite saves |
 //! | [`linkage`] | a closed loop of links, driven at constant speed or simulated under a constant moment |
 //! | [`path_work`] | work of the actuators along given states |
@@ -30,10 +30,10 @@ pub mod dynamics;
 pub mod energy;
 pub mod excite;
 pub mod explain;
-pub mod extremes;
 pub mod identify;
 pub mod kernel;
 pub mod linkage;
+pub mod margins;
 mod numbers;
 pub mod path_work;
 pub mod posture_search;

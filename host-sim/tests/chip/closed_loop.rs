@@ -15,7 +15,7 @@ fn run(scene: &str, options: &[&str]) -> Value {
 fn run_file(file: &str, scene: &str, options: &[&str]) -> Value {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let out = workspace.join("target/tmp").join(format!("closed_loop-{scene}{}", options.join("")));
-    let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_newtau"));
     command.current_dir(&workspace).args(["run", file, "--target", "qemu", "--json"]);
     let output = command.arg("--out").arg(new(&out)).args(options).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

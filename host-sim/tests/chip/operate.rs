@@ -16,7 +16,7 @@ fn a_session_on_the_chip_has_the_desk_s_bits_in_every_status_refusal_and_remembe
     assert!(out.contains("press: fault 9: emergency stop"), "{out}");
     assert!(out.ends_with("clear: idle, homed\n"), "{out}");
 
-    let out = printed(at_the_top().arg("replay").arg(&log).output().unwrap());
+    let out = printed(at_the_top().args(["connect", "replay"]).arg(&log).output().unwrap());
     let ticks: u64 = out.strip_suffix(" ticks compared, 0 differ\n").unwrap().parse().unwrap();
     assert!(ticks > 400, "{ticks}");
 }
@@ -39,7 +39,7 @@ fn gains_are_changed_on_the_chip_within_their_bounds_and_its_record_has_the_same
     ] {
         assert!(out.lines().any(|said| said == line), "{line}: {out}");
     }
-    let out = printed(at_the_top().arg("replay").arg(&log).output().unwrap());
+    let out = printed(at_the_top().args(["connect", "replay"]).arg(&log).output().unwrap());
     let ticks: u64 = out.strip_suffix(" ticks compared, 0 differ\n").unwrap().parse().unwrap();
     assert!(ticks > 900, "{ticks}");
 }

@@ -277,7 +277,7 @@ fn statics_draws_both_moments_over_the_first_angle() {
     let (q, load) = (format!("0,{bend}"), "14");
     let command = || {
         let mut command = at_the_top();
-        command.args(["statics", file, "--gravity", "0,-9.81,0", "--q", &q, "--load", load, "--sweep", "shoulder"]);
+        command.args(["model", "statics", file, "--gravity", "0,-9.81,0", "--q", &q, "--load", load, "--sweep", "shoulder"]);
         command.arg("--out").arg(&folder);
         command
     };
@@ -318,7 +318,7 @@ fn statics_draws_both_moments_over_the_first_angle() {
     let (_, table, _) = told(command().output().unwrap());
     assert!(table.contains("report.html") && table.contains("sum"), "{table}");
     let (code, _, error) =
-        told(at_the_top().args(["statics", file, "--q", "0,0", "--sweep", "wrist"]).output().unwrap());
+        told(at_the_top().args(["model", "statics", file, "--q", "0,0", "--sweep", "wrist"]).output().unwrap());
     assert!(code == 2 && error.contains("--sweep wrist: expected a joint"), "{error}");
 }
 

@@ -199,7 +199,7 @@ fn an_interrupt_ends_a_run_cleanly_with_130() {
 fn dynamics_answers_in_order_and_reads_back_exactly() {
     let input =
         "{\"q\":[0.1,0.2]}\n\n{\"q\":[0.1,0.2],\"qd\":[1,2],\"qdd\":[3,4],\"tau\":[5,6],\"gravity\":[0,-9.81,0]}\r\n";
-    let output = with_input(&["dynamics", ROBOT, "--input", "-"], input);
+    let output = with_input(&["model", "dynamics", ROBOT, "--input", "-"], input);
     assert!(output.status.success());
     let text = String::from_utf8(output.stdout).unwrap();
     let lines: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
@@ -220,7 +220,7 @@ fn dynamics_answers_in_order_and_reads_back_exactly() {
 
 #[test]
 fn lines_before_a_bad_one_are_answered() {
-    let output = with_input(&["dynamics", ROBOT, "--input", "-"], "{\"q\":[0,0]}\n{\"q\":[0]}\n{\"q\":[0,0]}\n");
+    let output = with_input(&["model", "dynamics", ROBOT, "--input", "-"], "{\"q\":[0,0]}\n{\"q\":[0]}\n{\"q\":[0,0]}\n");
     assert_eq!(output.status.code(), Some(2));
     assert_eq!(String::from_utf8(output.stdout).unwrap().lines().count(), 1);
     assert!(String::from_utf8(output.stderr).unwrap().contains("standard input, line 2: `q` has 1 number;"));
@@ -248,13 +248,13 @@ fn bad_lines_are_named_with_what_was_found_and_expected() {
         ("result_overflows", r#"{"q":[0,0],"qdd":[1e308,1e308]}"#),
     ];
     let refused =
-        cases.map(|(name, line)| format!("{name}: {line}\n{}", refusal(&["dynamics", ROBOT, "--input", "-"], line)));
+        cases.map(|(name, line)| format!("{name}: {line}\n{}", refusal(&["model", "dynamics", ROBOT, "--input", "-"], line)));
     compare_output("bad_lines_are_named_with_what_was_found_and_expected", refused.join("\n"));
 }
 
 #[test]
 fn bad_single_precision_lines_are_named() {
-    let refused = refusal(&["dynamics", ROBOT, "--input", "-", "--scalar", "f32"], r#"{"q":[0,0],"qd":[1e39,0]}"#);
+    let refused = refusal(&["model", "dynamics", ROBOT, "--input", "-", "--scalar", "f32"], r#"{"q":[0,0],"qd":[1e39,0]}"#);
     assert!(refused.starts_with("exit code 2"), "{refused}");
     assert!(refused.contains("line 1: entry 1 of `qd`, 1e39, is too large for the scalar"), "{refused}");
 }
@@ -262,16 +262,16 @@ fn bad_single_precision_lines_are_named() {
 #[test]
 fn a_byte_order_mark_begins_a_file_and_no_later_line() {
     let mark = "\u{feff}";
-    let output = with_input(&["dynamics", ROBOT, "--input", "-"], &format!("{mark}{{\"q\":[0,0]}}\n{{\"q\":[0,0]}}\n"));
+    let output = with_input(&["model", "dynamics", ROBOT, "--input", "-"], &format!("{mark}{{\"q\":[0,0]}}\n{{\"q\":[0,0]}}\n"));
     assert!(output.status.success());
     assert_eq!(String::from_utf8(output.stdout).unwrap().lines().count(), 2);
-    let output = with_input(&["dynamics", ROBOT, "--input", "-"], &format!("{{\"q\":[0,0]}}\n{mark}{{\"q\":[0,0]}}\n"));
+    let output = with_input(&["model", "dynamics", ROBOT, "--input", "-"], &format!("{{\"q\":[0,0]}}\n{mark}{{\"q\":[0,0]}}\n"));
     assert_eq!(output.status.code(), Some(2));
 }
 
 #[test]
 fn what_a_line_says_is_not_printed_whole_and_commands_no_terminal() {
-    let dynamics = |line: &str| refusal(&["dynamics", ROBOT, "--input", "-"], line);
+    let dynamics = |line: &str| refusal(&["model", "dynamics", ROBOT, "--input", "-"], line);
     let said = dynamics(&format!("{{\"q\":[0,0],\"{}\":1}}", "x".repeat(50_000)));
     assert!(said.contains("line 1: unknown field `xxx") && said.len() < 1000, "{said}");
     assert!(dynamics(&format!("{{\"q\":[{}]}}", "0,".repeat(50_000))).contains("line 1: longer than 65536 bytes"));
@@ -281,9 +281,9 @@ fn what_a_line_says_is_not_printed_whole_and_commands_no_terminal() {
     assert!(said.contains("a duration of 1e300 s makes 1e303 ticks") && said.len() < 300, "{said}");
     // Beyond 8192 rad single precision has no sine; double precision has.
     let line = r#"{"q":[0,1e7]}"#;
-    let said = refusal(&["dynamics", ROBOT, "--input", "-", "--scalar", "f32"], line);
+    let said = refusal(&["model", "dynamics", ROBOT, "--input", "-", "--scalar", "f32"], line);
     assert!(said.contains("line 1: entry 2 of `q`, 1e7 rad, is too large for the scalar's sine and cosine"), "{said}");
-    assert!(with_input(&["dynamics", ROBOT, "--input", "-"], line).status.success());
+    assert!(with_input(&["model", "dynamics", ROBOT, "--input", "-"], line).status.success());
 }
 
 #[test]
@@ -299,9 +299,9 @@ fn bad_options_and_files_are_named() {
         &["run", SCENE, "--duration", "0"],
         &["run", SCENE, "--duration", "1e9"],
         &["run", SCENE, "--target", "qemu", "--scalar", "f64"],
-        &["dynamics", "tests/fixtures/nowhere.toml", "--input", "-"],
-        &["dynamics", ROBOT, "--input", "tests/fixtures/nowhere.jsonl"],
-        &["info", SCENE],
+        &["model", "dynamics", "tests/fixtures/nowhere.toml", "--input", "-"],
+        &["model", "dynamics", ROBOT, "--input", "tests/fixtures/nowhere.jsonl"],
+        &["model", "info", SCENE],
     ];
     let out = folder("refused");
     let refused = cases.map(|arguments| {
@@ -329,7 +329,7 @@ fn a_log_that_cannot_be_written_is_an_outside_failure() {
 fn a_reader_that_has_seen_enough_is_no_error() {
     let line = "{\"q\":[0,0]}\n";
     let mut child = at_its_fixtures()
-        .args(["dynamics", ROBOT, "--input", "-"])
+        .args(["model", "dynamics", ROBOT, "--input", "-"])
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -343,7 +343,7 @@ fn a_reader_that_has_seen_enough_is_no_error() {
 
 #[test]
 fn info_shows_every_joint() {
-    let output = at_its_fixtures().args(["info", ROBOT]).output().unwrap();
+    let output = at_its_fixtures().args(["model", "info", ROBOT]).output().unwrap();
     assert!(output.status.success());
     compare_output("info_shows_every_joint", String::from_utf8(output.stdout).unwrap());
 }

@@ -95,7 +95,7 @@ fn what_is_no_report_of_a_run_is_not_compared() {
     for (b, expected) in
         [(&missing, "there is no such file"), (&text, "no data of one run in it"), (&other, "has 6 joints")]
     {
-        let output = at_the_top().arg("compare").args([&a, b]).output().unwrap();
+        let output = at_the_top().arg("report").args([&a, b]).output().unwrap();
         let (code, out, error) = told(output);
         assert_eq!((code, out.as_str()), (2, ""), "{error}");
         assert!(error.contains(expected) && error.contains("expected"), "{error}");

@@ -7,7 +7,7 @@ const PUMA: &str = "robots/puma560.toml";
 const STATE: [&str; 6] = ["--q", "0.3,0.9,-1.6,0.4,0.5,0.2", "--qd", "0.5,-0.8,1.1,2,-1,0.7", "--qdd", "3,-2,5,1,4,-6"];
 
 fn contact(arguments: &[&str]) -> (i32, String, String) {
-    told(at_the_top().arg("contact").args(arguments).output().unwrap())
+    told(at_the_top().args(["model", "contact"]).args(arguments).output().unwrap())
 }
 
 fn json(arguments: &[&str]) -> Value {

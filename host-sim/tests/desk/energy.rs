@@ -97,7 +97,7 @@ fn robots_of_six_joints_are_accounted_for_too() {
 }
 
 fn command(arguments: &[&str], folder: &Path) -> (i32, String, String) {
-    told(at_its_fixtures().arg("energy").args(arguments).arg("--out").arg(folder).output().unwrap())
+    told(at_its_fixtures().args(["model", "energy"]).args(arguments).arg("--out").arg(folder).output().unwrap())
 }
 
 #[test]
@@ -186,7 +186,7 @@ fn energy_on_the_path_of_exercise_31_is_the_closed_forms() {
     std::fs::write(&path, &lines).unwrap();
     let along = |path: &Path, more: &[&str]| {
         let mut command = at_its_fixtures();
-        told(command.arg("energy").arg(&scene).arg("--path").arg(path).args(more).output().unwrap())
+        told(command.args(["model", "energy"]).arg(&scene).arg("--path").arg(path).args(more).output().unwrap())
     };
     let (code, json, error) = along(&path, &["--json"]);
     assert_eq!((code, error.as_str()), (0, ""));

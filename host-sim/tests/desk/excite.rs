@@ -15,7 +15,7 @@ fn folder(name: &str) -> PathBuf {
 }
 
 fn excite(arguments: &[&str]) -> (i32, String, String) {
-    told(at_the_top().arg("excite").args(arguments).output().unwrap())
+    told(at_the_top().args(["identify", "excite"]).args(arguments).output().unwrap())
 }
 
 fn json(arguments: &[&str]) -> Value {

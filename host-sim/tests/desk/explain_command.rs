@@ -1,4 +1,4 @@
-//! `host-sim explain` as used by a person or a script.
+//! `newtau explain` as used by a person or a script.
 
 use crate::program;
 use crate::program::at_the_top;
@@ -84,7 +84,7 @@ fn without_gravity_the_torque_is_off_by_the_weight_and_the_arm_sags() {
 #[test]
 fn operations_are_those_of_the_kernel_command() {
     let exact = ["--function", "inverse-dynamics", "--level", "exact"];
-    let asked = ["kernel", "robots/puma560.toml", "--scene", PICK, "--scalar", "f32", "--json"];
+    let asked = ["model", "kernel", "robots/puma560.toml", "--scene", PICK, "--scalar", "f32", "--json"];
     let output = at_the_top().args(asked).args(exact).output().unwrap();
     let kernel: Value = serde_json::from_slice(&output.stdout).unwrap();
     let pick = json(&[PICK]);

@@ -219,7 +219,7 @@ fn a_motion_worth_recording_is_played_and_its_record_is_a_log() {
     let motion = file("feel_motion.toml");
     let (code, _, error) = told(
         at_the_top()
-            .args(["excite", "scenes/yam_move.toml", "--periods", "1", "--out"])
+            .args(["identify", "excite", "scenes/yam_move.toml", "--periods", "1", "--out"])
             .arg(new(&motion))
             .output()
             .unwrap(),

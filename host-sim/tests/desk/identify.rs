@@ -36,7 +36,7 @@ fn recorded(folder: &Path, seed: &str, periods: &str) -> String {
     let folder = folder.join(seed);
     let (motion, run) = (folder.with_extension("toml"), folder.to_str().unwrap().to_owned());
     let motion = motion.to_str().unwrap();
-    done(&["excite", SCENE, "--seed", seed, "--periods", periods, "--period", "8", "--tries", "150", "--out", motion]);
+    done(&["identify", "excite", SCENE, "--seed", seed, "--periods", periods, "--period", "8", "--tries", "150", "--out", motion]);
     let seconds = if periods == "1" { "10.4" } else { "18.4" };
     done(&["run", SCENE, "--motion", motion, "--duration", seconds, "--out", &run, "--quiet"]);
     format!("{run}/log.csv")
@@ -65,7 +65,7 @@ fn missed(model: &Robot, truth: &Robot) -> [f64; 6] {
 /// From a URDF with geometry alone, by way of the robot file that `import` writes, in which every mass is a gap.
 fn a_file_without_masses_is_identified_too(folder: &Path, log: &str, other: &str) {
     let [urdf, arm, out] = ["bare.urdf", "bare.toml", "found.toml"].map(|name| folder.join(name).display().to_string());
-    done(&["export", ROBOT, "--urdf", "--out", &urdf, "--force"]);
+    done(&["model", "export", ROBOT, "--urdf", "--out", &urdf, "--force"]);
     let text = std::fs::read_to_string(&urdf).unwrap();
     let bare: String = text
         .split("<inertial>")
@@ -191,7 +191,7 @@ fn slow_sweeps_and_rests_can_be_played() {
     let folder = folder("slow");
     for kind in ["--friction", "--static"] {
         let motion = folder.join(format!("{kind}.toml"));
-        done(&["excite", SCENE, kind, "--out", motion.to_str().unwrap()]);
+        done(&["identify", "excite", SCENE, kind, "--out", motion.to_str().unwrap()]);
         let run = folder.join(kind);
         done(&["run", SCENE, "--motion", motion.to_str().unwrap(), "--out", run.to_str().unwrap(), "--quiet"]);
     }
@@ -208,7 +208,7 @@ fn what_identify_cannot_use_is_refused_with_what_is_expected() {
         (&["identify", ROBOT, "--log", bad], "q_2"),
         (&["identify", ROBOT, "--log", bad, "--torque-per-ampere", "1,2"], "6 numbers"),
         (&["identify", ROBOT, "--log", bad, "--cutoff", "0"], "above zero"),
-        (&["excite", ROBOT, "--centre", "9,9,9,9,9,9"], "inside its limits"),
+        (&["identify", "excite", ROBOT, "--centre", "9,9,9,9,9,9"], "inside its limits"),
     ];
     for (arguments, expected) in cases {
         let (code, out, error) = told(simulator(arguments).output().unwrap());

@@ -1,4 +1,4 @@
-//! `host-sim kernel` as used by a person or a script.
+//! `newtau model kernel` as used by a person or a script.
 
 use crate::program;
 use crate::program::at_the_top;
@@ -10,7 +10,7 @@ const PICK: &str = "scenes/puma560_pick.toml";
 
 /// Run the command in the project's root folder.
 fn kernel(arguments: &[&str]) -> Output {
-    at_the_top().arg("kernel").args(arguments).output().unwrap()
+    at_the_top().args(["model", "kernel"]).args(arguments).output().unwrap()
 }
 
 fn printed(arguments: &[&str]) -> String {

@@ -1,4 +1,4 @@
-//! `host-sim linkage` as used by a person or a script.
+//! `newtau model linkage` as used by a person or a script.
 #![allow(clippy::float_cmp, reason = "a log is the summary's numbers, to the last digit")]
 
 use crate::program::at_its_fixtures;
@@ -23,7 +23,7 @@ fn folder(name: &str) -> PathBuf {
 }
 
 fn linkage(file: &str, out: &Path, more: &[&str]) -> Output {
-    let mut all = vec!["linkage", file, "--out", out.to_str().unwrap()];
+    let mut all = vec!["model", "linkage", file, "--out", out.to_str().unwrap()];
     all.extend(more);
     host_sim(&all)
 }
@@ -253,29 +253,29 @@ fn json_is_the_summary_file_and_nothing_else() {
 
 #[test]
 fn a_linkage_that_cannot_close_is_refused_in_its_line() {
-    let error = refusal(&["linkage", "tests/fixtures/never_closes.toml"]);
+    let error = refusal(&["model", "linkage", "tests/fixtures/never_closes.toml"]);
     assert!(
         error.contains(
             "tests/fixtures/never_closes.toml:3:10: offset: the loop never closes: the offset is 0.09 m longer"
         ),
         "{error}"
     );
-    let error = refusal(&["linkage", ROCKER, "--simulate", "1", "--angle", "0"]);
+    let error = refusal(&["model", "linkage", ROCKER, "--simulate", "1", "--angle", "0"]);
     assert!(error.contains("the linkage cannot start at a crank angle of 0 rad on the open branch"), "{error}");
     assert!(error.contains("the loop does not close: one link reaches 0.04 m past the other"), "{error}");
     assert!(error.contains("help: the crank does not turn fully: dead points at 0.1452 rad,"), "{error}");
-    let error = refusal(&["linkage", "tests/fixtures/nowhere.toml"]);
+    let error = refusal(&["model", "linkage", "tests/fixtures/nowhere.toml"]);
     assert!(error.contains("tests/fixtures/nowhere.toml: cannot be read"), "{error}");
 }
 
 #[test]
 fn commands_for_arms_point_to_this_one_and_back() {
-    for arguments in [vec!["run", FOUR_BAR], vec!["dynamics", FOUR_BAR, "--input", "-"], vec!["info", SLIDER_CRANK]] {
+    for arguments in [vec!["run", FOUR_BAR], vec!["model", "dynamics", FOUR_BAR, "--input", "-"], vec!["model", "info", SLIDER_CRANK]] {
         let error = refusal(&arguments);
         assert!(error.contains("kind: this file describes a closed loop"), "{error}");
-        assert!(error.contains("`host-sim linkage` takes this one"), "{error}");
+        assert!(error.contains("`newtau model linkage` takes this one"), "{error}");
     }
-    let error = refusal(&["linkage", "tests/fixtures/planar.toml"]);
+    let error = refusal(&["model", "linkage", "tests/fixtures/planar.toml"]);
     assert!(error.contains("kind: missing") && error.contains("in a linkage file"), "{error}");
 }
 
@@ -291,7 +291,7 @@ fn bad_options_are_named() {
         (vec!["--simulate", "1", "--duration", "1e9"], "at most 1000000 steps"),
         (vec!["--branch", "half"], "possible values: open, crossed"),
     ] {
-        let mut all = vec!["linkage", FOUR_BAR];
+        let mut all = vec!["model", "linkage", FOUR_BAR];
         all.extend(arguments);
         let error = refusal(&all);
         assert!(error.contains(words), "{words} in {error}");
@@ -300,7 +300,7 @@ fn bad_options_are_named() {
 
 #[test]
 fn the_help_names_the_equations() {
-    let output = host_sim(&["linkage", "--help"]);
+    let output = host_sim(&["model", "linkage", "--help"]);
     let text = String::from_utf8(output.stdout).unwrap();
     for words in ["12.44-12.46", "12.41 with m3 a3", "12.47", "12.216", "docs/linkages.md"] {
         assert!(text.contains(words), "{words} in {text}");
@@ -321,7 +321,7 @@ fn the_documents_examples_are_real() {
             Some(file) => top.join("robots").join(file).display().to_string(),
             None => word.to_owned(),
         });
-        let output = Command::new(env!("CARGO_BIN_EXE_host-sim")).current_dir(&here).args(words).output().unwrap();
+        let output = Command::new(env!("CARGO_BIN_EXE_newtau")).current_dir(&here).args(words).output().unwrap();
         let printed = String::from_utf8(output.stdout).unwrap();
         assert!(output.status.success(), "{command}");
         let shown = text.contains(&format!("{command}\n```\n```text\n"));

@@ -17,7 +17,6 @@ mod dynamics;
 mod energy;
 mod excite;
 mod explain_command;
-mod extremes;
 mod feel;
 mod first_motion;
 mod friction;

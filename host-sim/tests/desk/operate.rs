@@ -52,7 +52,7 @@ fn connect_to(scene: &str, name: &str, script: &str, more: &[&str]) -> (i32, Str
 }
 
 fn replay(log: &Path) -> (i32, String, String) {
-    told(at_the_top().arg("replay").arg(log).output().unwrap())
+    told(at_the_top().args(["connect", "replay"]).arg(log).output().unwrap())
 }
 
 /// A record with its entries changed.
@@ -318,7 +318,7 @@ fn a_record_that_is_none_or_another_s_is_bad_input() {
 
     let log = file("hash.log");
     assert_eq!(connect("hash", "home\n", &["--target", "desk", "--record", log.to_str().unwrap()]).0, 0);
-    let other = at_the_top().args(["replay", "--scene", "scenes/planar2r_sine.toml"]).arg(&log).output().unwrap();
+    let other = at_the_top().args(["connect", "replay", "--scene", "scenes/planar2r_sine.toml"]).arg(&log).output().unwrap();
     let (code, _, error) = told(other);
     assert_eq!(code, 2);
     assert!(error.contains("the record is of another robot, scene or controller"), "{error}");

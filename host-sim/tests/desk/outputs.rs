@@ -29,21 +29,20 @@ fn sim(folder: &Path, line: &str) -> (i32, String) {
 }
 
 /// Every command that writes a file, which stands as FILE.
-const FILES: [&str; 16] = [
-    "export @robots/planar2r.toml --urdf --out FILE",
-    "excite @robots/planar2r.toml --friction --out FILE",
+const FILES: [&str; 15] = [
+    "model export @robots/planar2r.toml --urdf --out FILE",
+    "identify excite @robots/planar2r.toml --friction --out FILE",
     "import @host-sim/tests/fixtures/traps.urdf --out FILE",
-    "motion log.csv --scene @scenes/planar2r_sine.toml --out FILE",
+    "model motion log.csv --scene @scenes/planar2r_sine.toml --out FILE",
     "identify arm.toml --log log.csv --out FILE",
     "identify arm.toml --log log.csv --predict FILE",
     "choose @scenes/planar2r_sine.toml --max-tracking-error 1 --out FILE",
     "run @scenes/planar2r_sine.toml --duration 0.01 --quiet --out run --mcap FILE",
     "run @scenes/planar2r_sine.toml --duration 0.01 --quiet --out run --report FILE",
     "connect @scenes/planar2r_swing.toml --target desk --script script.txt --record FILE",
-    "extremes --report FILE",
-    "compare a b --report FILE",
-    "key new FILE",
-    "key page arm.key --out FILE",
+    "report a b --report FILE",
+    "firmware key new FILE",
+    "firmware key page arm.key --out FILE",
     "connect @scenes/planar2r_swing.toml --target desk --script dump.txt",
     "connect @scenes/planar2r_swing.toml --target desk --script record.txt",
 ];
@@ -51,16 +50,16 @@ const FILES: [&str; 16] = [
 /// Every command that writes into a folder, which stands as FOLDER, and a file that it writes there.
 const FOLDERS: [(&str, &str); 11] = [
     ("run @scenes/planar2r_sine.toml --duration 0.01 --quiet --out FOLDER", "log.csv"),
-    ("energy @scenes/planar2r_sine.toml --duration 0.01 --out FOLDER", "energy.json"),
-    ("statics @robots/planar2r.toml --q 0,0.1 --sweep shoulder --out FOLDER", "report.html"),
-    ("linkage @robots/chapter12/four_bar.toml --out FOLDER", "driven.csv"),
-    ("linkage @robots/chapter12/four_bar.toml --simulate 0.5 --duration 0.01 --out FOLDER", "summary.json"),
+    ("model energy @scenes/planar2r_sine.toml --duration 0.01 --out FOLDER", "energy.json"),
+    ("model statics @robots/planar2r.toml --q 0,0.1 --sweep shoulder --out FOLDER", "report.html"),
+    ("model linkage @robots/chapter12/four_bar.toml --out FOLDER", "driven.csv"),
+    ("model linkage @robots/chapter12/four_bar.toml --simulate 0.5 --duration 0.01 --out FOLDER", "summary.json"),
     ("identify arm.toml --log log.csv --report FOLDER", "index.html"),
-    ("trade @scenes/planar2r_sine.toml --out FOLDER", "trade.csv"),
+    ("choose trade @scenes/planar2r_sine.toml --out FOLDER", "trade.csv"),
     ("sweep @host-sim/tests/fixtures/study.toml --quiet --out FOLDER", "results.json"),
     ("sweep @host-sim/tests/fixtures/study.toml --quiet --replay 1 --out FOLDER", "log.csv"),
     ("sweep @host-sim/tests/fixtures/study.toml --submit slurm --shards 2 --out FOLDER", "submit.sbatch"),
-    ("merge shards --quiet --out FOLDER", "runs.csv"),
+    ("sweep merge shards --quiet --out FOLDER", "runs.csv"),
 ];
 
 #[test]
@@ -80,7 +79,7 @@ fn no_command_overwrites_a_file_of_the_user() {
         let expected = if line.contains("dump.txt") || line.contains("record.txt") { 3 } else { 2 };
         assert_eq!(code, expected, "{line}: {said}");
         // A key is not overwritten with force either.
-        let words = if line.starts_with("key") {
+        let words = if line.starts_with("firmware key") {
             ["mine.txt", "never overwritten"]
         } else {
             ["mine.txt: the file exists", "--force"]
@@ -101,7 +100,7 @@ fn no_command_writes_into_a_folder_of_the_user() {
         fs::write(mine.join("notes.txt"), "mine").unwrap();
         let (code, said) = sim(&folder, &line.replace("FOLDER", "mine"));
         assert_eq!(code, 2, "{line}: {said}");
-        assert!(said.contains("mine") && said.contains("host-sim did not make it"), "{line}: {said}");
+        assert!(said.contains("mine") && said.contains("newtau did not make it"), "{line}: {said}");
         assert!(said.contains("--force"), "{line}: {said}");
         let mut held: Vec<String> =
             fs::read_dir(&mine).unwrap().map(|entry| entry.unwrap().file_name().to_str().unwrap().to_owned()).collect();
@@ -118,13 +117,13 @@ const TWICE: [(&str, &str); 12] = [
     ("run @scenes/planar2r_sine.toml --duration 0.01 --quiet", "out/planar2r_sine/log.csv"),
     ("run @scenes/planar2r_sine.toml --duration 0.01 --quiet --out out/a --mcap out/a.mcap", "out/a.mcap"),
     ("run @scenes/planar2r_sine.toml --duration 0.01 --quiet --out out/b --report out/b.html", "out/b.html"),
-    ("compare out/a out/planar2r_sine", "out/compare.html"),
-    ("export @robots/planar2r.toml --urdf --out out/arm.urdf", "out/arm.urdf"),
-    ("excite @robots/planar2r.toml --friction --out out/slow.toml", "out/slow.toml"),
+    ("report out/a out/planar2r_sine", "out/compare.html"),
+    ("model export @robots/planar2r.toml --urdf --out out/arm.urdf", "out/arm.urdf"),
+    ("identify excite @robots/planar2r.toml --friction --out out/slow.toml", "out/slow.toml"),
     ("import @host-sim/tests/fixtures/traps.urdf --out out/imported.toml", "out/imported.toml"),
-    ("energy @scenes/planar2r_sine.toml --duration 0.01", "out/planar2r_sine/energy.json"),
-    ("statics @robots/planar2r.toml --q 0,0.1 --sweep shoulder --out out/statics", "out/statics/report.html"),
-    ("linkage @robots/chapter12/four_bar.toml --out out/linkage", "out/linkage/driven.csv"),
+    ("model energy @scenes/planar2r_sine.toml --duration 0.01", "out/planar2r_sine/energy.json"),
+    ("model statics @robots/planar2r.toml --q 0,0.1 --sweep shoulder --out out/statics", "out/statics/report.html"),
+    ("model linkage @robots/chapter12/four_bar.toml --out out/linkage", "out/linkage/driven.csv"),
     ("sweep @host-sim/tests/fixtures/study.toml --quiet --replay 1 --out out/run", "out/run/log.csv"),
     ("connect @scenes/planar2r_swing.toml --target desk --script script.txt --record out/x.log", "out/x.log"),
 ];
@@ -142,7 +141,7 @@ fn what_host_sim_wrote_is_replaced_until_somebody_changes_it() {
         fs::write(&file, "edited").unwrap();
         let (code, said) = sim(&folder, line);
         assert_eq!(code, 2, "{line}: {said}");
-        assert!(said.contains("was changed since host-sim wrote it") && said.contains("--force"), "{line}: {said}");
+        assert!(said.contains("was changed since newtau wrote it") && said.contains("--force"), "{line}: {said}");
         assert_eq!(fs::read_to_string(&file).unwrap(), "edited", "{line}");
         let (code, said) = sim(&folder, &format!("{line} --force"));
         assert!(code == 0 && fs::read(&file).unwrap().len() > "edited".len(), "{line}: {said}");
@@ -161,21 +160,21 @@ fn an_input_is_never_overwritten_with_force_neither() {
     fs::copy(top("host-sim/tests/fixtures/traps.urdf"), folder.join("arm.urdf")).unwrap();
     assert_eq!(sim(&folder, "sweep @host-sim/tests/fixtures/study.toml --quiet --out shards/1").0, 0);
     for (line, input) in [
-        ("export arm.toml --urdf --out arm.toml", "arm.toml"),
-        ("excite arm.toml --friction --out ./arm.toml", "arm.toml"),
+        ("model export arm.toml --urdf --out arm.toml", "arm.toml"),
+        ("identify excite arm.toml --friction --out ./arm.toml", "arm.toml"),
         ("import arm.urdf --out arm.urdf", "arm.urdf"),
-        ("motion log.csv --scene scene.toml --out log.csv", "log.csv"),
+        ("model motion log.csv --scene scene.toml --out log.csv", "log.csv"),
         ("identify arm.toml --log log.csv --out log.csv", "log.csv"),
         ("identify arm.toml --log log.csv --validate log.csv --predict ../inputs/log.csv", "log.csv"),
         ("run scene.toml --duration 0.01 --quiet --out run --mcap scene.toml", "scene.toml"),
         ("run scene.toml --duration 0.01 --quiet --out run --report scene.toml", "scene.toml"),
         ("connect @scenes/planar2r_swing.toml --target desk --script script.txt --record script.txt", "script.txt"),
-        ("merge shards/1 --quiet --out shards/1", "shards/1/runs.csv"),
+        ("sweep merge shards/1 --quiet --out shards/1", "shards/1/runs.csv"),
     ] {
         let before = fs::read(folder.join(input)).unwrap();
         let (code, said) = sim(&folder, &format!("{line} --force"));
         assert_eq!(code, 2, "{line}: {said}");
-        assert!(line.starts_with("merge") || said.contains("is an input of this command"), "{line}: {said}");
+        assert!(line.starts_with("sweep merge") || said.contains("is an input of this command"), "{line}: {said}");
         assert!(fs::read(folder.join(input)).unwrap() == before, "{line}");
     }
 }

@@ -181,13 +181,13 @@ fn command(arguments: &[&str]) -> (i32, String, String) {
 
 #[test]
 fn the_table_and_the_json_say_the_same() {
-    let (code, table, error) = command(&["statics", PLANAR, "--q", "0.5,-1", "--gravity", "0,-9.81,0", "--load", "1"]);
+    let (code, table, error) = command(&["model", "statics", PLANAR, "--q", "0.5,-1", "--gravity", "0,-9.81,0", "--load", "1"]);
     assert_eq!((code, error.as_str()), (0, ""));
     for word in ["planar: at rest", "shoulder", "elbow", "actuator", "radial", "tilting", "potential energy"] {
         assert!(table.contains(word), "{word} in {table}");
     }
     let (_, json, _) =
-        command(&["statics", PLANAR, "--q", "0.5,-1", "--gravity", "0,-9.81,0", "--load", "1", "--json"]);
+        command(&["model", "statics", PLANAR, "--q", "0.5,-1", "--gravity", "0,-9.81,0", "--load", "1", "--json"]);
     let json: Value = serde_json::from_str(&json).unwrap();
     let question = Question { load: Some(vec![1.0]), ..at(&[0.5, -1.0]) };
     assert_eq!(json, serde_json::to_value(planar(&question)).unwrap());
@@ -214,7 +214,7 @@ fn bad_questions_are_named_with_what_was_expected() {
         &["--q", "0,0", "--minimise", "total", "--hold", "3"],
     ];
     let refused = cases.map(|arguments| {
-        let (code, out, error) = command(&[&["statics", PLANAR], arguments].concat());
+        let (code, out, error) = command(&[&["model", "statics", PLANAR], arguments].concat());
         assert_eq!(out, "");
         format!("{}\nexit code {code}\n{error}", arguments.join(" "))
     });

@@ -7,7 +7,7 @@ use report::{Block, Cell, Figure, Page, Point, Scale, Series, Table};
 #[test]
 fn a_point_of_a_study_hands_over_the_command_that_repeats_it() {
     let Some(mut browser) = Browser::start("study", FLAT) else { return };
-    let point = Point::at(100.0, 1e-3).named("best").told("host-sim trade a.toml --scalar f32");
+    let point = Point::at(100.0, 1e-3).named("best").told("newtau choose trade a.toml --scalar f32");
     let figure = Figure::new("cost", "cycles", "error")
         .scaled(Scale::Log, Scale::Log)
         .with(Series::steps("front", vec![point, Point::at(1000.0, 1e-5)]));
@@ -18,7 +18,7 @@ fn a_point_of_a_study_hands_over_the_command_that_repeats_it() {
         browser.value("document.querySelector('[data-command]').focus()");
         browser.press("Enter");
         browser.until(
-            "document.querySelector('.note')?.textContent.includes('host-sim trade a.toml --scalar f32') === true",
+            "document.querySelector('.note')?.textContent.includes('newtau choose trade a.toml --scalar f32') === true",
         );
     }
     assert_eq!(browser.complaints(), [""; 0]);

@@ -173,7 +173,7 @@ fn shows_the_worst_runs(browser: &mut Browser, results: &Value, table: &[Vec<Str
 }
 
 fn command(out: &Path, index: u64) -> String {
-    format!("host-sim sweep {} --replay {index} --out out/run_{index}", out.join(STUDY).display())
+    format!("newtau sweep {} --replay {index} --out out/run_{index}", out.join(STUDY).display())
 }
 
 fn shows_the_failing_runs(browser: &mut Browser, results: &Value, table: &[Vec<String>], out: &Path) {

@@ -12,7 +12,7 @@ use std::process::Command;
 
 /// What a command prints that a shell runs in a folder.
 fn done(command: &str, folder: &Path) -> String {
-    let programs = Path::new(env!("CARGO_BIN_EXE_host-sim")).parent().unwrap();
+    let programs = Path::new(env!("CARGO_BIN_EXE_newtau")).parent().unwrap();
     let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap());
     let done = Command::new("sh").args(["-c", command]).env("PATH", &path).current_dir(folder).output().unwrap();
     assert!(done.status.success(), "{command}: {done:?}");

@@ -29,7 +29,7 @@ fn a_replay_is_the_run_in_full_and_a_scene_of_its_own() {
     assert_eq!(fs::read(replay.join("log.csv")).unwrap(), fs::read(again.join("log.csv")).unwrap());
     let page = out.join("compared.html");
     let mut compare = at_its_fixtures();
-    printed(compare.arg("compare").arg(&replay).arg(&again).arg("--report").arg(&page).output().unwrap());
+    printed(compare.arg("report").arg(&replay).arg(&again).arg("--report").arg(&page).output().unwrap());
     assert!(fs::read_to_string(&page).unwrap().contains("viewer-data"));
     let mut beyond = at_its_fixtures();
     beyond.args(["sweep", "tests/fixtures/study.toml", "--replay", "40", "--out"]).arg(&again);

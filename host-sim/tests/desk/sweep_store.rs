@@ -230,13 +230,13 @@ fn merge_and_shards_work_from_the_command_line() {
         assert!(!part.join("results.json").exists());
     }
     let mut merge = at_its_fixtures();
-    let again = printed(merge.arg("merge").args(&parts).arg("--out").arg(&merged).output().unwrap());
+    let again = printed(merge.args(["sweep", "merge"]).args(&parts).arg("--out").arg(&merged).output().unwrap());
     for name in ["runs.csv", "manifest.json", "results.json", "results.md", "study.toml", "scene.toml", "robot.toml"] {
         assert!(fs::read(whole.join(name)).unwrap() == fs::read(merged.join(name)).unwrap(), "{name}");
     }
     assert_eq!(shown.lines().next(), again.lines().next());
     let mut twice = at_its_fixtures();
-    let (code, _, error) = told(twice.arg("merge").args(&parts).arg("--out").arg(&merged).output().unwrap());
+    let (code, _, error) = told(twice.args(["sweep", "merge"]).args(&parts).arg("--out").arg(&merged).output().unwrap());
     assert!(code == 2 && error.contains("holds runs already"), "{error}");
     let mut wrong = at_its_fixtures();
     wrong.args(["sweep", "tests/fixtures/study.toml", "--shard", "5/4"]);
@@ -268,7 +268,7 @@ fn fifty_processes_of_which_one_is_killed_give_the_bytes_of_one() {
     let (whole, merged) = (folder("fifty_whole"), folder("fifty_merged"));
     printed(command(&whole, &[]).output().unwrap());
     let mut merge = at_its_fixtures();
-    printed(merge.arg("merge").args(&parts).args(["--quiet", "--out"]).arg(&merged).output().unwrap());
+    printed(merge.args(["sweep", "merge"]).args(&parts).args(["--quiet", "--out"]).arg(&merged).output().unwrap());
     for name in ["runs.csv", "manifest.json", "results.json"] {
         assert!(fs::read(whole.join(name)).unwrap() == fs::read(merged.join(name)).unwrap(), "{name}");
     }

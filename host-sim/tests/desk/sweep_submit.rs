@@ -30,10 +30,10 @@ fn the_scripts_of_every_engine_do_the_shards_and_merge_them() {
                 "hyperqueue" => script("HQ_TASK_ID", "exec ./shard.sh \"$HQ_TASK_ID\""),
                 _ => script("SLURM_ARRAY_TASK_ID", "exec sh submit.sbatch"),
             };
-            printed(task.env("HOST_SIM", env!("CARGO_BIN_EXE_host-sim")).output().unwrap());
+            printed(task.env("NEWTAU", env!("CARGO_BIN_EXE_newtau")).output().unwrap());
         }
         let mut merge = Command::new(out.join("merge.sh"));
-        printed(merge.env("HOST_SIM", env!("CARGO_BIN_EXE_host-sim")).output().unwrap());
+        printed(merge.env("NEWTAU", env!("CARGO_BIN_EXE_newtau")).output().unwrap());
         for name in ["runs.csv", "manifest.json", "results.json"] {
             let same = fs::read(out.join("whole").join(name)).unwrap() == fs::read(whole.join(name)).unwrap();
             assert!(same, "{engine}: {name}");
@@ -48,7 +48,7 @@ fn a_folder_whose_shards_have_begun_takes_no_other_number_of_them() {
     // The same again, before and after a shard.
     submit("hyperqueue", &out);
     let mut shard = Command::new(out.join("shard.sh"));
-    printed(shard.env("HOST_SIM", env!("CARGO_BIN_EXE_host-sim")).arg("3").output().unwrap());
+    printed(shard.env("NEWTAU", env!("CARGO_BIN_EXE_newtau")).arg("3").output().unwrap());
     submit("slurm", &out);
     let script = fs::read_to_string(out.join("shard.sh")).unwrap();
     let mut other = at_its_fixtures();
@@ -59,7 +59,7 @@ fn a_folder_whose_shards_have_begun_takes_no_other_number_of_them() {
     assert_eq!(fs::read_to_string(out.join("shard.sh")).unwrap(), script);
     // A shard that has not been done is a hole, not a folder to be skipped.
     let mut merge = Command::new(out.join("merge.sh"));
-    let (code, _, error) = told(merge.env("HOST_SIM", env!("CARGO_BIN_EXE_host-sim")).output().unwrap());
+    let (code, _, error) = told(merge.env("NEWTAU", env!("CARGO_BIN_EXE_newtau")).output().unwrap());
     assert!(code == 2 && unbroken(&error).contains("no shard has the runs from 0 to 15"), "{error}");
 }
 

@@ -97,7 +97,7 @@ fn a_page_says_what_the_study_was_and_hands_over_commands_that_a_shell_takes() {
     let stops = page.matches("tabindex=\"0\"").count() - page.matches("<div class=\"table\" tabindex=\"0\"").count();
     assert_eq!(stops, page.matches("data-command=\"").count(), "a stop of the keyboard without a command");
     let study = out.join("study.toml").display().to_string();
-    let command = format!("data-command=\"host-sim sweep &#39;{study}&#39; --replay 9 --out out/run_9\"");
+    let command = format!("data-command=\"newtau sweep &#39;{study}&#39; --replay 9 --out out/run_9\"");
     assert!(page.contains(&command), "no {command}");
     // Five worst runs of each figure, and ten that failed.
     assert_eq!(page.matches("data-command=\"").count(), 25);

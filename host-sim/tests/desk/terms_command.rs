@@ -1,4 +1,4 @@
-//! `host-sim terms` as used by a person or a script.
+//! `newtau model terms` as used by a person or a script.
 
 use crate::program;
 use crate::program::at_the_top;
@@ -12,7 +12,7 @@ const Q: &str = "0.4,-0.5,-1.2,0.7,-0.9,2.5";
 const QD: &str = "1,-2,0.5,3,-1.5,0.8";
 
 fn terms(arguments: &[&str]) -> Output {
-    at_the_top().arg("terms").args(arguments).output().unwrap()
+    at_the_top().args(["model", "terms"]).args(arguments).output().unwrap()
 }
 
 fn printed(arguments: &[&str]) -> String {
@@ -63,7 +63,7 @@ fn the_terms_are_those_of_dynamics() {
     let found = json(&[PUMA, "--q", Q, "--qd", QD]);
     let question = format!("{{\"q\":[{Q}],\"qd\":[{QD}]}}");
     let mut child = at_the_top()
-        .args(["dynamics", PUMA, "--input", "-"])
+        .args(["model", "dynamics", PUMA, "--input", "-"])
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()

@@ -36,12 +36,12 @@ fn file(name: &str, text: &str) -> String {
 fn commands(robot: &str) -> Vec<Vec<String>> {
     let states = file("urdf_states.jsonl", &format!("{{\"q\":[{Q}],\"qd\":[1,-1,2,0.5,-2,3]}}\n"));
     [
-        vec!["info", robot],
-        vec!["dynamics", robot, "--input", &states],
-        vec!["terms", robot, "--q", Q, "--json"],
-        vec!["statics", robot, "--q", Q, "--json"],
-        vec!["kernel", robot, "--json"],
-        vec!["bound", robot, "--samples", "100", "--boxes", "20", "--json"],
+        vec!["model", "info", robot],
+        vec!["model", "dynamics", robot, "--input", &states],
+        vec!["model", "terms", robot, "--q", Q, "--json"],
+        vec!["model", "statics", robot, "--q", Q, "--json"],
+        vec!["model", "kernel", robot, "--json"],
+        vec!["choose", "bound", robot, "--samples", "100", "--boxes", "20", "--json"],
         vec!["import", robot],
     ]
     .map(|list| list.into_iter().map(str::to_owned).collect())
@@ -57,7 +57,7 @@ fn every_command_on_a_robot_cuts_a_urdf() {
         assert!(error.contains("`--tip LINK`") && error.contains("palm (6 joints)"), "{error}");
         // The search for a bound takes its time, and less with one joint.
         let ends: &[&str] =
-            if command[0] == "bound" { &["--base", "link5", "--tip", "palm"] } else { &["--tip", "palm"] };
+            if command[1] == "bound" { &["--base", "link5", "--tip", "palm"] } else { &["--tip", "palm"] };
         let (code, cut, note) = told(simulator(&whole).args(ends).output().unwrap());
         assert!(code == 0 && !cut.is_empty(), "{whole:?}: {note}");
         // Link 5 is turned in the root's frame, and gravity with it.
@@ -89,8 +89,8 @@ fn an_imported_robot_answers_as_its_urdf() {
         let rows = json["mass_matrix"].as_array().unwrap().iter().flat_map(|row| row.as_array().unwrap());
         rows.chain(json["gravity"].as_array().unwrap()).map(|number| number.as_f64().unwrap()).collect()
     };
-    let urdf: Value = of(&["terms", GRIPPER, "--tip", "palm", "--q", Q, "--json"]);
-    let toml: Value = of(&["terms", path, "--q", Q, "--json"]);
+    let urdf: Value = of(&["model", "terms", GRIPPER, "--tip", "palm", "--q", Q, "--json"]);
+    let toml: Value = of(&["model", "terms", path, "--q", Q, "--json"]);
     let off = relative(&flat(&toml), &flat(&urdf));
     assert!(off < 1e-14, "{off:e}");
     // What was filled in by hand is not lost.
@@ -115,11 +115,11 @@ fn a_scene_is_about_the_same_cut_of_the_urdf() {
     let same = file("same_cut.toml", &scene("tip = \"palm\""));
     let other = file("other_cut.toml", &scene("tip = \"flange\"\nbase = \"stand\""));
     let terms =
-        |scene: &str| simulator(&["terms", GRIPPER, "--tip", "palm", "--q", Q, "--scene", scene]).output().unwrap();
+        |scene: &str| simulator(&["model", "terms", GRIPPER, "--tip", "palm", "--q", Q, "--scene", scene]).output().unwrap();
     assert!(!printed(terms(&same)).is_empty());
     assert!(told(terms(&other)).2.contains("is a scene of another robot"));
     // A scene names its own ends.
-    let bound = told(simulator(&["bound", &same, "--tip", "palm"]).output().unwrap());
+    let bound = told(simulator(&["choose", "bound", &same, "--tip", "palm"]).output().unwrap());
     assert_eq!(bound.0, 2);
     assert!(bound.2.contains("`--tip` is given for a scene"), "{}", bound.2);
 }

@@ -239,7 +239,7 @@ fn a_session_for_viewers_has_the_same_frames_replays_and_shows_the_arm() {
     assert!(logs[1].has_end());
     let all = entries(bytes.clone());
     assert_eq!(entries(std::fs::read(&plain).unwrap()), all);
-    let replayed = [&plain, &mcap].map(|path| printed(at_the_top().arg("replay").arg(path).output().unwrap()));
+    let replayed = [&plain, &mcap].map(|path| printed(at_the_top().args(["connect", "replay"]).arg(path).output().unwrap()));
     assert_eq!(replayed[0], replayed[1]);
     assert!(replayed[1].ends_with(" ticks compared, 0 differ\n"), "{}", replayed[1]);
 
@@ -264,7 +264,7 @@ fn identify_and_motion_read_a_session_for_viewers_as_they_read_the_other() {
     let answers = [recorded("heard.log"), recorded("heard.mcap")].map(|record| {
         let commands: [&[&str]; 2] = [
             &["identify", "robots/planar2r.toml", "--plain-friction", "--json", "--log"],
-            &["motion", "--scene", "scenes/planar2r_swing.toml"],
+            &["model", "motion", "--scene", "scenes/planar2r_swing.toml"],
         ];
         commands.map(|arguments| told(at_the_top().args(arguments).arg(&record).output().unwrap()))
     });
@@ -302,12 +302,12 @@ fn a_session_that_was_cut_anywhere_keeps_every_whole_chunk_and_says_what_is_left
     assert!(kept == all.len() && chunks.len() >= 3, "{chunks:?}");
     let cut = file("cut_off.mcap");
     std::fs::write(&cut, &bytes[..bytes.len() * 2 / 3]).unwrap();
-    let text = printed(at_the_top().arg("replay").arg(&cut).output().unwrap());
+    let text = printed(at_the_top().args(["connect", "replay"]).arg(&cut).output().unwrap());
     assert!(text.contains(" ticks compared, 0 differ\nthe record ends within an entry: its last "), "{text}");
     // Cut where a chunk ends: nothing is left out, and the end is missing.
     let log = Log::new(bytes[..bytes.len() * 2 / 3].to_vec()).unwrap();
     std::fs::write(&cut, &bytes[..bytes.len() * 2 / 3 - log.cut()]).unwrap();
-    let text = printed(at_the_top().arg("replay").arg(&cut).output().unwrap());
+    let text = printed(at_the_top().args(["connect", "replay"]).arg(&cut).output().unwrap());
     assert!(text.ends_with("the record was not closed: its last second may be missing\n"), "{text}");
 }
 
@@ -345,7 +345,7 @@ fn files_that_are_no_record_are_bad_input_and_say_what_they_are() {
         (&magic, "the file ends within its head, at byte 8"),
         (&short, "byte 0: no record of a session; expected a file that begins with NEWTAULG, or an MCAP file"),
     ] {
-        let (code, out, error) = told(at_the_top().arg("replay").arg(path).output().unwrap());
+        let (code, out, error) = told(at_the_top().args(["connect", "replay"]).arg(path).output().unwrap());
         assert_eq!((code, out.as_str()), (2, ""));
         assert!(error.contains(&format!("{}: {problem}", path.display())), "{error}");
     }

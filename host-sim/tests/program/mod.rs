@@ -15,7 +15,7 @@ pub fn at_its_fixtures() -> Command {
 }
 
 fn within(folder: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_newtau"));
     command.current_dir(folder).env("NO_COLOR", "1").env_remove("RUST_BACKTRACE");
     command
 }

@@ -49,7 +49,7 @@ fn no_rotor(draft: &Draft, loads: Option<&[JointLoad]>) -> Option<Finding> {
         Some(own) => format!("no rotor inertia beside that of the links: {}", own.join(", ")),
         None => format!("no rotor inertia on {}", names(without.iter().map(|(_, joint, _)| *joint))),
     };
-    let import = if urdf { "`host-sim import`, then " } else { "" };
+    let import = if urdf { "`newtau import`, then " } else { "" };
     let advice = format!(
         "{import}write rotor = {{ inertia, gear }}: J of the motor's data sheet, of which the joint feels gear^2 J, often as much as \
          the link has; or accelerate the joint with a known torque and take the link's share off"

@@ -7,10 +7,10 @@ use dynamics_core::{Body, Dh, Frame, JointKind, Limits, Tool};
 use nalgebra::{Matrix3, Vector3};
 
 const HEAD: &str = "\
-# Written by `host-sim import`. SI units and radians; the keys stand in robots/README.md.
+# Written by `newtau import`. SI units and radians; the keys stand in robots/README.md.
 #
 # From the URDF: placements, axes, masses, inertias, limits, friction. Fixed links are merged into the moving link that carries them.
-# Every gap is marked `# ?` with its reason, and `host-sim check` reports it until it is filled. What is ideal is said so: rotor = {
+# Every gap is marked `# ?` with its reason, and `newtau check` reports it until it is filled. What is ideal is said so: rotor = {
 # inertia = 0, gear = 1 }, friction = {}, a limit of inf. Encoders and drives are for arms that a board moves.
 
 ";

@@ -31,7 +31,7 @@ pub fn urdf(robot: &Robot) -> String {
     let limited = |joint: &RobotJoint| is_limited(joint.spec.kind, &joint.spec.limits);
     let version = if robot.joints.iter().all(limited) { "1.0" } else { "1.2" };
     let mut text =
-        String::from("<?xml version=\"1.0\"?>\n<!-- Written by `host-sim export`. SI units and radians. -->\n");
+        String::from("<?xml version=\"1.0\"?>\n<!-- Written by `newtau model export`. SI units and radians. -->\n");
     let name = escaped(&robot.name);
     push(&mut text, format_args!("<robot name=\"{name}\" version=\"{version}\"{}>\n", extensions(robot)));
     if let Some(rotation) = robot.mounting {

@@ -206,7 +206,7 @@ fn has_mass(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, i: usize
         &link.node,
         field,
         problem,
-        "an <inertial> with mass and inertia; `host-sim import` writes a robot file in which the gap is marked",
+        "an <inertial> with mass and inertia; `newtau import` writes a robot file in which the gap is marked",
     ))
 }
 

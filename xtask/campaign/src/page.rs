@@ -46,7 +46,7 @@ impl Report {
         for found in &self.counterexamples {
             let Counterexample { scene, seed, run, tick, case, what, inputs, .. } = found;
             let repeat =
-                format!("host-sim campaign {} --target {} --seed {seed} --run {run}", files.join(" "), self.target);
+                format!("newtau campaign {} --target {} --seed {seed} --run {run}", files.join(" "), self.target);
             let told = report::Cell::from(repeat.clone()).told(repeat.clone());
             commands.row(vec![run.to_string().into(), scene.clone().into(), told]);
             let (fault, state) = (case.fault.name(), case.situation.name());

@@ -1,4 +1,4 @@
-//! Fuzz target: any bytes as states for `host-sim dynamics`, one JSON object per line.
+//! Fuzz target: any bytes as states for `newtau model dynamics`, one JSON object per line.
 
 use crate::Target;
 use crate::examples::{files, top};

@@ -14,7 +14,7 @@
 //! | [`robot_file`] | TOML of a robot or a linkage | a robot with a model, or an error with a place |
 //! | [`urdf_file`] | URDF of a robot | the same |
 //! | [`scene_file`] | TOML of a scene | a scene with a source, a motion and a controller that keeps its limits, or an error with a place |
-//! | [`json_lines`] | states for `host-sim dynamics` | each line is answered with consistent numbers, up to the one that an error names |
+//! | [`json_lines`] | states for `newtau model dynamics` | each line is answered with consistent numbers, up to the one that an error names |
 #![forbid(unsafe_code)]
 #![allow(
     clippy::unwrap_used,

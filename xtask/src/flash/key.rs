@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 /// Options of `firmware key`.
 #[derive(clap::Args)]
 pub(crate) struct Options {
-    /// The key file, made by `host-sim key new`
+    /// The key file, made by `newtau firmware key new`
     file: PathBuf,
     /// The board that the probe is wired to
     #[arg(long, value_enum)]
@@ -40,7 +40,7 @@ pub(crate) fn write(options: &Options) -> Result<()> {
     }
     let tool = which(PROBE_TOOL).ok_or_else(no_tool)?;
     run_steps(&tool, &steps)?;
-    println!("the board has the key: `cargo sim doctor --port PORT --key {}` checks it", options.file.display());
+    println!("the board has the key: `cargo newtau doctor --port PORT --key {}` checks it", options.file.display());
     Ok(())
 }
 
@@ -58,7 +58,7 @@ impl Page {
         let page = Self(std::env::temp_dir().join(format!("newtau-key-page-{}.bin", std::process::id())));
         // Left over from a killed process with the same id.
         std::fs::remove_file(&page.0).ok();
-        let made = cargo_run("host-sim").args(["key", "page"]).arg(&key).arg("--out").arg(&page.0).output()?;
+        let made = cargo_run("host-sim").args(["firmware", "key", "page"]).arg(&key).arg("--out").arg(&page.0).output()?;
         if made.status.success() {
             return Ok(page);
         }

@@ -26,7 +26,7 @@ pub(super) enum Artefact {
     Kernels,
     /// The log of the first half second of a scene's run.
     Log(&'static str),
-    /// Output of `host-sim` for these arguments and `--json`, without times; of `campaign`, if that is the first word.
+    /// Output of `newtau` for these arguments and `--json`, without times; of `campaign`, if that is the first word.
     Printed(&'static str),
 }
 
@@ -197,7 +197,7 @@ fn fresh(name: &str) -> Result<PathBuf> {
     Ok(folder)
 }
 
-/// The standard output of `host-sim` or `campaign`, in the profile of this program.
+/// The standard output of `newtau` or `campaign`, in the profile of this program.
 fn output_of(package: &str, arguments: &[&str]) -> Result<String> {
     let done = program(package)?.args(arguments).output().with_context(|| format!("cannot start {package}"))?;
     // A fault is a result too.
@@ -208,7 +208,7 @@ fn output_of(package: &str, arguments: &[&str]) -> Result<String> {
 
 /// A package's program. A test takes the program that was built with it: cargo, asked for this package alone, would build it again.
 fn program(package: &str) -> Result<Command> {
-    let built = target_directory().join("debug").join(package);
+    let built = target_directory().join("debug").join(if package == "host-sim" { "newtau" } else { package });
     let made = built.metadata().and_then(|data| data.modified()).ok();
     let newer = |folder: &str| newest(&root().join(folder)).map(|time| made.is_none_or(|made| made < time));
     let sources = ["host-sim", "dynamics-core/src", "robot-compiler/src", "link", "xtask/campaign/src"];

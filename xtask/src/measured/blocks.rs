@@ -75,8 +75,6 @@ const BUDGET_COMMAND: &str = "cargo xtask budget --flood --write";
 const CYCLE_COMMAND: &str = "cargo xtask cycles --write";
 const ARM_COMMAND: &str = "cargo xtask bench --arms";
 const SIMULATORS: &str = "cargo xtask bench --simulators";
-const EXTREMES_COMMAND: &str = "cargo sim extremes --long --write";
-const EXTREMES: &[Artefact] = &[Printed("extremes")];
 
 const fn block(page: &'static str, name: &'static str, command: &'static str, artefacts: &'static [Artefact]) -> Block {
     Block { page, name, command, artefacts }
@@ -87,7 +85,7 @@ pub(super) const BLOCKS: &[Block] = &[
     block("arms", "arms", ARM_COMMAND, ARMS),
     block("arms", "arms, torque from outside", ARM_COMMAND, ARMS),
     block("batch", "batch", "cargo bench -p dynamics-batch, once for each -C target-cpu", &[BATCH]),
-    block("bound", "bound", "cargo sim bound robots/*.toml --write docs/measured/bound.md", BOUND),
+    block("bound", "bound", "cargo newtau choose bound robots/*.toml --write docs/measured/bound.md", BOUND),
     block("budget", "budget", BUDGET_COMMAND, BUDGET),
     block("budget", "tick start", BUDGET_COMMAND, FLOOD),
     block("budget", "link", "cargo xtask budget --link --write", &[PICK, CHIP, ESTIMATOR]),
@@ -97,8 +95,6 @@ pub(super) const BLOCKS: &[Block] = &[
     block("campaign", "campaign, qemu", "cargo xtask campaign --target qemu --runs 700 --write", QEMU),
     block("cycles", "cycles", CYCLE_COMMAND, CYCLES),
     block("cycles", "cycles by class", CYCLE_COMMAND, CYCLES),
-    block("extremes", "extremes", EXTREMES_COMMAND, EXTREMES),
-    block("extremes", "extremes, long", EXTREMES_COMMAND, EXTREMES),
     block("kernels", "machine", BENCH, &[Kernels]),
     block("kernels", "chip", BENCH, &[Kernels]),
     block("kernels", "spills", BENCH, &[Kernels]),
@@ -124,19 +120,19 @@ pub(super) const BLOCKS: &[Block] = &[
 const FLOOD: &[Artefact] = &[Programs(&["puma560_collision"]), CHIP];
 const DRIVES: &[Artefact] = &[Printed("campaign --target drives --runs 700")];
 const QEMU: &[Artefact] = &[CAMPAIGNS, CHIP, Files("sources of the campaign", &["xtask/campaign/src"])];
-const BOUND: &[Artefact] = &[Printed("bound robots/scara.toml --samples 100 --boxes 20")];
+const BOUND: &[Artefact] = &[Printed("choose bound robots/scara.toml --samples 100 --boxes 20")];
 const SCALE: &[Artefact] = &[Printed("sweep scenes/studies/pick_payload_friction.toml --runs 32")];
 
 /// The command of docs/trade.md.
-const TRADE: &str = "cargo sim trade scenes/puma560_pick.toml --write docs/measured/trade_puma560_pick.md \
+const TRADE: &str = "cargo newtau choose trade scenes/puma560_pick.toml --write docs/measured/trade_puma560_pick.md \
     --trig polynomial,polynomial-5,polynomial-3,table --every 1,4:hold,4:extrapolate --kernel exact,regrouped";
 
 mod study {
     use super::{Artefact, Printed};
 
-    pub(super) const PICK: &str = "cargo sim sweep scenes/studies/pick_payload_friction.toml --write";
-    pub(super) const MASSES: &str = "cargo sim sweep scenes/studies/yam_teach_masses.toml --write";
-    pub(super) const DELAY: &str = "cargo sim sweep scenes/studies/delay_stiffness.toml --write";
+    pub(super) const PICK: &str = "cargo newtau sweep scenes/studies/pick_payload_friction.toml --write";
+    pub(super) const MASSES: &str = "cargo newtau sweep scenes/studies/yam_teach_masses.toml --write";
+    pub(super) const DELAY: &str = "cargo newtau sweep scenes/studies/delay_stiffness.toml --write";
     pub(super) const PICKED: &[Artefact] = &[Printed("sweep scenes/studies/pick_payload_friction.toml --runs 32")];
     pub(super) const TAUGHT: &[Artefact] = &[Printed("sweep scenes/studies/yam_teach_masses.toml --runs 32")];
     pub(super) const DELAYED: &[Artefact] = &[Printed("sweep scenes/studies/delay_stiffness.toml")];

@@ -78,8 +78,8 @@ mod tests {
 
     #[test]
     fn commands_are_taken_from_console_blocks_only() {
-        let page = "```console\n$ cargo sim run x   # a comment\noutput\n$ cargo xtask test\n```\n$ cargo outside\n";
-        assert_eq!(of(page), [block(&["cargo sim run x"], None)]);
+        let page = "```console\n$ cargo newtau run x   # a comment\noutput\n$ cargo xtask test\n```\n$ cargo outside\n";
+        assert_eq!(of(page), [block(&["cargo newtau run x"], None)]);
     }
 
     #[test]

@@ -148,7 +148,7 @@ pub(crate) fn refusal(refusal: &Refusal) -> String {
         Refusal::Unauthentic { count } => format!(
             "{count} packets so far were not of this session: somebody else talks on the wire, or bytes were damaged"
         ),
-        Refusal::NoKey => "the board has no link key, and without one it does not arm: `host-sim key new FILE`, then \
+        Refusal::NoKey => "the board has no link key, and without one it does not arm: `newtau firmware key new FILE`, then \
                            `cargo xtask firmware key FILE --board BOARD`"
             .into(),
         Refusal::NoNonce => "the board's random number generator has failed".into(),

@@ -123,7 +123,7 @@ impl Table<'_> {
             if range < STILL && !reading.may_rest {
                 let found = format!("a joint that never moves: {range:.2e} in all");
                 let place = format!("lines {} to {}, {}", self.lines[0], self.lines[q.len() - 1], self.name(column));
-                return Err(self.wrong(place, found, "a motion of every joint (`host-sim excite` designs one)"));
+                return Err(self.wrong(place, found, "a motion of every joint (`newtau identify excite` designs one)"));
             }
         }
         Ok(())

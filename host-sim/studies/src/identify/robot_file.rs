@@ -132,7 +132,7 @@ impl Numbers {
         // Every body is possible now.
         document.remove("allow_unphysical");
         let head =
-            "# Masses, mass centres, inertias, rotors and friction of `host-sim identify`; deviations behind them.\n";
+            "# Masses, mass centres, inertias, rotors and friction of `newtau identify`; deviations behind them.\n";
         // What the import asked to be filled in, and now is.
         let answered = |line: &&str| !["# ? rotor", "# ? friction"].iter().any(|asked| line.starts_with(asked));
         let text: Vec<String> = document.to_string().lines().filter(answered).map(str::to_owned).collect();

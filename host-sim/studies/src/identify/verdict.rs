@@ -103,7 +103,7 @@ fn words(reason: &Reason, subject: &Subject) -> Vec<String> {
         }
         Reason::LittleMotion(condition) => format!(
             "the motion does not separate the parameters: condition number {condition:.0}, expected below 200; record a motion of \
-             `host-sim excite`"
+             `newtau identify excite`"
         ),
         Reason::Unexcited(at, open) => format!(
             "the log leaves {} of the uncertainty about {} in other motions; move it further or faster",

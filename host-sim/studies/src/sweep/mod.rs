@@ -12,7 +12,7 @@
 //! | `experiment` | runs of a scene, and their figures |
 //! | [`store`] | blocks of rows in a folder: continued after a kill, merged from shards |
 //! | [`results`] | what came of all runs: distributions, sensitivities, failures, the worst runs |
-//! | [`replay`] | one run in full, as files that `host-sim run` takes too |
+//! | [`replay`] | one run in full, as files that `newtau run` takes too |
 //! | [`repeat`] | the command that repeats a run |
 //! | [`submit`] | scripts for HyperQueue and Slurm |
 //!

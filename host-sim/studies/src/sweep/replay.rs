@@ -22,7 +22,7 @@ pub struct Replayed {
     pub files: Vec<PathBuf>,
 }
 
-/// Does the run with this index again, and writes all that `host-sim run` writes, with the scene that it takes.
+/// Does the run with this index again, and writes all that `newtau run` writes, with the scene that it takes.
 ///
 /// # Errors
 /// [`Failure::Input`]: the study has no such run, the run's values make the scene impossible, or the folder holds a study or

@@ -124,7 +124,7 @@ fn quoted(text: &str) -> String {
 /// The program, which a variable of the machine may replace.
 fn program(submission: &Submission) -> String {
     format!(
-        "program=${{HOST_SIM:-}}\n[ -n \"$program\" ] || program={}\n",
+        "program=${{NEWTAU:-}}\n[ -n \"$program\" ] || program={}\n",
         quoted(&submission.program.display().to_string())
     )
 }

@@ -13,7 +13,7 @@ use std::path::Path;
 pub fn command(scene: &Path, choice: &Choice) -> String {
     let n = choice.named();
     format!(
-        "host-sim trade {} --scalar {} --trig {} --terms {} --friction {} --rotors {} --every {} --kernel {} --rate {} --alone",
+        "newtau choose trade {} --scalar {} --trig {} --terms {} --friction {} --rotors {} --every {} --kernel {} --rate {} --alone",
         shell_word(scene),
         n.scalar,
         n.trig,

@@ -169,7 +169,7 @@ fn changes(experiment: &Experiment) -> impl Iterator<Item = (Change<'_>, &Key)> 
 /// A robot file that a study changes.
 fn robot_document(study: &Study, key: &Key, path: &Path) -> Result<(Source, DocumentMut), FileError> {
     if path.extension().is_none_or(|extension| extension != "toml") {
-        let expected = "a robot file in TOML, which `host-sim import` makes of a URDF";
+        let expected = "a robot file in TOML, which `newtau import` makes of a URDF";
         return Err(study.at(key, "the robot is a URDF file", expected));
     }
     document(path)

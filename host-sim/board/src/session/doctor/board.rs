@@ -9,7 +9,7 @@ use link::{Challenge, DecodeError, Distrust, Hello, Key, NonceSource, PROTOCOL_V
 const WIRES: &str = "is the board powered and flashed (`cargo xtask firmware flash`), PA2 wired to the adapter's RX, PA3 to its TX, and ground \
                      to ground (docs/flash.md)?";
 
-const NO_KEY: &str = "without a key it runs on the bench and does not arm: `host-sim key new FILE`, then `cargo xtask firmware key FILE --board BOARD`";
+const NO_KEY: &str = "without a key it runs on the bench and does not arm: `newtau firmware key new FILE`, then `cargo xtask firmware key FILE --board BOARD`";
 
 /// Answer of the board.
 #[derive(Debug)]
@@ -42,7 +42,7 @@ fn advice(error: &SerialError) -> &'static str {
     if error.is_forbidden() {
         "give this user the right to it: on most Linux systems `sudo usermod -aG dialout $USER`, then log in again"
     } else {
-        "is it plugged in, and not open in another program? `host-sim doctor` lists the ports that there are"
+        "is it plugged in, and not open in another program? `newtau doctor` lists the ports that there are"
     }
 }
 

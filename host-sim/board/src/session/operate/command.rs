@@ -105,7 +105,7 @@ pub const HELP: [(&str, &str); 37] = [
     ("dump [FILE]", "the ticks that the board remembers: a table, or a CSV file"),
     ("erase", "release the black box of an earlier fault, so that it records again"),
     ("full-range", "show what was seen in the first motion after homing, and lift its limits"),
-    ("record FILE", "keep every frame from here on, for `host-sim replay`; begins a new session"),
+    ("record FILE", "keep every frame from here on, for `newtau connect replay`; begins a new session"),
     ("record off", "end the record"),
     ("press, release", "the emergency stop, in a drill"),
     ("cut host", "cut a simulated cable, with --simulate-link: to the host; `bus 1` and `drive JOINT` work too"),

@@ -78,7 +78,7 @@ impl Operator {
         if drifting.is_empty() {
             self.say(
                 "teach",
-                &format!("teach: error of the gravity model: {text} at most; `host-sim identify` makes it smaller"),
+                &format!("teach: error of the gravity model: {text} at most; `newtau identify` makes it smaller"),
             )?;
             return Ok(true);
         }
@@ -87,7 +87,7 @@ impl Operator {
             "teach",
             &format!(
                 "teach: rejected: the error of the gravity model exceeds the friction, so the arm would drift: {}; declare what it \
-                 holds with `payload` or `weigh`, or run `host-sim identify`",
+                 holds with `payload` or `weigh`, or run `newtau identify`",
                 drifting.join(", ")
             ),
         )?;

@@ -70,7 +70,7 @@ pub const LOOK_AT: [&str; 20] = [
     "the cooling, the load",
     "the arm's surroundings; then payload, friction and thresholds of the scene",
     "most likely first: 1. the payload (`payload` or `weigh` declares it); 2. a person or an obstacle that pushes the arm; 3. the \
-     drive's torque (`check-torque`); 4. live wrench and rotors; 5. the model of the arm (`host-sim identify`)",
+     drive's torque (`check-torque`); 4. live wrench and rotors; 5. the model of the arm (`newtau identify`)",
     "payload, wrench and gravity as declared, and the posture; `clear`, correct them, and arm again",
     "the drive's power, its bus and its error text; then `clear` and arm again",
     "the drive's power and its protection against current, voltage and heat: the drive switched itself off",

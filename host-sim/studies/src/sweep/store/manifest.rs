@@ -73,7 +73,7 @@ impl Manifest {
         let read: Result<Self, _> = serde_json::from_str(&text);
         let manifest = read.map_err(|error| {
             Failure::Input(miette::miette!(
-                help = "expected a manifest as `host-sim sweep` writes it",
+                help = "expected a manifest as `newtau sweep` writes it",
                 "{}: {error}",
                 path.display()
             ))

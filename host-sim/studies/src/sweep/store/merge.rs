@@ -119,7 +119,7 @@ fn in_order(folders: &[PathBuf]) -> Result<Vec<(PathBuf, Manifest)>, Failure> {
             refused(
                 folder,
                 format!("has no {MANIFEST}"),
-                "expected the folder of a shard, as `host-sim sweep` writes it",
+                "expected the folder of a shard, as `newtau sweep` writes it",
             )
         })?;
         if !manifest.is_complete() {

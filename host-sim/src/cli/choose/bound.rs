@@ -1,0 +1,114 @@
+//! `bound`: between what was found and what is proven, how wrong the torques of single precision are.
+
+use crate::cli::chain::ChainArgs;
+use crate::cli::names::named;
+use clap::Args;
+use robot_compiler::kernel::Level;
+use robot_compiler::with_dof;
+use sim::failure::Failure;
+use sim::pages;
+use sim::terminal::{print, progress_bar};
+use std::path::PathBuf;
+use studies::bound::{Question, answer, load, markdown, work};
+use studies::robot_or_scene::RobotOrScene;
+
+const EXAMPLES: &str = "\
+Examples:
+  newtau choose bound robots/puma560.toml
+  newtau choose bound scenes/puma560_pick.toml --level regrouped
+  newtau choose bound robots/ur5.toml --samples 1000000 --boxes 1000000 --json | jq .joints[0].proven
+  newtau choose bound robots/planar2r.toml robots/ur5.toml --write docs/measured/bound.md
+
+What is bounded: |tau_f32 - tau| of every joint, tau = D qdd + C qd + G - J^T w in exact arithmetic with the numbers of the robot
+file, tau_f32 as the chip computes it: constants rounded, polynomial sine and cosine (their error is measured over every
+float up to 8192 rad), every operation rounded. Inputs q, qd, qdd are numbers that f32 holds, everywhere in the joint
+limits. Friction and the law's own arithmetic are not part of it.
+
+With --level regrouped, constants are those that the kernel holds, and the bound is of sine, cosine and arithmetic.
+
+Limits: position and velocity of the robot file; one turn where a revolute joint has no limits. Robot files have no limit of
+acceleration: five times the speed limit a second (from rest to full speed in 0.2 s) unless --acceleration says otherwise.
+
+found      the largest error of random states and of climbs from the worst of them, against double-double arithmetic
+one state  the largest bound of a single state that was found in the same way: all roundings at their worst, in one direction
+proven     no state exceeds it: the bound over boxes that together are all states
+proven / one state is what boxes lose, which forget that the numbers in them depend on each other; one state / found is what
+a bound loses that takes every rounding at its worst.";
+
+/// Options of `bound`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXAMPLES)]
+pub struct BoundArgs {
+    /// Robot files (TOML or URDF) or scene files (TOML); of a scene, what its model counts.
+    #[arg(required = true, value_name = "ROBOT|SCENE")]
+    pub files: Vec<PathBuf>,
+    /// The chain of every URDF robot.
+    #[command(flatten)]
+    pub chain: ChainArgs,
+    /// How far the operations leave those of the recursion.
+    #[arg(long, value_parser = named::<Level>(), default_value = Level::Exact.name())]
+    pub level: Level,
+    /// Random states; a tenth of them again for the bound of one state.
+    #[arg(long, value_name = "COUNT", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(1..))]
+    pub samples: u32,
+    /// Boxes that are looked at for each joint.
+    #[arg(long, value_name = "COUNT", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..))]
+    pub boxes: u32,
+    /// Seed of the random states and climbs.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Greatest joint speeds, rad/s or m/s, one for each joint; the robot file's otherwise.
+    #[arg(long, value_name = "QD1,QD2,..", value_delimiter = ',')]
+    pub velocity: Option<Vec<f64>>,
+    /// Greatest joint accelerations, rad/s^2 or m/s^2, one for each joint; five times the speed a second otherwise.
+    #[arg(long, value_name = "QDD1,QDD2,..", value_delimiter = ',')]
+    pub acceleration: Option<Vec<f64>>,
+    /// Print JSON, and nothing else: an object for each file, a line each.
+    #[arg(long)]
+    pub json: bool,
+    /// Put the table between `<!-- measured: bound -->` and `<!-- end measured: bound -->` of this file.
+    #[arg(long, value_name = "FILE", conflicts_with = "json")]
+    pub write: Option<PathBuf>,
+}
+
+/// Print, or write into a document, what is known.
+///
+/// # Errors
+/// [`Failure::Input`] for a file or an option that is wrong; [`Failure::Output`] where a document cannot be written.
+pub fn run(args: &BoundArgs) -> Result<(), Failure> {
+    let files: Vec<RobotOrScene> =
+        args.files.iter().map(|path| load(path, args.chain.ends())).collect::<Result<_, _>>()?;
+    let question = Question {
+        level: args.level,
+        samples: args.samples as usize,
+        boxes: args.boxes as usize,
+        seed: args.seed,
+        velocity: args.velocity.clone(),
+        acceleration: args.acceleration.clone(),
+    };
+    let steps: u64 = files.iter().map(|file| work(file.file.robot.dof(), &question)).sum();
+    let page = pages::document(args.write.as_deref(), &["bound"])?;
+    let progress = progress_bar(Some(steps), "");
+    let mut answers = Vec::new();
+    for subject in &files {
+        let found = with_dof!(subject.file.robot.dof(), N => {
+            let model = subject.file.robot.model::<N>().map_err(Failure::input)?;
+            answer(&question, subject, &model, &progress)?
+        });
+        answers.push(found);
+    }
+    progress.finish_and_clear();
+    if let Some(page) = page {
+        return pages::fill(page, &[("bound", markdown(&answers))]);
+    }
+    let mut text = String::new();
+    for answer in &answers {
+        if args.json {
+            text += &serde_json::to_string(answer).map_err(|error| Failure::Output(error.into()))?;
+            text += "\n";
+        } else {
+            text += &answer.table();
+        }
+    }
+    print(&text)
+}

@@ -1,0 +1,260 @@
+//! `connect`: operate the arm of a scene, at a board on a serial port or in a drill.
+
+use crate::cli::force::ForceArgs;
+use crate::cli::firmware::key;
+use crate::cli::names::Target;
+use board::chip::{Chip, build_firmware, hello};
+use board::session::drill::{OnChip, OnDesk};
+use board::session::frame_log::Head;
+use board::session::operate::console::Console;
+use board::session::operate::converse::converse;
+use board::session::operate::device::{Device, DeviceError};
+use board::session::operate::drill_device::DrillDevice;
+use board::session::operate::on_wire::OnWire;
+use board::session::operate::report::Report;
+use board::session::operate::simulated_board::{Places, SimulatedBoard};
+use board::session::operate::wire::Disturbance;
+use board::session::operate::{Operator, Presses, Stop};
+use board::session::serial::{BAUD, SerialLink};
+use clap::{ArgGroup, Args};
+use console::style;
+use link::{Pacing, Trust};
+use robot_compiler::{SceneFile, with_dof};
+use sim::failure::{self, Failure, in_file};
+use sim::output::Output;
+use sim::run::simulate;
+use std::path::{Path, PathBuf};
+
+const EXAMPLES: &str = "\
+Examples:
+  newtau connect scenes/puma560_pick.toml --port /dev/ttyACM0 --key arm.key --record out/session.log
+  newtau connect scenes/puma560_pick.toml --target qemu --record out/session.mcap
+  printf 'home\\nconfirm\\narm\\nrun\\nwait\\n' | newtau connect scenes/planar2r_swing.toml --target desk
+
+Commands, one a line: status, home, confirm, arm, stop, park, disarm, run, hold, clear, jog, goto, wait, watch, dump, quit and more; `help`
+lists all of them with their arguments. With --target the scene's simulated arm replaces the joints, and its time passes only while a
+command or a motion needs it. Ctrl-C holds the arm, waits until it rests, and disarms; a second one ends the program. While a script's arm
+parks, Ctrl-C stops and holds it instead, and another one disarms it. The end of a script or a pipe parks or disarms the arm and ends the
+program; Ctrl-D at a terminal is `quit`.
+
+A script or a pipe ends with 3 if anything was refused or a fault stands.";
+
+/// Cables that lose frames at random.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Lossy {
+    /// The link between host and board.
+    Host,
+    /// The buses of the drives.
+    Buses,
+    /// Both.
+    Both,
+}
+
+fn probability(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(value) if (0.0..=1.0).contains(&value) => Ok(value),
+        _ => Err("expected a probability, 0 to 1".into()),
+    }
+}
+
+fn delay(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(value) if (0.0..=10_000.0).contains(&value) => Ok(value),
+        _ => Err("expected a time in ms, 0 to 10000".into()),
+    }
+}
+
+impl ConnectArgs {
+    /// The simulated link's disturbances; `None` without a simulated link.
+    fn disturbance(&self) -> Option<(Disturbance, Places)> {
+        let Self { simulate_link, drop_chance, corrupt_chance, delay, seed, lossy, .. } = *self;
+        let given = drop_chance.or(corrupt_chance).or(delay).is_some() || seed.is_some();
+        (simulate_link || given).then(|| {
+            let disturbance = Disturbance {
+                drop: drop_chance.unwrap_or(0.0),
+                corrupt: corrupt_chance.unwrap_or(0.0),
+                delay: 1e-3 * delay.unwrap_or(0.0),
+                seed: seed.unwrap_or(0),
+            };
+            (disturbance, Places { host: lossy != Lossy::Buses, buses: lossy != Lossy::Host })
+        })
+    }
+}
+
+/// Warning about a board that trusts anybody.
+const INSECURE: &str =
+    "INSECURE: this firmware was built with --insecure: whoever reaches the wire can drive the arm (docs/safety.md)";
+
+/// Options of `connect`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXAMPLES, group = ArgGroup::new("board").required(true).args(["port", "target"]))]
+pub struct ConnectArgs {
+    /// The scene file (TOML) that the board's firmware was built from.
+    pub scene: PathBuf,
+    /// The serial port that the board is on.
+    #[arg(long)]
+    pub port: Option<String>,
+    /// Its speed, bits/s.
+    #[arg(long, default_value_t = BAUD, requires = "port")]
+    pub baud: u32,
+    /// The key file of the board (`newtau firmware key new`); one without a key, or with another, is not talked to.
+    #[arg(long, value_name = "FILE", requires = "port")]
+    pub key: Option<PathBuf>,
+    /// A drill in place of a board: the firmware in an emulated STM32F405, or its session in this program.
+    #[arg(long, value_enum)]
+    pub target: Option<Target>,
+    /// With `--target desk`: put simulated cables between host and board and between board and drives. They can lose frames, and `cut`
+    /// and `plug` work. The options below switch it on too.
+    #[arg(long, requires = "target")]
+    pub simulate_link: bool,
+    /// Probability that a frame is lost, 0 to 1.
+    #[arg(long, value_name = "P", requires = "target", value_parser = probability, allow_negative_numbers = true)]
+    pub drop_chance: Option<f64>,
+    /// Probability that a frame is damaged and discarded, 0 to 1.
+    #[arg(long, value_name = "P", requires = "target", value_parser = probability, allow_negative_numbers = true)]
+    pub corrupt_chance: Option<f64>,
+    /// Delay of the host link in each direction, ms.
+    #[arg(long, value_name = "MS", requires = "target", value_parser = delay, allow_negative_numbers = true)]
+    pub delay: Option<f64>,
+    /// Seed of the random losses.
+    #[arg(long, value_name = "N", requires = "target")]
+    pub seed: Option<u64>,
+    /// Cables that lose frames at random.
+    #[arg(long, value_enum, default_value_t = Lossy::Both, requires = "target")]
+    pub lossy: Lossy,
+    /// Read commands from this file, not from standard input.
+    #[arg(long, value_name = "FILE")]
+    pub script: Option<PathBuf>,
+    /// Keep every frame in this file, for `replay`; one that ends in `.mcap` is for viewers too.
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    /// A file with another table `[motion]` for `run`, as `newtau model motion` and `excite` write it; the scene's otherwise.
+    #[arg(long, value_name = "FILE")]
+    pub motion: Option<PathBuf>,
+    /// Overwriting.
+    #[command(flatten)]
+    pub force: ForceArgs,
+    /// Print a JSON object for everything that happens, one a line.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Operate the arm; returns the exit code.
+///
+/// # Errors
+/// A scene or a command that is wrong, a board that is silent, dies or is another's, a record that cannot be written.
+pub fn run(args: &ConnectArgs, presses: Presses) -> Result<u8, Failure> {
+    let scene = SceneFile::load(&args.scene).map_err(Failure::input)?;
+    if scene.safety.bench_only {
+        let place = args.scene.display();
+        return Err(Failure::Input(miette::miette!(
+            help = "expected `safety.bench_only = false`",
+            "{place}: safety.bench_only: the scene's bounds on old measurements are lifted, and its arm is never armed"
+        )));
+    }
+    let text = std::fs::read_to_string(&args.scene).map_err(|error| bad_file(&args.scene, &error))?;
+    let inputs = [&args.key, &args.script, &args.motion].into_iter().flatten().chain([&args.scene]);
+    let mut outputs = inputs.fold(args.force.output(), |outputs, path| outputs.reads(path));
+    args.record.as_deref().map_or(Ok(()), |record| outputs.file(record))?;
+    let console = match &args.script {
+        Some(script) => Console::script(script).map_err(|error| bad_file(script, &error))?,
+        None => Console::standard_input(),
+    };
+    with_dof!(scene.robot.dof(), N => run_arm::<N>(args, &scene, text, console, outputs, presses))
+}
+
+fn bad_file(path: &Path, error: &std::io::Error) -> Failure {
+    Failure::Input(miette::miette!("{}: {error}", path.display()))
+}
+
+fn run_arm<const N: usize>(
+    args: &ConnectArgs,
+    scene: &SceneFile,
+    text: String,
+    console: Console,
+    outputs: Output,
+    presses: Presses,
+) -> Result<u8, Failure> {
+    let model = scene.robot.model::<N>().map_err(Failure::input)?;
+    let path = std::path::absolute(&args.scene).unwrap_or_else(|_| args.scene.clone());
+    let head = Head { hash: scene.hash(&model), scene: path, text };
+    let report = Report::new(args.json);
+    let world = || simulate::world::<N>(scene);
+    let wrong = |stop| failure(stop, &args.scene.display().to_string());
+    let disturbance = args.disturbance();
+    if disturbance.is_some() && args.target == Some(Target::Qemu) {
+        return Err(Failure::Input(miette::miette!(
+            "a simulated link needs `--target desk`; the emulated chip has none"
+        )));
+    }
+    let device: Box<dyn Device> = match (&args.port, args.target, disturbance) {
+        (Some(port), ..) => {
+            let key = key::given(args.key.as_deref())?;
+            let device = SerialLink::open(port, args.baud).map_err(DeviceError::from);
+            let joined = device.and_then(|link| OnWire::join(link, key));
+            let (device, trust) = joined.map_err(|error| failure(error.into(), port))?;
+            if trust == Trust::Insecure {
+                report.say("insecure", &style(INSECURE).red().bold().to_string(), None).map_err(Failure::Output)?;
+            }
+            Box::new(device)
+        }
+        (None, Some(Target::Qemu), _) => {
+            let bench = hello(scene, &model, Pacing::LockStep);
+            let start = || OnChip::start(Chip::start(&build_firmware(&scene.path)?, bench)?, bench);
+            let target = start().map_err(|error| Failure::Target(miette::miette!("{error}")))?;
+            Box::new(DrillDevice::new(target, world()?))
+        }
+        (None, _, Some((disturbance, places))) => {
+            Box::new(SimulatedBoard::new((scene, &model), world()?, disturbance, places, console.is_a_person()))
+        }
+        (None, _, None) => Box::new(DrillDevice::new(OnDesk::start(scene, &model), world()?)),
+    };
+    // The board was built from the scene's own motion; only `run` plays another.
+    let mut plays = scene.clone();
+    if let Some(motion) = &args.motion {
+        plays.take_motion(motion).map_err(Failure::input)?;
+    }
+    let operator = Operator::new(device, (scene, &plays), &model, head, report, presses).map_err(wrong)?;
+    operate(args, operator.with_outputs(outputs).with_stop_key(console.stops()), console)
+}
+
+/// Why it ended; `place` is where a wrong command stands.
+fn failure(stop: Stop, place: &str) -> Failure {
+    match stop {
+        Stop::Board(DeviceError::Record(error)) | Stop::Output(error) => Failure::Output(error),
+        Stop::Board(error) => Failure::Target(miette::miette!("{error}")),
+        Stop::Input(problem) => Failure::Input(miette::miette!("{place}: {problem}")),
+        Stop::Interrupted | Stop::Pressed => Failure::Interrupted,
+    }
+}
+
+fn operate(args: &ConnectArgs, mut operator: Operator, mut console: Console) -> Result<u8, Failure> {
+    if let Some(record) = &args.record {
+        operator.keep(record).map_err(|stop| failure(stop, ""))?;
+    }
+    let ended = operator.begin().and_then(|()| converse(&mut operator, &mut console));
+    // A board that is gone cannot be asked to stop; its own heartbeat does that. A second Ctrl-C at a terminal leaves at once.
+    let ended = match ended {
+        Err(Stop::Interrupted) if console.is_a_person() => Err(Stop::Interrupted),
+        Err(stop @ (Stop::Interrupted | Stop::Input(_))) => operator.end().and(Err(stop)),
+        // A full disk or a closed output is no reason to leave the arm to its heartbeat.
+        Err(stop @ (Stop::Output(_) | Stop::Board(DeviceError::Record(_)))) => {
+            operator.close().ok();
+            operator.end().ok();
+            Err(stop)
+        }
+        other => other,
+    };
+    let closed = operator.close();
+    let (person, content) = (console.is_a_person(), operator.is_content());
+    match ended {
+        Ok(()) => {}
+        Err(Stop::Interrupted | Stop::Pressed) => return Ok(failure::INTERRUPTED),
+        Err(stop) => return Err(failure(stop, &console.place())),
+    }
+    closed.map_err(|error| match &args.record {
+        Some(record) => in_file(record, &error),
+        None => Failure::Output(error),
+    })?;
+    Ok(if person || content { 0 } else { failure::FAULT })
+}

@@ -1,0 +1,71 @@
+//! `key`: the key that a host and a board share.
+
+use board::key::{self, KeyError};
+use clap::{Args, Subcommand};
+use link::{Key, key_page};
+use sim::failure::Failure;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `key`.
+#[derive(Clone, Debug, Args)]
+pub struct KeyArgs {
+    /// What to do.
+    #[command(subcommand)]
+    pub action: KeyAction,
+}
+
+/// What to do with a key.
+#[derive(Clone, Debug, Subcommand)]
+pub enum KeyAction {
+    /// Make a new key of 32 random bytes, in a file for its owner alone.
+    New {
+        /// The file; it must not exist.
+        file: PathBuf,
+    },
+    /// Write the bytes of a board's key page, for a tool that writes flash.
+    Page {
+        /// The key file.
+        file: PathBuf,
+        /// The new file for the page.
+        #[arg(long)]
+        out: PathBuf,
+    },
+}
+
+/// The key of a `--key` option, if there is one.
+///
+/// # Errors
+/// A file that is no key, or that others can read.
+pub(crate) fn given(file: Option<&Path>) -> Result<Option<Key>, Failure> {
+    file.map(key::load).transpose().map_err(bad)
+}
+
+fn bad(error: KeyError) -> Failure {
+    Failure::Input(miette::miette!("{error}"))
+}
+
+/// Make a key, or the page of one.
+///
+/// # Errors
+/// A file that exists, cannot be written, or is no key.
+pub fn run(args: &KeyArgs) -> Result<u8, Failure> {
+    match &args.action {
+        KeyAction::New { file } => make(file),
+        KeyAction::Page { file, out } => page(file, out),
+    }
+    .map_err(bad)
+}
+
+fn page(file: &Path, out: &Path) -> Result<u8, KeyError> {
+    key::write_for_owner(out, &key::page(&key::load(file)?)?)?;
+    println!("page        {}, for {:#x}", out.display(), key_page::ADDRESS);
+    Ok(0)
+}
+
+fn make(file: &Path) -> Result<u8, KeyError> {
+    key::save(&key::new()?, file)?;
+    println!("key         {}, readable for its owner alone", file.display());
+    println!("to a board  cargo xtask firmware key {} --board BOARD", file.display());
+    println!("to connect  newtau connect SCENE --port PORT --key {}", file.display());
+    Ok(0)
+}

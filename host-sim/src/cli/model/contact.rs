@@ -1,0 +1,80 @@
+//! `contact`: the wrench at the tip from that in the base, or the other way round.
+
+use crate::cli::chain::ChainArgs;
+use crate::cli::gravity::GravityArgs;
+use clap::Args;
+use robot_compiler::{Robot, with_dof};
+use sim::failure::Failure;
+use sim::terminal::{json, print};
+use std::path::PathBuf;
+use studies::contact::{Known, Question, answer};
+use studies::robot_or_scene::say_mounting;
+
+const EXAMPLES: &str = "\
+What is computed:
+  tip wrench  from the base outward, each link's own need taken off: F_i = F_{i-1} + m_i (g - a_i)   12.163-12.168, corrected
+  joints      Newton's and Euler's equations of all links as one linear system                       12.1-12.6, 12.74-12.76
+  residual    those equations, left side less right side
+
+Examples:
+  newtau model contact robots/planar2r.toml --q 0.4,0.9 --gravity 0,-9.81,0 --tip-wrench 5,0,0,0,0,0
+  newtau model contact robots/puma560.toml --q 0,0.9,-1.6,0,0.5,0 --base-wrench 0,0,250,10,-40,0 --json | jq .tip_wrench
+
+The base wrench is that of the base on the arm, about the base's origin and in its axes, as a sensor there reads it; the tip
+wrench that of the environment on the arm, about the tip's origin and in tip axes. Rotors are in no joint's wrench.";
+
+/// Options of `contact`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXAMPLES)]
+#[command(group = clap::ArgGroup::new("known").required(true).args(["base_wrench", "tip_wrench"]))]
+pub struct ContactArgs {
+    /// The robot file (TOML or URDF).
+    pub robot: PathBuf,
+    /// The chain of a URDF robot.
+    #[command(flatten)]
+    pub chain: ChainArgs,
+    /// Joint positions, rad or m.
+    #[arg(long, value_name = "Q1,Q2,..", value_delimiter = ',', allow_hyphen_values = true, required = true)]
+    pub q: Vec<f64>,
+    /// Joint velocities, rad/s or m/s; zero if not given.
+    #[arg(long, value_name = "QD1,QD2,..", value_delimiter = ',', allow_hyphen_values = true)]
+    pub qd: Option<Vec<f64>>,
+    /// Joint accelerations, rad/s^2 or m/s^2; zero if not given.
+    #[arg(long, value_name = "QDD1,QDD2,..", value_delimiter = ',', allow_hyphen_values = true)]
+    pub qdd: Option<Vec<f64>>,
+    /// Gravity.
+    #[command(flatten)]
+    pub gravity: GravityArgs,
+    /// Reading of a sensor in the base, N and N m.
+    #[arg(long, value_name = "FX,FY,FZ,MX,MY,MZ", value_delimiter = ',', allow_hyphen_values = true)]
+    pub base_wrench: Option<Vec<f64>>,
+    /// What the environment does to the arm at the tip, N and N m.
+    #[arg(long, value_name = "FX,FY,FZ,MX,MY,MZ", value_delimiter = ',', allow_hyphen_values = true)]
+    pub tip_wrench: Option<Vec<f64>>,
+    /// Print JSON, and nothing else.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Answer on standard output.
+///
+/// # Errors
+/// [`Failure::Input`] for a robot or an option that is wrong.
+pub fn run(args: &ContactArgs) -> Result<(), Failure> {
+    let robot = Robot::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
+    say_mounting(&robot);
+    let known = match (&args.base_wrench, &args.tip_wrench) {
+        (Some(base), _) => Known::Base(base.clone()),
+        (None, tip) => Known::Tip(tip.clone().unwrap_or_default()),
+    };
+    let question = Question {
+        q: args.q.clone(),
+        qd: args.qd.clone(),
+        qdd: args.qdd.clone(),
+        gravity: args.gravity.of(&robot),
+        known,
+    };
+    let wrong = |problem| Failure::Input(miette::miette!(help = "see `newtau model contact --help`", "{problem}"));
+    let answer = with_dof!(robot.dof(), N => answer::<N>(&robot, &question)).map_err(wrong)?;
+    print(&if args.json { json(&answer)? + "\n" } else { answer.table() })
+}

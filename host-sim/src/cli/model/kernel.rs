@@ -1,0 +1,84 @@
+//! `kernel`: the arm's dynamics as straight-line Rust, and what each rewrite and each term of the scene is worth.
+
+use crate::cli::chain::ChainArgs;
+use crate::cli::names::named;
+use clap::Args;
+use robot_compiler::kernel::functions::Springs;
+use robot_compiler::kernel::{Function, Level};
+use robot_compiler::scene::ScalarChoice;
+use robot_compiler::with_dof;
+use sim::failure::Failure;
+use sim::terminal::{json, print};
+use std::path::PathBuf;
+use studies::kernel::{Asked, Kernels};
+use studies::robot_or_scene::scene_about;
+
+const EXAMPLES: &str = "\
+Examples:
+  newtau model kernel robots/puma560.toml > kernel.rs
+  newtau model kernel robots/puma560.toml --scene scenes/puma560_pick.toml --level regrouped --scalar f32
+  newtau model kernel robots/ur5.toml --function mass-matrix
+  newtau model kernel robots/ur5.toml --table
+  newtau model kernel robots/ur5.toml --json | jq '.[] | select(.level == \"regrouped\")'
+
+Without --scene: gravity on a floor, velocity terms, and the rotors of the robot file.
+Levels: exact gives the very results of the recursion; regrouped needs fewer operations and rounds otherwise.
+
+--table shows operations and values alive, then what each rewrite saves and what each term of the scene costs.
+--json is an array of {function, level, mul, add, sub, neg, live_inputs, max_live}.
+Both show every function and level, or those that are asked for.";
+
+/// Options of `kernel`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXAMPLES)]
+pub struct KernelArgs {
+    /// The robot file (TOML or URDF).
+    pub robot: PathBuf,
+    /// The chain of a URDF robot.
+    #[command(flatten)]
+    pub chain: ChainArgs,
+    /// The scene file, about this robot: which terms act on it.
+    #[arg(long)]
+    pub scene: Option<PathBuf>,
+    /// How far the operations may leave those of the recursion; exact if nothing is said.
+    #[arg(long, value_parser = named::<Level>())]
+    pub level: Option<Level>,
+    /// What it computes; inverse-dynamics if nothing is said.
+    #[arg(long, value_parser = named::<Function>())]
+    pub function: Option<Function>,
+    /// Floating-point type; the scene's otherwise.
+    #[arg(long, value_parser = named::<ScalarChoice>())]
+    pub scalar: Option<ScalarChoice>,
+    /// Print operation counts as JSON instead of the source.
+    #[arg(long, conflicts_with = "table")]
+    pub json: bool,
+    /// Print tables of what is saved, by what, instead of the source.
+    #[arg(long)]
+    pub table: bool,
+}
+
+/// Print the source, the counts or the tables.
+///
+/// # Errors
+/// A robot or a scene file that is wrong; a scene about another robot.
+pub fn run(args: &KernelArgs) -> Result<(), Failure> {
+    let file = scene_about(&args.robot, args.chain.ends(), args.scene.as_deref())?;
+    let text = with_dof!(file.robot.dof(), N => {
+        let model = file.robot.model::<N>().map_err(Failure::input)?;
+        let springs = Springs::new(&file.controller_config(&model).gains);
+        let asked = Asked {
+            precision: args.scalar.map(ScalarChoice::precision),
+            function: args.function.map(|function| function.with(springs)),
+            level: args.level,
+        };
+        let kernels = Kernels::new(&asked, &file, &model);
+        if args.json {
+            json(&kernels.counts())? + "\n"
+        } else if args.table {
+            kernels.tables()
+        } else {
+            kernels.source(&asked, &file)
+        }
+    });
+    print(&text)
+}

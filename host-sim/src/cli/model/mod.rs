@@ -1,0 +1,75 @@
+//! `model`: what the equations of motion of an arm say.
+
+pub mod contact;
+pub mod dynamics;
+pub mod energy;
+pub mod export;
+pub mod info;
+pub mod kernel;
+pub mod linkage;
+pub mod motion;
+pub mod statics;
+pub mod terms;
+
+use clap::{Args, Subcommand};
+use sim::failure::Failure;
+
+const EXAMPLES: &str = "\
+Example:
+  newtau model statics robots/ur5.toml --minimise total";
+
+/// Options of `model`.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct ModelArgs {
+    /// The computation.
+    #[command(subcommand)]
+    pub computation: Computation,
+}
+
+/// The computation.
+#[derive(Clone, Debug, Subcommand)]
+pub enum Computation {
+    /// Inverse and forward dynamics of states given as JSON lines.
+    Dynamics(dynamics::DynamicsArgs),
+    /// The matrices of the equations of motion at one posture.
+    Terms(terms::TermsArgs),
+    /// Torques that hold an arm at rest, what its joints carry, and the posture that takes least.
+    Statics(statics::StaticsArgs),
+    /// The wrench at the tip from a sensor in the base, or its reading for a known contact.
+    Contact(contact::ContactArgs),
+    /// Run a scene and account for the energy: work of every joint, friction, what is left over.
+    Energy(energy::EnergyArgs),
+    /// Drive a four-bar linkage or a slider-crank round, or let it run.
+    Linkage(linkage::LinkageArgs),
+    /// The arm's dynamics as straight-line Rust, or what that saves.
+    Kernel(kernel::KernelArgs),
+    /// A motion from the path that an arm was led along by hand.
+    Motion(motion::MotionArgs),
+    /// What a robot file holds.
+    Info(info::InfoArgs),
+    /// The arm of a robot file as a URDF.
+    Export(export::ExportArgs),
+}
+
+impl ModelArgs {
+    /// Computes, and prints or writes; returns the exit code.
+    ///
+    /// # Errors
+    /// Those of the computation.
+    pub fn run(&self) -> Result<u8, Failure> {
+        let done = match &self.computation {
+            Computation::Energy(args) => return energy::run(args, &super::stop_on_interrupt()),
+            Computation::Linkage(args) => return linkage::run(args),
+            Computation::Dynamics(args) => dynamics::run(args),
+            Computation::Terms(args) => terms::run(args),
+            Computation::Statics(args) => statics::run(args),
+            Computation::Contact(args) => contact::run(args),
+            Computation::Kernel(args) => kernel::run(args),
+            Computation::Motion(args) => motion::run(args),
+            Computation::Info(args) => info::run(args),
+            Computation::Export(args) => export::run(args),
+        };
+        done.map(|()| 0)
+    }
+}

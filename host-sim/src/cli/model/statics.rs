@@ -1,0 +1,126 @@
+//! `statics`: what holds an arm at rest, and the posture that takes least.
+
+use crate::cli::chain::ChainArgs;
+use crate::cli::force::ForceArgs;
+use crate::cli::gravity::GravityArgs;
+use crate::cli::output::files;
+use clap::Args;
+use robot_compiler::{Robot, with_dof};
+use sim::failure::Failure;
+use sim::pages;
+use sim::run::files::file_name;
+use sim::terminal::{json, print};
+use std::path::{Path, PathBuf};
+use studies::robot_or_scene::say_mounting;
+use studies::statics::{Axes, Question, answer, sweep};
+
+const EXAMPLES: &str = "\
+What is computed, with the equations of the chapter in docs/dynamics.md:
+  wrench    F_{i-1} = F_i - sum F_e,  M_{i-1} = M_i - sum M_e + d x F_i, from the tip inward       12.455-12.456
+            with every moment of a load moved to the joint it is felt at; 12.465 gives weight another
+  torque    the component along the joint's axis, which its actuator carries: G(q) - J^T w         12.503-12.504, index i-1
+  bearing   everything else: force across and along the axis, moment across and along it
+  V         -sum m g . r, of the arm and its load; zero for masses at the base's origin            12.230
+
+Examples:
+  newtau model statics robots/puma560.toml --q 0,0.9,-1.6,0,0.5,0
+  newtau model statics robots/puma560.toml --q 0,0.9,-1.6,0,0.5,0 --load 2,0,0,0.1 --json | jq .tau
+  newtau model statics robots/planar2r.toml --gravity 0,-9.81,0 --q 0.5,0.785 --hold elbow --minimise shoulder
+  newtau model statics robots/ur5.toml --minimise total --tip-wrench 0,0,-20,0,0,0
+  newtau model statics robots/planar2r.toml --gravity 0,-9.81,0 --q 0,0.785 --load 2 --sweep shoulder
+
+--sweep moves one joint from limit to limit (one turn at most), prints the least of every torque, of their sum and of V, and draws
+all of them into report.html in the folder of --out.
+
+The wrench is that of the environment on the robot at the tip's origin, in tip axes. Rotors and friction do not act at rest.
+
+--minimise looks inside the joint limits (one turn where a revolute joint has none). From 64 starts, the given posture, the middle
+of the limits and 62 points spread evenly by a fixed sequence, it goes along one joint after another by steps that halve when
+none helps, to a ten-thousandth of each joint's range; the best goes on to a billionth. The same input gives the same answer.
+It is the least that was found: no proof that nothing less exists.";
+
+/// Options of `statics`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXAMPLES)]
+pub struct StaticsArgs {
+    /// The robot file (TOML or URDF).
+    pub robot: PathBuf,
+    /// The chain of a URDF robot.
+    #[command(flatten)]
+    pub chain: ChainArgs,
+    /// Joint positions, rad or m; where the search begins with --minimise, which needs none.
+    #[arg(
+        long,
+        value_name = "Q1,Q2,..",
+        value_delimiter = ',',
+        allow_hyphen_values = true,
+        required_unless_present = "minimise"
+    )]
+    pub q: Option<Vec<f64>>,
+    /// Gravity.
+    #[command(flatten)]
+    pub gravity: GravityArgs,
+    /// A point mass held by the tip: kg, and where in the tip frame, m (its origin if left out).
+    #[arg(long, value_name = "MASS[,X,Y,Z]", value_delimiter = ',', allow_hyphen_values = true)]
+    pub load: Option<Vec<f64>>,
+    /// What the environment does to the arm at the tip, in tip axes, N and N m.
+    #[arg(long, value_name = "FX,FY,FZ,MX,MY,MZ", value_delimiter = ',', allow_hyphen_values = true)]
+    pub tip_wrench: Option<Vec<f64>>,
+    /// Find the posture of the least: torque of a joint (its name or number), total (sum of squares of all), potential (V).
+    #[arg(long, value_name = "JOINT|total|potential")]
+    pub minimise: Option<String>,
+    /// Joints (names or numbers) that stay at their --q in the search.
+    #[arg(long, value_name = "JOINT,..", value_delimiter = ',', requires_all = ["q", "minimise"])]
+    pub hold: Vec<String>,
+    /// Torques and V over the range of a joint (its name or number), the others at their --q; drawn into report.html.
+    #[arg(long, value_name = "JOINT", requires = "q", conflicts_with = "minimise")]
+    pub sweep: Option<String>,
+    /// Folder for the picture of --sweep; the robot's name under out/ otherwise.
+    #[arg(long, value_name = "FOLDER", requires = "sweep")]
+    pub out: Option<PathBuf>,
+    /// Overwriting.
+    #[command(flatten)]
+    pub force: ForceArgs,
+    /// Axes of the joints' wrenches.
+    #[arg(long, value_enum, default_value_t = Axes::Link)]
+    pub axes: Axes,
+    /// Print JSON, and nothing else.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Answer on standard output.
+///
+/// # Errors
+/// [`Failure::Input`] for a robot or an option that is wrong.
+pub fn run(args: &StaticsArgs) -> Result<(), Failure> {
+    let robot = Robot::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
+    say_mounting(&robot);
+    let question = Question {
+        q: args.q.clone(),
+        gravity: args.gravity.of(&robot),
+        load: args.load.clone(),
+        tip_wrench: args.tip_wrench.clone(),
+        minimise: args.minimise.clone(),
+        hold: args.hold.clone(),
+        axes: args.axes,
+    };
+    if let Some(joint) = &args.sweep {
+        return swept(args, &robot, &question, joint);
+    }
+    let answer = with_dof!(robot.dof(), N => answer::<N>(&robot, &question))?;
+    let text = if args.json { json(&answer)? } else { answer.table() };
+    print(&format!("{text}\n"))
+}
+
+/// Draw and print a sweep.
+fn swept(args: &StaticsArgs, robot: &Robot, question: &Question, joint: &str) -> Result<(), Failure> {
+    let found = with_dof!(robot.dof(), N => sweep::<N>(robot, question, joint))?;
+    let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(file_name(&robot.name)));
+    let mut output = args.force.output().reads(&args.robot);
+    output.folder(&folder, &["report.html"])?;
+    let report = folder.join("report.html");
+    pages::write(&report, &found.page())?;
+    output.written(std::slice::from_ref(&report))?;
+    print(&if args.json { json(&found)? + "\n" } else { format!("{}{}", found.table(), files(&[report])) })
+}
