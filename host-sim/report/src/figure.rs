@@ -198,7 +198,7 @@ mod tests {
         let point = Point::at(1.0, 2.0).named("best <one>").told("newtau choose trade a.toml --scalar f32");
         let out = drawn(&Figure::new("cost", "cycles", "error").with(Series::steps("front", vec![point])));
         assert!(out.contains("data-command=\"newtau choose trade a.toml --scalar f32\""), "{out}");
-        assert!(out.contains("<title>best &lt;one&gt;\nhost-sim trade a.toml --scalar f32</title>"), "{out}");
+        assert!(out.contains("<title>best &lt;one&gt;\nnewtau choose trade a.toml --scalar f32</title>"), "{out}");
         assert!(
             out.contains("tabindex=\"0\"") && out.contains("<li>best &lt;one&gt;: cycles 1.0000e0, error 2.0000e0<br>")
         );

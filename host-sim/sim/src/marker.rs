@@ -14,7 +14,8 @@ pub(crate) const MARKER: &str = ".newtau-output.json";
 /// Its name in earlier versions.
 const EARLIER: &str = ".host-sim-output.json";
 
-const ABOUT: &str = "newtau made this folder. It replaces these files, unless they were changed since; everything else is left alone.";
+const ABOUT: &str =
+    "newtau made this folder. It replaces these files, unless they were changed since; everything else is left alone.";
 
 /// Files that this program wrote into a folder.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -10,6 +10,8 @@ use std::path::PathBuf;
 use studies::check::answer_in;
 use studies::robot_or_scene::scene_about;
 
+const EXAMPLE: &str = "Example:\n  newtau check robots/ur5.toml";
+
 const EXAMPLES: &str = "\
 Examples:
   newtau check robots/ur5.toml
@@ -39,7 +41,7 @@ field, problem, advice}.";
 
 /// Options of `check`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct CheckArgs {
     /// The robot file (TOML or URDF).
     pub robot: PathBuf,

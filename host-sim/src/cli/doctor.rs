@@ -11,6 +11,8 @@ use sim::failure::{self, Failure};
 use std::io::{self, Write};
 use std::path::PathBuf;
 
+const EXAMPLE: &str = "Example:\n  newtau doctor";
+
 const EXAMPLES: &str = "\
 Examples:
   newtau doctor
@@ -29,7 +31,7 @@ Asking the firmware who it is disturbs no session. Exit code 2 when there is a p
 
 /// Options of `doctor`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct DoctorArgs {
     /// What you want to do.
     #[arg(long = "for", value_enum, value_delimiter = ',', value_name = "USE,..", default_value = "desk")]

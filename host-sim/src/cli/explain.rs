@@ -9,6 +9,8 @@ use std::sync::atomic::AtomicBool;
 use studies::explain::explain;
 use studies::trade::chip::Chip;
 
+const EXAMPLE: &str = "Example:\n  newtau explain scenes/puma560_pick.toml";
+
 const EXAMPLES: &str = "\
 For every term of the model (gravity, payload, tip wrench, rotors, velocity terms, friction feedforward):
   is            absent, constant, live, or given up by `terms = \"auto\"`; and the line that says so
@@ -35,7 +37,7 @@ Examples:
 
 /// Options of `explain`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct ExplainArgs {
     /// The scene file (TOML).
     pub scene: PathBuf,

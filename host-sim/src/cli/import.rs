@@ -10,6 +10,8 @@ use sim::failure::Failure;
 use sim::terminal::print;
 use std::path::PathBuf;
 
+const EXAMPLE: &str = "Example:\n  newtau import arm.urdf --out robots/arm.toml";
+
 const EXAMPLES: &str = "\
 Examples:
   newtau import arm.urdf > robots/arm.toml
@@ -30,7 +32,7 @@ A file that exists is not overwritten by --out, unless --force is given: what wa
 
 /// Options of `import`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct ImportArgs {
     /// The URDF file.
     pub urdf: PathBuf,

@@ -13,6 +13,7 @@ pub mod identify;
 pub mod import;
 pub mod model;
 pub mod names;
+pub mod parts;
 pub mod renamed;
 pub mod report;
 pub mod run;
@@ -20,7 +21,8 @@ pub mod sweep;
 
 mod output;
 
-use clap::{Parser, Subcommand};
+use clap::{ArgAction, CommandFactory as _, Parser, Subcommand};
+use clap_complete::Shell;
 use sim::failure::Failure;
 use sim::terminal;
 use std::sync::Arc;
@@ -29,8 +31,11 @@ use studies::trade::chip::EmulatedChip;
 
 /// Computed-torque control for robot arms of one to six joints: simulate it, fit it to your arm, put it on a board.
 #[derive(Clone, Debug, Parser)]
-#[command(name = "newtau", version, help_template = TEMPLATE, after_help = AFTER, after_long_help = EXIT_CODES)]
+#[command(name = "newtau", version, disable_help_flag = true, help_template = TEMPLATE, after_help = AFTER, after_long_help = EXIT_CODES)]
 pub struct Cli {
+    /// Print help.
+    #[arg(short, long, global = true, action = ArgAction::HelpShort)]
+    pub help: Option<bool>,
     /// The command.
     #[command(subcommand)]
     pub command: Command,
@@ -58,7 +63,7 @@ Operate
 
 Choose
   explain   what each term of a scene's model costs, and what goes wrong without it
-  choose    the cheapest settings that are accurate enough; `choose trade`, `choose bound`
+  choose    the cheapest settings that are accurate enough; `choose trade`, `bound`, `margins`
 
 Compute
   model     dynamics, terms, statics, contact, energy, linkage, kernel and more
@@ -70,7 +75,7 @@ const AFTER: &str = "\
 Example:
   newtau run scenes/yam_split.toml
 
-`newtau COMMAND --help` explains a command; `newtau --help` lists the exit codes too.";
+`newtau COMMAND --help` shows a command on one screen, `newtau help COMMAND` all about it; `newtau help` lists the exit\ncodes. `newtau completions bash` (or zsh, fish, elvish, powershell) prints a completion script.";
 
 const EXIT_CODES: &str = "\
 Example:
@@ -115,6 +120,12 @@ pub enum Command {
     Choose(choose::ChooseCommand),
     /// Compute what the arm's equations of motion say.
     Model(model::ModelArgs),
+    /// Print a completion script for a shell.
+    #[command(hide = true, after_help = "Example:\n  newtau completions bash")]
+    Completions {
+        /// The shell.
+        shell: Shell,
+    },
 }
 
 impl Command {
@@ -126,16 +137,21 @@ impl Command {
         match self {
             Self::Import(args) => import::run(args).map(|()| 0),
             Self::Check(args) => check::run(args),
-            Self::Identify(command) => command.run(),
+            Self::Identify(command) => identify::run(command),
             Self::Run(args) => run::run(args, &stop_on_interrupt()),
-            Self::Sweep(command) => command.run(),
+            Self::Sweep(command) => sweep::run(command),
             Self::Report(args) => report::run(args).map(|()| 0),
-            Self::Connect(command) => command.run(),
+            Self::Connect(command) => connect::run(command),
             Self::Firmware(args) => firmware::run(args),
             Self::Doctor(args) => doctor::run(args),
             Self::Explain(args) => explain::run(args, &EmulatedChip, &stop_on_interrupt()).map(|()| 0),
-            Self::Choose(command) => command.run(&EmulatedChip),
+            Self::Choose(command) => choose::run(command, &EmulatedChip),
             Self::Model(args) => args.run(),
+            Self::Completions { shell } => {
+                let mut script = Vec::new();
+                clap_complete::generate(*shell, &mut Cli::command(), "newtau", &mut script);
+                terminal::print(&String::from_utf8_lossy(&script)).map(|()| 0)
+            }
         }
     }
 }

@@ -9,6 +9,8 @@ use sim::terminal::print;
 use std::path::PathBuf;
 use studies::compare::{Side, page};
 
+const EXAMPLE: &str = "Example:\n  newtau report out/puma560_pick out/pd";
+
 const EXAMPLES: &str = "\
 Both arms stand on one stage, the second as a ghost; curves lie over each other on one time axis; tables hold both summaries and
 how they differ. All of it comes from the reports of the two runs.
@@ -21,7 +23,7 @@ Examples:
 
 /// Options of `report`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct ReportArgs {
     /// Folder of the first run, or its report.html.
     pub a: PathBuf,

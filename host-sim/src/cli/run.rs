@@ -21,6 +21,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use studies::robot_or_scene::say_mounting;
 
+const EXAMPLE: &str = "Example:\n  newtau run scenes/yam_split.toml";
+
 const EXAMPLES: &str = "\
 Examples:
   newtau run scenes/puma560_pick.toml
@@ -50,7 +52,7 @@ Columns:
 
 /// Options of `run`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct RunArgs {
     /// The scene file (TOML).
     pub scene: PathBuf,

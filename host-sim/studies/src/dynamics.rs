@@ -77,7 +77,7 @@ where
     let mut line = Vec::new();
     for index in 0_usize.. {
         let at = |problem: String| {
-            let help = format!("expected {{\"q\": [{N} numbers], ..}}; see `newtau model dynamics --help`");
+            let help = format!("expected {{\"q\": [{N} numbers], ..}}; see `newtau help model dynamics`");
             Failure::Input(miette::miette!(help = help, "{source}, line {}: {problem}", index + 1))
         };
         line.clear();

@@ -40,7 +40,7 @@ const FARTHEST: f64 = 8.0;
 const STEP: f64 = 0.5;
 const WIDTH: f64 = 0.04;
 /// Unit of the unknown mass at the tip, kg.
-const MASS: f64 = 0.05;
+const MASS: f64 = 0.4;
 
 impl Quantity {
     /// All of them, as the table has them.
@@ -65,9 +65,13 @@ impl Quantity {
     fn missing(self, scene: &SceneFile) -> Option<&'static str> {
         let drives = scene.robot.joints.iter().any(|joint| joint.drive.is_some()) && !scene.actuators.ideal;
         match self {
-            Self::Delay if drives => Some("the simulated drives have their own: `actuators.ideal = true` replaces them"),
+            Self::Delay if drives => {
+                Some("the simulated drives have their own: `actuators.ideal = true` replaces them")
+            }
             Self::Friction if friction(scene).is_none() => Some("no friction in [plant]"),
-            Self::Encoder if drives => Some("the simulated drives have their own: `actuators.ideal = true` replaces them"),
+            Self::Encoder if drives => {
+                Some("the simulated drives have their own: `actuators.ideal = true` replaces them")
+            }
             Self::Encoder if !scene.sensors.encoder => Some("no encoders in [sensors]"),
             _ => None,
         }
@@ -186,7 +190,7 @@ fn lost(run: &Run) -> Option<String> {
     let joint = |number: usize| run.record.joints().get(number - 1).map_or("", |joint| joint.name.as_str()).to_owned();
     match (&run.end, run.summary.faults.first(), &run.summary.supervision.out_of_reach) {
         (End::Diverged(_), ..) => Some("the simulation diverged".to_owned()),
-        (_, Some(fault), _) => Some(format!("fault {}: {}", fault.code, fault.message)),
+        (_, Some(fault), _) => Some(fault.message.clone()),
         (_, _, Some(far)) => Some(format!("{} left its reach in tick {}", joint(far.joint), far.tick)),
         _ => None,
     }

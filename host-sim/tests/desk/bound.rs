@@ -223,7 +223,12 @@ fn threads_do_not_change_what_is_found() {
 }
 
 fn bound(arguments: &[&str]) -> Output {
-    at_the_top().args(["choose", "bound"]).args(arguments).args(["--samples", "1000", "--boxes", "100"]).output().unwrap()
+    at_the_top()
+        .args(["choose", "bound"])
+        .args(arguments)
+        .args(["--samples", "1000", "--boxes", "100"])
+        .output()
+        .unwrap()
 }
 
 fn printed(arguments: &[&str]) -> String {

@@ -277,7 +277,19 @@ fn statics_draws_both_moments_over_the_first_angle() {
     let (q, load) = (format!("0,{bend}"), "14");
     let command = || {
         let mut command = at_the_top();
-        command.args(["model", "statics", file, "--gravity", "0,-9.81,0", "--q", &q, "--load", load, "--sweep", "shoulder"]);
+        command.args([
+            "model",
+            "statics",
+            file,
+            "--gravity",
+            "0,-9.81,0",
+            "--q",
+            &q,
+            "--load",
+            load,
+            "--sweep",
+            "shoulder",
+        ]);
         command.arg("--out").arg(&folder);
         command
     };

@@ -220,7 +220,8 @@ fn dynamics_answers_in_order_and_reads_back_exactly() {
 
 #[test]
 fn lines_before_a_bad_one_are_answered() {
-    let output = with_input(&["model", "dynamics", ROBOT, "--input", "-"], "{\"q\":[0,0]}\n{\"q\":[0]}\n{\"q\":[0,0]}\n");
+    let output =
+        with_input(&["model", "dynamics", ROBOT, "--input", "-"], "{\"q\":[0,0]}\n{\"q\":[0]}\n{\"q\":[0,0]}\n");
     assert_eq!(output.status.code(), Some(2));
     assert_eq!(String::from_utf8(output.stdout).unwrap().lines().count(), 1);
     assert!(String::from_utf8(output.stderr).unwrap().contains("standard input, line 2: `q` has 1 number;"));
@@ -247,14 +248,16 @@ fn bad_lines_are_named_with_what_was_found_and_expected() {
         ("tau_of_three", r#"{"q":[0,0],"tau":[1,2,3]}"#),
         ("result_overflows", r#"{"q":[0,0],"qdd":[1e308,1e308]}"#),
     ];
-    let refused =
-        cases.map(|(name, line)| format!("{name}: {line}\n{}", refusal(&["model", "dynamics", ROBOT, "--input", "-"], line)));
+    let refused = cases.map(|(name, line)| {
+        format!("{name}: {line}\n{}", refusal(&["model", "dynamics", ROBOT, "--input", "-"], line))
+    });
     compare_output("bad_lines_are_named_with_what_was_found_and_expected", refused.join("\n"));
 }
 
 #[test]
 fn bad_single_precision_lines_are_named() {
-    let refused = refusal(&["model", "dynamics", ROBOT, "--input", "-", "--scalar", "f32"], r#"{"q":[0,0],"qd":[1e39,0]}"#);
+    let refused =
+        refusal(&["model", "dynamics", ROBOT, "--input", "-", "--scalar", "f32"], r#"{"q":[0,0],"qd":[1e39,0]}"#);
     assert!(refused.starts_with("exit code 2"), "{refused}");
     assert!(refused.contains("line 1: entry 1 of `qd`, 1e39, is too large for the scalar"), "{refused}");
 }
@@ -262,10 +265,12 @@ fn bad_single_precision_lines_are_named() {
 #[test]
 fn a_byte_order_mark_begins_a_file_and_no_later_line() {
     let mark = "\u{feff}";
-    let output = with_input(&["model", "dynamics", ROBOT, "--input", "-"], &format!("{mark}{{\"q\":[0,0]}}\n{{\"q\":[0,0]}}\n"));
+    let output =
+        with_input(&["model", "dynamics", ROBOT, "--input", "-"], &format!("{mark}{{\"q\":[0,0]}}\n{{\"q\":[0,0]}}\n"));
     assert!(output.status.success());
     assert_eq!(String::from_utf8(output.stdout).unwrap().lines().count(), 2);
-    let output = with_input(&["model", "dynamics", ROBOT, "--input", "-"], &format!("{{\"q\":[0,0]}}\n{mark}{{\"q\":[0,0]}}\n"));
+    let output =
+        with_input(&["model", "dynamics", ROBOT, "--input", "-"], &format!("{{\"q\":[0,0]}}\n{mark}{{\"q\":[0,0]}}\n"));
     assert_eq!(output.status.code(), Some(2));
 }
 

@@ -27,7 +27,8 @@ fn done(arguments: &[&str]) -> String {
 fn recorded(name: &str, speed: &str, swing: &str) -> String {
     let (motion, run) = (folder().join(format!("{name}.toml")), folder().join(name));
     let (motion, run) = (motion.to_str().unwrap(), run.to_str().unwrap());
-    let sweeps = ["identify", "excite", SCENE, "--friction", "--centre", "0,0.65,0.8,0,0,0", "--speed", speed, "--swing", swing];
+    let sweeps =
+        ["identify", "excite", SCENE, "--friction", "--centre", "0,0.65,0.8,0,0,0", "--speed", speed, "--swing", swing];
     let found: Value = serde_json::from_str(&done(&[&sweeps[..], &["--out", motion, "--json"]].concat())).unwrap();
     let seconds = found["duration"].as_f64().unwrap().to_string();
     done(&["run", SCENE, "--motion", motion, "--duration", &seconds, "--out", run, "--quiet"]);

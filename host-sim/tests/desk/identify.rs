@@ -36,7 +36,21 @@ fn recorded(folder: &Path, seed: &str, periods: &str) -> String {
     let folder = folder.join(seed);
     let (motion, run) = (folder.with_extension("toml"), folder.to_str().unwrap().to_owned());
     let motion = motion.to_str().unwrap();
-    done(&["identify", "excite", SCENE, "--seed", seed, "--periods", periods, "--period", "8", "--tries", "150", "--out", motion]);
+    done(&[
+        "identify",
+        "excite",
+        SCENE,
+        "--seed",
+        seed,
+        "--periods",
+        periods,
+        "--period",
+        "8",
+        "--tries",
+        "150",
+        "--out",
+        motion,
+    ]);
     let seconds = if periods == "1" { "10.4" } else { "18.4" };
     done(&["run", SCENE, "--motion", motion, "--duration", seconds, "--out", &run, "--quiet"]);
     format!("{run}/log.csv")

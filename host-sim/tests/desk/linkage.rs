@@ -270,7 +270,11 @@ fn a_linkage_that_cannot_close_is_refused_in_its_line() {
 
 #[test]
 fn commands_for_arms_point_to_this_one_and_back() {
-    for arguments in [vec!["run", FOUR_BAR], vec!["model", "dynamics", FOUR_BAR, "--input", "-"], vec!["model", "info", SLIDER_CRANK]] {
+    for arguments in [
+        vec!["run", FOUR_BAR],
+        vec!["model", "dynamics", FOUR_BAR, "--input", "-"],
+        vec!["model", "info", SLIDER_CRANK],
+    ] {
         let error = refusal(&arguments);
         assert!(error.contains("kind: this file describes a closed loop"), "{error}");
         assert!(error.contains("`newtau model linkage` takes this one"), "{error}");
@@ -300,7 +304,7 @@ fn bad_options_are_named() {
 
 #[test]
 fn the_help_names_the_equations() {
-    let output = host_sim(&["model", "linkage", "--help"]);
+    let output = host_sim(&["help", "model", "linkage"]);
     let text = String::from_utf8(output.stdout).unwrap();
     for words in ["12.44-12.46", "12.41 with m3 a3", "12.47", "12.216", "docs/linkages.md"] {
         assert!(text.contains(words), "{words} in {text}");
@@ -314,7 +318,7 @@ fn the_documents_examples_are_real() {
     let text = std::fs::read_to_string(top.join("docs/linkages.md")).unwrap();
     let here = folder("document");
     std::fs::create_dir_all(&here).unwrap();
-    let commands: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("$ host-sim ")).collect();
+    let commands: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("$ newtau ")).collect();
     assert_eq!(commands.len(), 2);
     for command in commands {
         let words = command.split(' ').map(|word| match word.strip_prefix("robots/") {

@@ -318,7 +318,8 @@ fn a_record_that_is_none_or_another_s_is_bad_input() {
 
     let log = file("hash.log");
     assert_eq!(connect("hash", "home\n", &["--target", "desk", "--record", log.to_str().unwrap()]).0, 0);
-    let other = at_the_top().args(["connect", "replay", "--scene", "scenes/planar2r_sine.toml"]).arg(&log).output().unwrap();
+    let other =
+        at_the_top().args(["connect", "replay", "--scene", "scenes/planar2r_sine.toml"]).arg(&log).output().unwrap();
     let (code, _, error) = told(other);
     assert_eq!(code, 2);
     assert!(error.contains("the record is of another robot, scene or controller"), "{error}");

@@ -68,7 +68,7 @@ fn no_command_overwrites_a_file_of_the_user() {
     for name in ["a", "b"] {
         assert_eq!(sim(&folder, &format!("run @scenes/planar2r_sine.toml --duration 0.01 --quiet --out {name}")).0, 0);
     }
-    assert_eq!(sim(&folder, "key new arm.key").0, 0);
+    assert_eq!(sim(&folder, "firmware key new arm.key").0, 0);
     let file = folder.join("mine.txt");
     for line in FILES {
         fs::write(&file, "mine").unwrap();
@@ -182,7 +182,7 @@ fn an_input_is_never_overwritten_with_force_neither() {
 #[test]
 fn shards_are_merged_again_with_force_only() {
     let folder = work("merged");
-    let merge = "merge shards --quiet --out whole";
+    let merge = "sweep merge shards --quiet --out whole";
     assert_eq!(sim(&folder, "sweep @host-sim/tests/fixtures/study.toml --quiet --out shards/1").0, 0);
     assert_eq!(sim(&folder, merge).0, 0);
     let table = fs::read(folder.join("whole/runs.csv")).unwrap();

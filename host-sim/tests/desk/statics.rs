@@ -181,7 +181,8 @@ fn command(arguments: &[&str]) -> (i32, String, String) {
 
 #[test]
 fn the_table_and_the_json_say_the_same() {
-    let (code, table, error) = command(&["model", "statics", PLANAR, "--q", "0.5,-1", "--gravity", "0,-9.81,0", "--load", "1"]);
+    let (code, table, error) =
+        command(&["model", "statics", PLANAR, "--q", "0.5,-1", "--gravity", "0,-9.81,0", "--load", "1"]);
     assert_eq!((code, error.as_str()), (0, ""));
     for word in ["planar: at rest", "shoulder", "elbow", "actuator", "radial", "tilting", "potential energy"] {
         assert!(table.contains(word), "{word} in {table}");

@@ -236,7 +236,8 @@ fn merge_and_shards_work_from_the_command_line() {
     }
     assert_eq!(shown.lines().next(), again.lines().next());
     let mut twice = at_its_fixtures();
-    let (code, _, error) = told(twice.args(["sweep", "merge"]).args(&parts).arg("--out").arg(&merged).output().unwrap());
+    let (code, _, error) =
+        told(twice.args(["sweep", "merge"]).args(&parts).arg("--out").arg(&merged).output().unwrap());
     assert!(code == 2 && error.contains("holds runs already"), "{error}");
     let mut wrong = at_its_fixtures();
     wrong.args(["sweep", "tests/fixtures/study.toml", "--shard", "5/4"]);

@@ -114,8 +114,9 @@ fn a_scene_is_about_the_same_cut_of_the_urdf() {
     };
     let same = file("same_cut.toml", &scene("tip = \"palm\""));
     let other = file("other_cut.toml", &scene("tip = \"flange\"\nbase = \"stand\""));
-    let terms =
-        |scene: &str| simulator(&["model", "terms", GRIPPER, "--tip", "palm", "--q", Q, "--scene", scene]).output().unwrap();
+    let terms = |scene: &str| {
+        simulator(&["model", "terms", GRIPPER, "--tip", "palm", "--q", Q, "--scene", scene]).output().unwrap()
+    };
     assert!(!printed(terms(&same)).is_empty());
     assert!(told(terms(&other)).2.contains("is a scene of another robot"));
     // A scene names its own ends.

@@ -239,7 +239,8 @@ fn a_session_for_viewers_has_the_same_frames_replays_and_shows_the_arm() {
     assert!(logs[1].has_end());
     let all = entries(bytes.clone());
     assert_eq!(entries(std::fs::read(&plain).unwrap()), all);
-    let replayed = [&plain, &mcap].map(|path| printed(at_the_top().args(["connect", "replay"]).arg(path).output().unwrap()));
+    let replayed =
+        [&plain, &mcap].map(|path| printed(at_the_top().args(["connect", "replay"]).arg(path).output().unwrap()));
     assert_eq!(replayed[0], replayed[1]);
     assert!(replayed[1].ends_with(" ticks compared, 0 differ\n"), "{}", replayed[1]);
 

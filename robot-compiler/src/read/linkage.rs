@@ -69,7 +69,8 @@ fn read(source: &Source) -> Result<LinkageFile, FileError> {
 pub(super) fn refuse(root: &Table<'_>, wanted: &str) -> Result<(), FileError> {
     match root.get("kind") {
         Some(kind) if kind.string("").is_ok_and(|kind| [FOUR_BAR, SLIDER_CRANK].contains(&kind)) => {
-            Err(kind.error("this file describes a closed loop", format!("{wanted}; `newtau model linkage` takes this one")))
+            Err(kind
+                .error("this file describes a closed loop", format!("{wanted}; `newtau model linkage` takes this one")))
         }
         _ => Ok(()),
     }

@@ -58,7 +58,8 @@ impl Page {
         let page = Self(std::env::temp_dir().join(format!("newtau-key-page-{}.bin", std::process::id())));
         // Left over from a killed process with the same id.
         std::fs::remove_file(&page.0).ok();
-        let made = cargo_run("host-sim").args(["firmware", "key", "page"]).arg(&key).arg("--out").arg(&page.0).output()?;
+        let made =
+            cargo_run("host-sim").args(["firmware", "key", "page"]).arg(&key).arg("--out").arg(&page.0).output()?;
         if made.status.success() {
             return Ok(page);
         }

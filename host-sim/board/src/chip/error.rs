@@ -148,9 +148,11 @@ pub(crate) fn refusal(refusal: &Refusal) -> String {
         Refusal::Unauthentic { count } => format!(
             "{count} packets so far were not of this session: somebody else talks on the wire, or bytes were damaged"
         ),
-        Refusal::NoKey => "the board has no link key, and without one it does not arm: `newtau firmware key new FILE`, then \
+        Refusal::NoKey => {
+            "the board has no link key, and without one it does not arm: `newtau firmware key new FILE`, then \
                            `cargo xtask firmware key FILE --board BOARD`"
-            .into(),
+                .into()
+        }
         Refusal::NoNonce => "the board's random number generator has failed".into(),
         Refusal::NonFinitePoint => "a point of the trajectory, or the way to it, is not a finite number".into(),
         Refusal::TrajectoryFull => "the trajectory has no room for another point".into(),

@@ -12,6 +12,8 @@ use std::path::PathBuf;
 use studies::bound::{Question, answer, load, markdown, work};
 use studies::robot_or_scene::RobotOrScene;
 
+const EXAMPLE: &str = "Example:\n  newtau choose bound robots/planar2r.toml";
+
 const EXAMPLES: &str = "\
 Examples:
   newtau choose bound robots/puma560.toml
@@ -37,7 +39,7 @@ a bound loses that takes every rounding at its worst.";
 
 /// Options of `bound`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct BoundArgs {
     /// Robot files (TOML or URDF) or scene files (TOML); of a scene, what its model counts.
     #[arg(required = true, value_name = "ROBOT|SCENE")]

@@ -1,8 +1,8 @@
 //! `choose`: the cheapest choice that meets a request, as a scene.
 
+use super::trade::{AxisArgs, folder, measured};
 use crate::cli::chain::ChainArgs;
 use crate::cli::force::ForceArgs;
-use super::trade::{AxisArgs, folder, measured};
 use clap::Args;
 use sim::failure::{Failure, in_file};
 use sim::terminal::{json, print};
@@ -13,6 +13,9 @@ use studies::trade::baseline::Baseline;
 use studies::trade::chip::Chip;
 use studies::trade::product::choices;
 use studies::trade::request::{Budget, Request, Share};
+
+const EXAMPLE: &str =
+    "Example:\n  newtau choose scenes/planar2r_swing.toml --max-torque-error 0.2% --budget 20%@4kHz --alone";
 
 const EXAMPLES: &str = "\
 The choices, and what is measured of them, are those of `trade`, whose measurements are used where they are known. The cheapest is the one
@@ -25,7 +28,7 @@ Examples:
 
 /// Options of `choose`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct ChooseArgs {
     /// The scene file, or a robot file for a scene made up for it.
     pub scene: PathBuf,

@@ -9,6 +9,8 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use studies::margins::margins;
 
+const EXAMPLE: &str = "Example:\n  newtau choose margins scenes/puma560_pick.toml";
+
 const EXAMPLES: &str = "\
 Each number moves away from the scene's own value, alone, until the arm is lost: a fault, a diverging simulation, or a joint that leaves
 its reference by more than `reach` of the scene's [safety], where the firmware would hold.
@@ -28,7 +30,7 @@ Example:
 
 /// Options of `choose margins`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct MarginsArgs {
     /// The scene file (TOML).
     pub scene: PathBuf,

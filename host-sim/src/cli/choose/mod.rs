@@ -5,21 +5,13 @@ pub mod cheapest;
 pub mod margins;
 pub mod trade;
 
-use clap::{Args, Subcommand};
+use super::parts::OrPart;
+use clap::Subcommand;
 use sim::failure::Failure;
 use studies::trade::chip::Chip;
 
 /// `choose`, or one of its parts.
-#[derive(Clone, Debug, Args)]
-#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
-pub struct ChooseCommand {
-    /// The part.
-    #[command(subcommand)]
-    pub part: Option<ChoosePart>,
-    /// Options of `choose` itself.
-    #[command(flatten)]
-    pub args: Option<cheapest::ChooseArgs>,
-}
+pub type ChooseCommand = OrPart<cheapest::ChooseArgs, ChoosePart>;
 
 /// Parts of `choose`.
 #[derive(Clone, Debug, Subcommand)]
@@ -32,18 +24,15 @@ pub enum ChoosePart {
     Margins(margins::MarginsArgs),
 }
 
-impl ChooseCommand {
-    /// Does what is asked for; returns the exit code.
-    ///
-    /// # Errors
-    /// Those of the command.
-    pub fn run(&self, chip: &dyn Chip) -> Result<u8, Failure> {
-        match (&self.part, &self.args) {
-            (Some(ChoosePart::Trade(args)), _) => trade::run(args, chip, &super::stop_on_interrupt()).map(|()| 0),
-            (Some(ChoosePart::Bound(args)), _) => bound::run(args).map(|()| 0),
-            (Some(ChoosePart::Margins(args)), _) => margins::run(args, &super::stop_on_interrupt()).map(|()| 0),
-            (None, Some(args)) => cheapest::run(args, chip, &super::stop_on_interrupt()).map(|()| 0),
-            (None, None) => Ok(0),
-        }
+/// Does what is asked for; returns the exit code.
+///
+/// # Errors
+/// Those of the command.
+pub fn run(command: &ChooseCommand, chip: &dyn Chip) -> Result<u8, Failure> {
+    match command {
+        OrPart::Itself(args) => cheapest::run(args, chip, &super::stop_on_interrupt()).map(|()| 0),
+        OrPart::Part(ChoosePart::Trade(args)) => trade::run(args, chip, &super::stop_on_interrupt()).map(|()| 0),
+        OrPart::Part(ChoosePart::Bound(args)) => bound::run(args).map(|()| 0),
+        OrPart::Part(ChoosePart::Margins(args)) => margins::run(args, &super::stop_on_interrupt()).map(|()| 0),
     }
 }

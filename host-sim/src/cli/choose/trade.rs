@@ -20,6 +20,8 @@ use studies::trade::choice::{Choice, Every, TermSet};
 use studies::trade::product::{Axes, choices};
 use studies::trade::{Trade, Workshop, trade};
 
+const EXAMPLE: &str = "Example:\n  newtau choose trade scenes/planar2r_swing.toml --terms full,gravity,none --alone";
+
 const EXAMPLES: &str = "\
 Every combination of the choices below is a scene file of its own; so is the scene's own choice, and each that differs from it in one
 thing (not with --alone). Measured of each:
@@ -57,7 +59,7 @@ Files, in the folder given by --out (out/trade/NAME otherwise):
 
 /// Options of `trade`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct TradeArgs {
     /// The scene file, or a robot file for a scene made up for it.
     pub scene: PathBuf,

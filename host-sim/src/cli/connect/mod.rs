@@ -3,20 +3,12 @@
 pub mod replay;
 pub mod session;
 
-use clap::{Args, Subcommand};
+use super::parts::OrPart;
+use clap::Subcommand;
 use sim::failure::Failure;
 
 /// `connect`, or one of its parts.
-#[derive(Clone, Debug, Args)]
-#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
-pub struct ConnectCommand {
-    /// The part.
-    #[command(subcommand)]
-    pub part: Option<ConnectPart>,
-    /// Options of `connect` itself.
-    #[command(flatten)]
-    pub args: Option<session::ConnectArgs>,
-}
+pub type ConnectCommand = OrPart<session::ConnectArgs, ConnectPart>;
 
 /// Parts of `connect`.
 #[derive(Clone, Debug, Subcommand)]
@@ -25,16 +17,13 @@ pub enum ConnectPart {
     Replay(replay::ReplayArgs),
 }
 
-impl ConnectCommand {
-    /// Does what is asked for; returns the exit code.
-    ///
-    /// # Errors
-    /// Those of the command.
-    pub fn run(&self) -> Result<u8, Failure> {
-        match (&self.part, &self.args) {
-            (Some(ConnectPart::Replay(args)), _) => replay::run(args),
-            (None, Some(args)) => session::run(args, super::presses()),
-            (None, None) => Ok(0),
-        }
+/// Does what is asked for; returns the exit code.
+///
+/// # Errors
+/// Those of the command.
+pub fn run(command: &ConnectCommand) -> Result<u8, Failure> {
+    match command {
+        OrPart::Itself(args) => session::run(args, super::presses()),
+        OrPart::Part(ConnectPart::Replay(args)) => replay::run(args),
     }
 }

@@ -8,6 +8,8 @@ use sim::failure::{self, Failure};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+const EXAMPLE: &str = "Example:\n  newtau connect replay out/session.log";
+
 const EXAMPLES: &str = "\
 Examples:
   newtau connect scenes/planar2r_swing.toml --target qemu --script session.txt --record out/session.log
@@ -20,7 +22,7 @@ Exit code 1: a tick differs, or the record cannot be replayed to its end; the me
 
 /// Options of `replay`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct ReplayArgs {
     /// The record.
     pub log: PathBuf,

@@ -1,7 +1,7 @@
 //! `connect`: operate the arm of a scene, at a board on a serial port or in a drill.
 
-use crate::cli::force::ForceArgs;
 use crate::cli::firmware::key;
+use crate::cli::force::ForceArgs;
 use crate::cli::names::Target;
 use board::chip::{Chip, build_firmware, hello};
 use board::session::drill::{OnChip, OnDesk};
@@ -24,6 +24,8 @@ use sim::failure::{self, Failure, in_file};
 use sim::output::Output;
 use sim::run::simulate;
 use std::path::{Path, PathBuf};
+
+const EXAMPLE: &str = "Example:\n  newtau connect scenes/planar2r_swing.toml --target desk";
 
 const EXAMPLES: &str = "\
 Examples:
@@ -87,7 +89,7 @@ const INSECURE: &str =
 
 /// Options of `connect`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES, group = ArgGroup::new("board").required(true).args(["port", "target"]))]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES, group = ArgGroup::new("board").required(true).args(["port", "target"]))]
 pub struct ConnectArgs {
     /// The scene file (TOML) that the board's firmware was built from.
     pub scene: PathBuf,

@@ -10,6 +10,8 @@ use std::path::PathBuf;
 use studies::excite::{Kind, Surroundings, Wishes, design};
 use studies::robot_or_scene::RobotOrScene;
 
+const EXAMPLE: &str = "Example:\n  newtau identify excite robots/planar2r.toml --out out/excite.toml";
+
 const EXAMPLES: &str = "\
 Examples:
   newtau identify excite scenes/examples/yam_move.toml --out out/excite.toml
@@ -31,7 +33,7 @@ reference motion. It does not know cables, a gripper that the shapes do not cont
 
 /// Options of `excite`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct ExciteArgs {
     /// A robot file (TOML or URDF) or a scene.
     pub file: PathBuf,

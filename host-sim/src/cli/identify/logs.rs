@@ -1,7 +1,7 @@
 //! `identify`: the model of an arm from logs of its motion.
 
-use crate::cli::chain::ChainArgs;
 use super::corrections::CorrectionArgs;
+use crate::cli::chain::ChainArgs;
 use crate::cli::force::ForceArgs;
 use crate::cli::gravity::GravityArgs;
 use clap::Args;
@@ -15,6 +15,8 @@ use sim::terminal::{json, print};
 use std::path::PathBuf;
 use studies::identify::{LogOptions, Outcome, Subject, held, prediction, report, verdict};
 use studies::robot_or_scene::say_mounting;
+
+const EXAMPLE: &str = "Example:\n  newtau identify robots/planar2r.toml --log out/planar2r_swing/log.csv";
 
 const EXAMPLES: &str = "\
 Examples:
@@ -46,7 +48,7 @@ sign, a unit, the order of columns, or gravity explains a log that the arm does 
 
 /// Options of `identify`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct IdentifyArgs {
     /// The robot file (TOML or URDF): its geometry is believed, its masses are where the search starts.
     pub robot: PathBuf,

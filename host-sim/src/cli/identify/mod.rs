@@ -1,23 +1,15 @@
 //! `identify`: an arm from logs of its motion.
 
+pub mod corrections;
 pub mod excite;
 pub mod logs;
-pub mod corrections;
 
-use clap::{Args, Subcommand};
+use super::parts::OrPart;
+use clap::Subcommand;
 use sim::failure::Failure;
 
 /// `identify`, or one of its parts.
-#[derive(Clone, Debug, Args)]
-#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
-pub struct IdentifyCommand {
-    /// The part.
-    #[command(subcommand)]
-    pub part: Option<IdentifyPart>,
-    /// Options of `identify` itself.
-    #[command(flatten)]
-    pub args: Option<logs::IdentifyArgs>,
-}
+pub type IdentifyCommand = OrPart<logs::IdentifyArgs, IdentifyPart>;
 
 /// Parts of `identify`.
 #[derive(Clone, Debug, Subcommand)]
@@ -26,16 +18,13 @@ pub enum IdentifyPart {
     Excite(excite::ExciteArgs),
 }
 
-impl IdentifyCommand {
-    /// Does what is asked for; returns the exit code.
-    ///
-    /// # Errors
-    /// Those of the command.
-    pub fn run(&self) -> Result<u8, Failure> {
-        match (&self.part, &self.args) {
-            (Some(IdentifyPart::Excite(args)), _) => excite::run(args).map(|()| 0),
-            (None, Some(args)) => logs::run(args),
-            (None, None) => Ok(0),
-        }
+/// Does what is asked for; returns the exit code.
+///
+/// # Errors
+/// Those of the command.
+pub fn run(command: &IdentifyCommand) -> Result<u8, Failure> {
+    match command {
+        OrPart::Itself(args) => logs::run(args),
+        OrPart::Part(IdentifyPart::Excite(args)) => excite::run(args).map(|()| 0),
     }
 }

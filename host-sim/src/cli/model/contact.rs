@@ -10,6 +10,9 @@ use std::path::PathBuf;
 use studies::contact::{Known, Question, answer};
 use studies::robot_or_scene::say_mounting;
 
+const EXAMPLE: &str =
+    "Example:\n  newtau model contact robots/puma560.toml --q 0,0.9,-1.6,0,0.5,0 --base-wrench 0,0,250,10,-40,0";
+
 const EXAMPLES: &str = "\
 What is computed:
   tip wrench  from the base outward, each link's own need taken off: F_i = F_{i-1} + m_i (g - a_i)   12.163-12.168, corrected
@@ -25,7 +28,7 @@ wrench that of the environment on the arm, about the tip's origin and in tip axe
 
 /// Options of `contact`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 #[command(group = clap::ArgGroup::new("known").required(true).args(["base_wrench", "tip_wrench"]))]
 pub struct ContactArgs {
     /// The robot file (TOML or URDF).
@@ -74,7 +77,7 @@ pub fn run(args: &ContactArgs) -> Result<(), Failure> {
         gravity: args.gravity.of(&robot),
         known,
     };
-    let wrong = |problem| Failure::Input(miette::miette!(help = "see `newtau model contact --help`", "{problem}"));
+    let wrong = |problem| Failure::Input(miette::miette!(help = "see `newtau help model contact`", "{problem}"));
     let answer = with_dof!(robot.dof(), N => answer::<N>(&robot, &question)).map_err(wrong)?;
     print(&if args.json { json(&answer)? + "\n" } else { answer.table() })
 }

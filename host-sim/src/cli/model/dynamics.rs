@@ -14,6 +14,8 @@ use std::path::{Path, PathBuf};
 use studies::dynamics::answer_all;
 use studies::robot_or_scene::say_mounting;
 
+const EXAMPLE: &str = "Example:\n  newtau model dynamics robots/ur5.toml --input scenes/example_states.jsonl";
+
 const EXAMPLES: &str = r#"Each input line is an object; all keys but q may be left out (zero, and gravity [0, 0, -9.81]):
   {"q":[..], "qd":[..], "qdd":[..], "tau":[..], "wrench_tip":[fx,fy,fz,mx,my,mz], "gravity":[gx,gy,gz]}
 The wrench is that of the environment on the robot at the tip's origin, in tip axes. SI units, radians.
@@ -35,7 +37,7 @@ lines before it have been answered. Empty lines are skipped; a line has up to 64
 
 /// Options of `dynamics`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct DynamicsArgs {
     /// The robot file (TOML or URDF).
     pub robot: PathBuf,

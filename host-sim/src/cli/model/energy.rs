@@ -16,6 +16,8 @@ use std::sync::atomic::AtomicBool;
 use studies::energy::{Account, account};
 use studies::path_work::path_work;
 
+const EXAMPLE: &str = "Example:\n  newtau model energy scenes/puma560_pick.toml";
+
 const EXAMPLES: &str = "\
 What is computed:
   work      int tau qd dt of every joint, positive and negative apart; tau as it acts, after delay, saturation and lag
@@ -43,7 +45,7 @@ A fault ends the account: what the brakes take is not in it. Exit codes as those
 
 /// Options of `energy`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct EnergyArgs {
     /// The scene file (TOML).
     pub scene: PathBuf,

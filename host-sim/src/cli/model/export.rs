@@ -9,6 +9,8 @@ use sim::failure::Failure;
 use sim::terminal::print;
 use std::path::PathBuf;
 
+const EXAMPLE: &str = "Example:\n  newtau model export robots/puma560.toml --urdf --out out/puma560.urdf";
+
 const EXAMPLES: &str = "\
 Examples:
   newtau model export robots/puma560.toml --urdf --out out/puma560.urdf
@@ -20,7 +22,7 @@ word for torque rates, encoders and drives. `newtau import` of the file gives an
 
 /// Options of `export`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct ExportArgs {
     /// The robot file (TOML or URDF).
     pub robot: PathBuf,

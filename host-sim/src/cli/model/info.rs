@@ -13,6 +13,7 @@ use studies::robot_or_scene::say_mounting;
 
 /// Options of `info`.
 #[derive(Clone, Debug, Args)]
+#[command(after_help = "Example:\n  newtau model info robots/ur5.toml")]
 pub struct InfoArgs {
     /// The robot file (TOML or URDF).
     pub robot: PathBuf,

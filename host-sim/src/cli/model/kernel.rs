@@ -13,6 +13,8 @@ use std::path::PathBuf;
 use studies::kernel::{Asked, Kernels};
 use studies::robot_or_scene::scene_about;
 
+const EXAMPLE: &str = "Example:\n  newtau model kernel robots/ur5.toml --table";
+
 const EXAMPLES: &str = "\
 Examples:
   newtau model kernel robots/puma560.toml > kernel.rs
@@ -30,7 +32,7 @@ Both show every function and level, or those that are asked for.";
 
 /// Options of `kernel`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct KernelArgs {
     /// The robot file (TOML or URDF).
     pub robot: PathBuf,

@@ -17,6 +17,8 @@ use studies::linkage::report::{describe_range, run_table, turn_table};
 use studies::linkage::run::{self as free, Start};
 use studies::linkage::turn::{self, Range};
 
+const EXAMPLE: &str = "Example:\n  newtau model linkage robots/chapter12/four_bar.toml";
+
 const EXAMPLES: &str = "\
 Examples:
   newtau model linkage robots/chapter12/four_bar.toml
@@ -40,7 +42,7 @@ Units: SI, radians. Angles count from the ground or the guide; see docs/linkages
 
 /// Options of `linkage`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct LinkageArgs {
     /// The linkage file (TOML).
     pub linkage: PathBuf,

@@ -8,6 +8,9 @@ use sim::terminal::print;
 use std::path::PathBuf;
 use studies::taught::{Path as Led, taught};
 
+const EXAMPLE: &str =
+    "Example:\n  newtau model motion out/yam_teach/log.csv --scene scenes/yam_move.toml --out out/taught.toml";
+
 const EXAMPLES: &str = "\
 Examples:
   newtau run scenes/yam_teach.toml
@@ -20,7 +23,7 @@ the arm was led faster than its velocity limits.";
 
 /// Options of `motion`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct MotionArgs {
     /// The path: log.csv of a run, the table or the record of a session.
     pub log: PathBuf,

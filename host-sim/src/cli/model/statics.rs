@@ -14,6 +14,8 @@ use std::path::{Path, PathBuf};
 use studies::robot_or_scene::say_mounting;
 use studies::statics::{Axes, Question, answer, sweep};
 
+const EXAMPLE: &str = "Example:\n  newtau model statics robots/ur5.toml --minimise total";
+
 const EXAMPLES: &str = "\
 What is computed, with the equations of the chapter in docs/dynamics.md:
   wrench    F_{i-1} = F_i - sum F_e,  M_{i-1} = M_i - sum M_e + d x F_i, from the tip inward       12.455-12.456
@@ -41,7 +43,7 @@ It is the least that was found: no proof that nothing less exists.";
 
 /// Options of `statics`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct StaticsArgs {
     /// The robot file (TOML or URDF).
     pub robot: PathBuf,

@@ -10,6 +10,8 @@ use std::path::PathBuf;
 use studies::robot_or_scene::scene_about;
 use studies::terms::{Method, Question, describe, terms};
 
+const EXAMPLE: &str = "Example:\n  newtau model terms robots/puma560.toml --q 0,0.5,-0.5,0,0.3,0";
+
 const EXAMPLES: &str = "\
 Printed, for  D(q) qdd + C(q, qd) qd + G(q) = tau + J^T w  (eq. 12.217):
   D   inertia matrix, with the rotors on its diagonal           12.229 (lagrange), 12.393 (trace)
@@ -39,7 +41,7 @@ as many digits as are needed to read the numbers back exactly; christoffel[i][j]
 
 /// Options of `terms`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct TermsArgs {
     /// The robot file (TOML or URDF).
     pub robot: PathBuf,

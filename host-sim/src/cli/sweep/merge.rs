@@ -1,7 +1,7 @@
 //! `merge`: the shards of a study, put together.
 
-use crate::cli::force::ForceArgs;
 use super::study::{Shown, show};
+use crate::cli::force::ForceArgs;
 use clap::Args;
 use indicatif::ProgressBar;
 use sim::failure::Failure;
@@ -9,6 +9,8 @@ use sim::terminal::progress_bar;
 use std::path::PathBuf;
 use studies::sweep::results::Results;
 use studies::sweep::store;
+
+const EXAMPLE: &str = "Example:\n  newtau sweep merge out/shards --out out/whole";
 
 const EXAMPLES: &str = "\
 Every shard is checked: the same study, program and machine's numbers, every run once, the table as it was written. The merged files are
@@ -20,7 +22,7 @@ Examples:
 
 /// Options of `merge`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct MergeArgs {
     /// The shards' folders in any order, or the folder that holds them.
     #[arg(value_name = "FOLDER", required = true)]

@@ -3,20 +3,12 @@
 pub mod merge;
 pub mod study;
 
-use clap::{Args, Subcommand};
+use super::parts::OrPart;
+use clap::Subcommand;
 use sim::failure::Failure;
 
 /// `sweep`, or one of its parts.
-#[derive(Clone, Debug, Args)]
-#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
-pub struct SweepCommand {
-    /// The part.
-    #[command(subcommand)]
-    pub part: Option<SweepPart>,
-    /// Options of `sweep` itself.
-    #[command(flatten)]
-    pub args: Option<study::SweepArgs>,
-}
+pub type SweepCommand = OrPart<study::SweepArgs, SweepPart>;
 
 /// Parts of `sweep`.
 #[derive(Clone, Debug, Subcommand)]
@@ -25,16 +17,13 @@ pub enum SweepPart {
     Merge(merge::MergeArgs),
 }
 
-impl SweepCommand {
-    /// Does what is asked for; returns the exit code.
-    ///
-    /// # Errors
-    /// Those of the command.
-    pub fn run(&self) -> Result<u8, Failure> {
-        match (&self.part, &self.args) {
-            (Some(SweepPart::Merge(args)), _) => merge::run(args),
-            (None, Some(args)) => study::run(args, &super::stop_on_interrupt()),
-            (None, None) => Ok(0),
-        }
+/// Does what is asked for; returns the exit code.
+///
+/// # Errors
+/// Those of the command.
+pub fn run(command: &SweepCommand) -> Result<u8, Failure> {
+    match command {
+        OrPart::Itself(args) => study::run(args, &super::stop_on_interrupt()),
+        OrPart::Part(SweepPart::Merge(args)) => merge::run(args),
     }
 }

@@ -21,6 +21,8 @@ use studies::sweep::store::STUDY;
 use studies::sweep::store::{self, Done, Progress, Shard};
 use studies::sweep::submit::{self, Engine, Submission};
 
+const EXAMPLE: &str = "Example:\n  newtau sweep scenes/studies/pick_payload_friction.toml --runs 64";
+
 const EXAMPLES: &str = "\
 A study names a scene and what varies in it (docs/studies.md). Run K depends on the study and K alone: the same bits on any machine, with
 any number of threads, in any shard.
@@ -44,7 +46,7 @@ Files, in the folder given by --out:
 
 /// Options of `sweep`.
 #[derive(Clone, Debug, Args)]
-#[command(after_long_help = EXAMPLES)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct SweepArgs {
     /// The study file (TOML).
     pub study: PathBuf,

@@ -206,5 +206,5 @@ fn region<const N: usize>(
 }
 
 fn wrong(problem: &str) -> Failure {
-    Failure::Input(miette::miette!(help = "see `newtau choose bound --help`", "{problem}"))
+    Failure::Input(miette::miette!(help = "see `newtau help choose bound`", "{problem}"))
 }

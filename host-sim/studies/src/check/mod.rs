@@ -55,7 +55,7 @@ pub fn answer(draft: Draft, gravity: &[f64]) -> Result<Answer, Failure> {
 /// As [`answer`].
 pub fn answer_in(mut draft: Draft, gravity: &[f64], scene: Option<SceneFile>) -> Result<Answer, Failure> {
     let gravity = finite::<3>("--gravity", gravity, "gx, gy, gz")
-        .map_err(|problem| Failure::Input(miette::miette!(help = "see `newtau check --help`", "{problem}")))?
+        .map_err(|problem| Failure::Input(miette::miette!(help = "see `newtau help check`", "{problem}")))?
         .into();
     if let Some(scene) = &scene {
         draft.robot.rest.clone_from(&scene.safety.rest);

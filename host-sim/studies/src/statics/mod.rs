@@ -256,5 +256,5 @@ fn wrench(values: Option<&[f64]>) -> Result<Wrench<f64>, String> {
 }
 
 fn wrong(problem: String) -> Failure {
-    Failure::Input(miette::miette!(help = "see `newtau model statics --help`", "{problem}"))
+    Failure::Input(miette::miette!(help = "see `newtau help model statics`", "{problem}"))
 }

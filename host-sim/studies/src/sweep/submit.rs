@@ -147,7 +147,7 @@ fn merge(submission: &Submission) -> String {
          # All shards are done: put them together.\n\
          set -eu\n\
          cd \"$(dirname \"$0\")\"\n\
-         {}exec \"$program\" merge {SHARDS} --out whole\n",
+         {}exec \"$program\" sweep merge {SHARDS} --out whole\n",
         program(submission)
     )
 }

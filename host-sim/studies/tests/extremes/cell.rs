@@ -1,14 +1,14 @@
 //! A cell: its outcome, what it requires, and how it is judged.
 
 /// Largest relative deviation from an expected number.
-pub const PINNED_WITHIN: f64 = 0.02;
+pub(crate) const PINNED_WITHIN: f64 = 0.02;
 
 /// The expected numbers: `group,name,value`.
 const EXPECTED: &str = include_str!("expected.csv");
 
 /// Meaning of a cell that passes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub(crate) enum Kind {
     /// A bound from theory or from use holds, or the documented outcome came.
     Requirement,
     /// The number is the one measured before: nothing requires it.
@@ -17,7 +17,7 @@ pub enum Kind {
 
 impl Kind {
     /// Name in tables.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Requirement => "requirement",
             Self::Record => "record",
@@ -27,36 +27,36 @@ impl Kind {
 
 /// One extreme case with its result.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Cell {
+pub(crate) struct Cell {
     /// Group of the cell.
-    pub group: &'static str,
+    pub(crate) group: &'static str,
     /// Name, unique in the group.
-    pub name: String,
+    pub(crate) name: String,
     /// Description of the test.
-    pub done: String,
+    pub(crate) done: String,
     /// Whether a requirement is tested.
-    pub kind: Kind,
+    pub(crate) kind: Kind,
     /// Expected result: the number and its requirement, or the outcome in words.
-    pub expected: String,
+    pub(crate) expected: String,
     /// Result of the test.
-    pub found: String,
+    pub(crate) found: String,
     /// The measured number; `None` for an outcome in words.
-    pub value: Option<f64>,
+    pub(crate) value: Option<f64>,
     /// Share of its upper bound that the number takes.
-    pub share: Option<f64>,
+    pub(crate) share: Option<f64>,
     /// The expected number from an earlier measurement, if any; long cells have only their requirement.
-    pub pinned: Option<f64>,
+    pub(crate) pinned: Option<f64>,
     /// True if the outcome differs from the expected one, in either direction.
-    pub moved: bool,
+    pub(crate) moved: bool,
     /// True if the requirement holds and the outcome is the expected one.
-    pub passed: bool,
+    pub(crate) passed: bool,
     /// Reason for a failure.
-    pub reason: Option<String>,
+    pub(crate) reason: Option<String>,
 }
 
 /// Outcome of a cell before it is judged.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Outcome {
+pub(crate) enum Outcome {
     /// A number with its required range and unit; without a bound, a record.
     Number { value: f64, least: f64, most: f64, unit: &'static str },
     /// Words, compared with the expected words.
@@ -65,17 +65,17 @@ pub enum Outcome {
 
 impl Outcome {
     /// A number with an upper bound.
-    pub fn at_most(value: f64, most: f64, unit: &'static str) -> Self {
+    pub(crate) fn at_most(value: f64, most: f64, unit: &'static str) -> Self {
         Self::Number { value, least: f64::NEG_INFINITY, most, unit }
     }
 
     /// A number with two bounds.
-    pub fn between(value: f64, least: f64, most: f64, unit: &'static str) -> Self {
+    pub(crate) fn between(value: f64, least: f64, most: f64, unit: &'static str) -> Self {
         Self::Number { value, least, most, unit }
     }
 
     /// A number that nothing requires.
-    pub fn record(value: f64, unit: &'static str) -> Self {
+    pub(crate) fn record(value: f64, unit: &'static str) -> Self {
         Self::Number { value, least: f64::NEG_INFINITY, most: f64::INFINITY, unit }
     }
 
@@ -88,14 +88,14 @@ impl Outcome {
     }
 
     /// Words and the expected words.
-    pub fn words(found: impl Into<String>, expected: impl Into<String>) -> Self {
+    pub(crate) fn words(found: impl Into<String>, expected: impl Into<String>) -> Self {
         Self::Words { found: found.into(), expected: expected.into() }
     }
 }
 
 impl Cell {
     /// Word for a passing cell.
-    pub const fn passes(&self) -> &'static str {
+    pub(crate) const fn passes(&self) -> &'static str {
         match (self.kind, self.pinned) {
             (Kind::Requirement, _) => "pass",
             (Kind::Record, Some(_)) => "as before",
@@ -104,7 +104,7 @@ impl Cell {
     }
 
     /// Judge an outcome; `reason` explains a requirement that cannot be met.
-    pub fn new(
+    pub(crate) fn new(
         group: &'static str,
         name: impl Into<String>,
         done: impl Into<String>,
@@ -122,7 +122,7 @@ impl Cell {
             Outcome::Number { value, least, most, unit } => {
                 let near = |pinned: f64| (value - pinned).abs() <= PINNED_WITHIN * pinned.abs();
                 let moved = pinned.is_some_and(|pinned| !near(pinned));
-                share = most.is_finite().then(|| value / most);
+                share = (most.is_finite() && least.is_infinite()).then(|| value / most);
                 let holds = value >= least && value <= most;
                 let required = match (least.is_finite(), most.is_finite()) {
                     (true, true) => Some(format!("in {} to {}", number(least, ""), number(most, ""))),
@@ -139,12 +139,25 @@ impl Cell {
             (true, true) => Some("not the expected number".to_owned()),
             (false, _) => Some(reason.to_owned()),
         };
-        Self { group, name, done, kind, expected, found, value, share, pinned, moved, passed: why.is_none(), reason: why }
+        Self {
+            group,
+            name,
+            done,
+            kind,
+            expected,
+            found,
+            value,
+            share,
+            pinned,
+            moved,
+            passed: why.is_none(),
+            reason: why,
+        }
     }
 }
 
 /// Number with three digits, with an exponent if it is very large or small.
-pub fn number(x: f64, unit: &str) -> String {
+pub(crate) fn number(x: f64, unit: &str) -> String {
     let size = x.abs();
     let text = if x == 0.0 {
         "0".to_owned()

@@ -104,7 +104,7 @@ fn track(told: &SceneFile, nature: &SceneFile, constant: f32) -> Result<Result<f
 ///
 /// # Errors
 /// A shipped robot cannot be read, or its scene cannot be run.
-pub fn cells() -> Result<Vec<Cell>, Failure> {
+pub(crate) fn cells() -> Result<Vec<Cell>, Failure> {
     let mut cells = Vec::new();
     let scene = pick()?;
     let mut add = |name: &str, done: &str, found: Result<f64, String>, most: f64, reason: &str| {

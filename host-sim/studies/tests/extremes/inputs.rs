@@ -175,7 +175,7 @@ fn states(angle: f64, rate: f64, acceleration: f64) -> Vec<Inputs> {
 ///
 /// # Errors
 /// The shipped robot cannot be read.
-pub fn cells() -> Result<Vec<Cell>, Failure> {
+pub(crate) fn cells() -> Result<Vec<Cell>, Failure> {
     let bench = Bench::new(puma()?)?;
     let mut cells = Vec::new();
     scalar_cells::<f32>(&bench, &mut cells);

@@ -99,7 +99,7 @@ const NEAR: Grain = Grain::steps("steps of 0.16 ms", RUNGE_KUTTA, 64);
 ///
 /// # Errors
 /// A shipped robot cannot be read.
-pub fn cells() -> Result<Vec<Cell>, Failure> {
+pub(crate) fn cells() -> Result<Vec<Cell>, Failure> {
     let rods = free(joints::<2>(&planar()?)?, Vector3::new(0.0, -9.81, 0.0));
     let six = free(joints::<6>(&puma()?)?, Vector3::new(0.0, 0.0, -9.81));
     let mut cells = Vec::new();

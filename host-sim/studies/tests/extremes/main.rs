@@ -39,7 +39,7 @@ use sim::failure::Failure;
 
 /// Largest relative error of a torque that is required in single and double precision. Single: a tenth of what use allows
 /// (1e-4 of a torque limit). Double: as many units in the last place.
-pub const ROUNDING_MOST: [f64; 2] = [1e-5, 2e-14];
+pub(crate) const ROUNDING_MOST: [f64; 2] = [1e-5, 2e-14];
 
 /// Cells that fail today.
 const FAILING: [(&str, &str); 8] = [
@@ -69,48 +69,51 @@ fn is_record(cell: &Cell) -> bool {
 }
 
 /// Random numbers in [-1, 1), the same in every run: a linear congruential generator with Knuth's multiplier.
-pub struct Random(pub(crate) u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
-    pub fn next(&mut self) -> f64 {
+    /// The next number.
+    pub(crate) fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
-    pub fn joints<const N: usize>(&mut self, size: f64) -> [f64; N] {
+    /// A number for each joint, in [-size, size).
+    pub(crate) fn joints<const N: usize>(&mut self, size: f64) -> [f64; N] {
         core::array::from_fn(|_| size * self.next())
     }
 }
 
 /// Name of a scalar, `f32` or `f64`.
-pub fn scalar_name<S: Real>() -> &'static str {
+pub(crate) fn scalar_name<S: Real>() -> &'static str {
     if size_of::<S>() == size_of::<f32>() { "f32" } else { "f64" }
 }
 
 /// The shipped Puma 560.
-pub fn puma() -> Result<Robot, Failure> {
+pub(crate) fn puma() -> Result<Robot, Failure> {
     Robot::from_toml_str(include_str!("../../../../robots/puma560.toml"), "robots/puma560.toml").map_err(Failure::input)
 }
 
 /// The shipped UR5.
-pub fn ur5() -> Result<Robot, Failure> {
+pub(crate) fn ur5() -> Result<Robot, Failure> {
     Robot::from_toml_str(include_str!("../../../../robots/ur5.toml"), "robots/ur5.toml").map_err(Failure::input)
 }
 
 /// The shipped planar arm with two rods.
-pub fn planar() -> Result<Robot, Failure> {
-    Robot::from_toml_str(include_str!("../../../../robots/planar2r.toml"), "robots/planar2r.toml").map_err(Failure::input)
+pub(crate) fn planar() -> Result<Robot, Failure> {
+    Robot::from_toml_str(include_str!("../../../../robots/planar2r.toml"), "robots/planar2r.toml")
+        .map_err(Failure::input)
 }
 
 /// The joints of a robot.
-pub fn joints<const N: usize>(robot: &Robot) -> Result<[JointSpec; N], Failure> {
+pub(crate) fn joints<const N: usize>(robot: &Robot) -> Result<[JointSpec; N], Failure> {
     let specs: Vec<JointSpec> = robot.joints.iter().map(|joint| joint.spec).collect();
     <[JointSpec; N]>::try_from(specs)
         .map_err(|_| Failure::Input(miette::miette!("{} does not have {N} joints", robot.name)))
 }
 
 /// Joints without their limits.
-pub fn unlimited<const N: usize>(joints: [JointSpec; N]) -> [JointSpec; N] {
+pub(crate) fn unlimited<const N: usize>(joints: [JointSpec; N]) -> [JointSpec; N] {
     joints.map(|joint| JointSpec { limits: Limits::none(), ..joint })
 }
 
@@ -126,7 +129,10 @@ fn hold(group: &str, count: usize, cells: &[Cell]) {
         })
         .collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    assert!(cells.iter().all(|cell| cell.value.is_some() == cell.pinned.is_some()), "a number without its expected one");
+    assert!(
+        cells.iter().all(|cell| cell.value.is_some() == cell.pinned.is_some()),
+        "a number without its expected one"
+    );
     let unlike: Vec<&String> =
         cells.iter().filter(|cell| (cell.kind == Kind::Record) != is_record(cell)).map(|cell| &cell.name).collect();
     assert!(unlike.is_empty(), "{unlike:?}");

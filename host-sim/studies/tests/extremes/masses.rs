@@ -165,7 +165,7 @@ fn arms() -> Vec<Arm> {
 
 /// All cells of this group.
 #[must_use]
-pub fn cells() -> Vec<Cell> {
+pub(crate) fn cells() -> Vec<Cell> {
     let mut cells = Vec::new();
     for arm in arms() {
         add::<f32>(&mut cells, &arm, 0);

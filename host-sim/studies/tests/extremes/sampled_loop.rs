@@ -22,20 +22,20 @@ use num_traits::Zero as _;
 
 /// Arm and control law about a posture.
 #[derive(Clone, Debug)]
-pub struct SampledLoop<const N: usize> {
+pub(crate) struct SampledLoop<const N: usize> {
     /// The arm and its surroundings.
-    pub arm: Dynamics<f64, N>,
+    pub(crate) arm: Dynamics<f64, N>,
     /// The law's model of the arm.
-    pub model: Dynamics<f64, N>,
+    pub(crate) model: Dynamics<f64, N>,
     /// Posture in which the arm is held, rad or m.
-    pub posture: [f64; N],
+    pub(crate) posture: [f64; N],
     /// [`Law::ComputedTorque`], [`Law::Pd`] or [`Law::PdGravity`]. Feedforward is treated as PD, and a diagonal inertia
     /// as PD with gravity.
-    pub law: Law,
+    pub(crate) law: Law,
     /// Gains of each joint.
-    pub gains: [Gains<f64>; N],
+    pub(crate) gains: [Gains<f64>; N],
     /// Number of ticks between command and action.
-    pub delay: usize,
+    pub(crate) delay: usize,
 }
 
 impl<const N: usize> SampledLoop<N> {
@@ -46,7 +46,7 @@ impl<const N: usize> SampledLoop<N> {
     ///
     /// Cost: `4 N` inverse dynamics on dual numbers, and 40 products of matrices of size `(2 + delay) N`.
     #[must_use]
-    pub fn spectral_radius(&self, h: f64) -> f64 {
+    pub(crate) fn spectral_radius(&self, h: f64) -> f64 {
         const SQUARINGS: i32 = 40;
         let mut map = self.map(h);
         let mut logarithm = 0.0;
@@ -64,7 +64,7 @@ impl<const N: usize> SampledLoop<N> {
 
     /// The loop with another natural frequency of every joint, rad/s, critically damped.
     #[must_use]
-    pub fn with_frequency(&self, frequency: f64) -> Self {
+    pub(crate) fn with_frequency(&self, frequency: f64) -> Self {
         Self { gains: self.gains.map(|gains| Gains::new(frequency, 1.0, gains.inertia)), ..self.clone() }
     }
 
@@ -92,14 +92,14 @@ impl<const N: usize> SampledLoop<N> {
     /// The longest stable period, s, between 10 us and 1 s, to a ten-thousandth; the loop is stable for all shorter
     /// ones.
     #[must_use]
-    pub fn period_max(&self) -> f64 {
+    pub(crate) fn period_max(&self) -> f64 {
         last((1e-5, 1.0), 17, |h| self.spectral_radius(h) < 1.0)
     }
 
     /// The highest stable natural frequency of every joint, rad/s, at the period `h` (s), between a tenth and ten over
     /// the period, to a thousandth.
     #[must_use]
-    pub fn frequency_max(&self, h: f64) -> f64 {
+    pub(crate) fn frequency_max(&self, h: f64) -> f64 {
         last((0.1 / h, 10.0 / h), 13, |frequency| self.with_frequency(frequency).spectral_radius(h) < 1.0)
     }
 
@@ -189,7 +189,7 @@ fn dual<const N: usize>(dynamics: &Dynamics<f64, N>) -> Dynamics<Dual, N> {
 
 /// The largest number inside `(low, high)` up to which `stable` holds: the interval's logarithm is halved `halvings`
 /// times.
-pub fn last((low, high): (f64, f64), halvings: u32, stable: impl Fn(f64) -> bool) -> f64 {
+pub(crate) fn last((low, high): (f64, f64), halvings: u32, stable: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (libm::log2(low), libm::log2(high));
     for _ in 0..halvings {
         let middle = 0.5 * (low + high);

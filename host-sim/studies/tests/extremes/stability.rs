@@ -19,7 +19,7 @@ use sim::failure::Failure;
 use sim::plant::actuator::ActuatorSettings;
 use sim::plant::{Arm, Clock, Plant};
 use std::collections::VecDeque;
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::FRAC_PI_2;
 
 const GROUP: &str = "stability";
 
@@ -71,7 +71,7 @@ const WRONG: [Knowledge; 4] = [
 ///
 /// # Errors
 /// A shipped robot cannot be read.
-pub fn cells() -> Result<Vec<Cell>, Failure> {
+pub(crate) fn cells() -> Result<Vec<Cell>, Failure> {
     let mut cells = Vec::new();
     for law in LAWS {
         for frequency in [20.0, 80.0] {

@@ -29,7 +29,7 @@ fn same(path: &Path, text: &str) {
 }
 
 /// Asserts that the group's table holds these cells.
-pub fn hold(group: &str, cells: &[Cell]) {
+pub(crate) fn hold(group: &str, cells: &[Cell]) {
     let mut rows = csv::Writer::from_writer(Vec::new());
     rows.write_record(COLUMNS).unwrap();
     for cell in cells {

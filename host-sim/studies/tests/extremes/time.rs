@@ -21,7 +21,7 @@ const MANY: u64 = 1_000_000;
 ///
 /// # Errors
 /// The shipped robot cannot be read.
-pub fn cells() -> Result<Vec<Cell>, Failure> {
+pub(crate) fn cells() -> Result<Vec<Cell>, Failure> {
     let mut cells = Vec::new();
     phase_cells(&mut cells)?;
     for period in [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 5e-2] {
@@ -212,7 +212,7 @@ fn slow_encoder_cells<S: Real>(cells: &mut Vec<Cell>) {
 ///
 /// # Errors
 /// The shipped robot cannot be read.
-pub fn long_cells(hours: f64) -> Result<Vec<Cell>, Failure> {
+pub(crate) fn long_cells(hours: f64) -> Result<Vec<Cell>, Failure> {
     let mut cells = Vec::new();
     let scene = swing(1e-6)?;
     let mut world = simulate::world::<2>(&scene)?;

@@ -420,10 +420,7 @@ fn a_page_says_first_whether_a_command_was_unsafe_and_has_every_fault() {
     let files = ["a.toml", "b.toml"].map(PathBuf::from);
     let unsafe_page = report.page(&files).html();
     let (head, _) = unsafe_page.split_once("<figure>").unwrap();
-    assert!(
-        head.contains("newtau campaign a.toml b.toml --target desk --seed 1 --run 17\ntorque &lt;7&gt;"),
-        "{head}"
-    );
+    assert!(head.contains("newtau campaign a.toml b.toml --target desk --seed 1 --run 17\ntorque &lt;7&gt;"), "{head}");
     assert_eq!(rest.matches("<th scope=\"row\">").count(), report.rows.len());
     assert!(report.rows.len() > 3 && rest.contains("<rect"));
 }

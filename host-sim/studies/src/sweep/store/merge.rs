@@ -116,11 +116,7 @@ fn in_order(folders: &[PathBuf]) -> Result<Vec<(PathBuf, Manifest)>, Failure> {
     let mut shards = Vec::with_capacity(folders.len());
     for folder in folders {
         let manifest = Manifest::read(folder)?.ok_or_else(|| {
-            refused(
-                folder,
-                format!("has no {MANIFEST}"),
-                "expected the folder of a shard, as `newtau sweep` writes it",
-            )
+            refused(folder, format!("has no {MANIFEST}"), "expected the folder of a shard, as `newtau sweep` writes it")
         })?;
         if !manifest.is_complete() {
             let problem = format!("has {} of its {} runs", manifest.rows, manifest.to - manifest.from);
