@@ -1,6 +1,6 @@
 //! Sets the path of the arm's source.
 //!
-//! `NEWTAU_ARM` names the folder that `cargo xtask firmware build` has written from a scene file. Without it the build
+//! `NEWTAU_ARM` names the folder that `cargo newtau firmware build` has written from a scene file. Without it the build
 //! takes the Puma's source, `puma560_pick/` beside this file. Nothing is compiled here: the robot compiler runs once,
 //! in the task.
 

@@ -25,7 +25,7 @@ pub mod urdf;
 pub use arm::{arm_module, arm_module_in};
 pub use drives::drives_module;
 pub use dynamics::{dynamics_module, dynamics_module_in};
-pub use firmware::{CHOICES, write_firmware};
+pub use firmware::{Choices, write_firmware};
 pub use protection::protection_module;
 pub use robot_file::robot_file;
 pub use urdf::urdf;

@@ -206,13 +206,13 @@ fn emitted_source_is_as_rustfmt_would_leave_it() {
 fn the_arm_of_a_firmware_without_a_scene_is_what_is_written_from_the_pumas() {
     let folder = std::env::temp_dir().join(format!("newtau-arm-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
-    emit::write_firmware(&top("scenes/puma560_pick.toml"), &folder).unwrap();
+    emit::write_firmware(&top("scenes/puma560_pick.toml"), emit::Choices::default(), &folder).unwrap();
     for name in ["arm.rs", "drives.rs", "dynamics.rs", "protection.rs", "tuning.rs"] {
         let shipped = std::fs::read_to_string(top("firmware/arm/puma560_pick").join(name)).unwrap();
         let written = std::fs::read_to_string(folder.join(name)).unwrap();
         assert_eq!(
             shipped, written,
-            "{name}: `cargo xtask firmware build` leaves the right one below target/chip/source; copy it to firmware/arm/puma560_pick"
+            "{name}: `cargo newtau firmware build` leaves the right one below target/chip/source; copy it to firmware/arm/puma560_pick"
         );
     }
     std::fs::remove_dir_all(&folder).unwrap();

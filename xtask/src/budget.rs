@@ -22,11 +22,12 @@ mod tuning;
 pub(crate) mod variant;
 
 use crate::bench::write_into;
-use crate::firmware::{self, Board};
 use crate::process::root;
 use crate::toolchain::Toolchain;
 use anyhow::{Context as _, Result};
 use bounds::Budget;
+use firmware_image::board::SCENE_DEFAULT;
+use firmware_image::{Board, Build};
 use row::Row;
 use std::path::{Path, PathBuf};
 
@@ -102,7 +103,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         return link(options);
     }
     if options.tuning {
-        let table = tuning::table(Path::new(firmware::SCENE_DEFAULT))?;
+        let table = tuning::table(Path::new(SCENE_DEFAULT))?;
         println!("{table}");
         return if options.write { write_into("docs/measured/tuning.md", &[("tuning", table)]) } else { Ok(()) };
     }
@@ -157,7 +158,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 
 /// What the link takes, into its table or printed.
 fn link(options: &Options) -> Result<()> {
-    let ways = measure::ways(Path::new(firmware::SCENE_DEFAULT), Board::F405Can)?;
+    let ways = measure::ways(Path::new(SCENE_DEFAULT), Board::F405Can)?;
     if options.write {
         write_into("docs/measured/budget.md", &[("link", table::ways(&ways))])?;
     }
@@ -216,5 +217,5 @@ pub(crate) fn interrupt(scene: &Path) -> Result<()> {
 }
 
 fn build(scene: &Path, board: Board) -> Result<PathBuf> {
-    firmware::build(scene, board)
+    Build::of(scene, board).run()
 }

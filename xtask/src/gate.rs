@@ -3,11 +3,12 @@
 //! The tick alone is linked from a staticlib, and the linker collects unused sections. Everything that remains is
 //! reachable.
 
-use crate::emitted;
 use crate::process::run;
 use crate::toolchain::{self, Toolchain};
 use anyhow::{Context as _, Result, bail};
 use chip_image::Program;
+use firmware_image::emitted;
+use robot_compiler::emit::Choices;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -70,7 +71,7 @@ fn offences(scene: &Path, feature: Option<&str>) -> Result<Vec<String>> {
 fn link(scene: &Path, feature: Option<&str>) -> Result<PathBuf> {
     let toolchain = Toolchain::find_or_install()?;
     let mut cargo = toolchain.cargo("build");
-    cargo.args(["--quiet", "--package", "tick-gate"]).env("NEWTAU_ARM", emitted::arm(scene)?);
+    cargo.args(["--quiet", "--package", "tick-gate"]).env("NEWTAU_ARM", emitted::arm(scene, Choices::default())?);
     cargo.args(feature.map(|feature| format!("--features={feature}")));
     let library = toolchain::build(&mut cargo, toolchain::product("libtick_gate.a"))?;
     let linked = toolchain::product(&format!("tick-gate-{}.elf", feature.unwrap_or("tick")));

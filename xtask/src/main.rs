@@ -1,30 +1,24 @@
 //! Project tasks: `cargo xtask --help`.
 
-mod bad_input;
 mod bench;
 mod budget;
 mod check;
-mod emitted;
-mod firmware;
-mod flash;
+mod cost;
 mod gate;
 mod measured;
 mod peers;
-mod process;
 mod qemu;
 mod readme;
 mod report;
 mod robot_data;
 mod scale;
-mod scene_keys;
 mod setup;
 mod tally;
 mod test;
-mod toolchain;
 
-use bad_input::BadInput;
 use clap::{Parser, Subcommand};
-use firmware::Board;
+use firmware_image::board::SCENE_DEFAULT;
+use firmware_image::{BadInput, Board, Build, Trust, process, scene_keys, toolchain};
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -46,7 +40,7 @@ enum Task {
     Test,
     /// The quick loop while working: format, and lints and unit tests of the packages that have changed
     Check,
-    /// Build, run, measure or flash the firmware
+    /// Run and measure the firmware; `newtau firmware` builds and flashes it
     Firmware {
         #[command(subcommand)]
         task: FirmwareTask,
@@ -103,7 +97,7 @@ enum Task {
     /// Check that no soft double and no panic is reachable from the control tick
     Gate {
         /// The scene whose arm and controller are built in
-        #[arg(long, default_value = firmware::SCENE_DEFAULT)]
+        #[arg(long, default_value = SCENE_DEFAULT)]
         scene: PathBuf,
     },
 }
@@ -127,26 +121,12 @@ impl What {
     }
 
     fn build(&self) -> anyhow::Result<PathBuf> {
-        firmware::build_trusting(&self.scene(), self.board, firmware::Trust::insecure(self.insecure))
+        Build { trust: Trust::insecure(self.insecure), ..Build::of(&self.scene(), self.board) }.run()
     }
 }
 
 #[derive(Subcommand)]
 enum FirmwareTask {
-    /// Build it, and print where the program lies
-    Build {
-        #[command(flatten)]
-        what: What,
-        /// Print the path alone, as the last line, for other programs
-        #[arg(long)]
-        message_path: bool,
-        /// Install the emulator too where it is missing, for who wants to run the program in it
-        #[arg(long)]
-        emulator: bool,
-        /// Let a stand-in for a DMA move the emulated board's link, which then goes the way of the other boards
-        #[arg(long, conflicts_with_all = ["insecure", "board"])]
-        dma_stand_in: bool,
-    },
     /// Start it in the emulator and print its log
     Run {
         #[command(flatten)]
@@ -171,16 +151,6 @@ enum FirmwareTask {
         /// The scene whose arm and controller are built in
         #[arg(long)]
         scene: PathBuf,
-    },
-    /// Write it to a real board with probe-rs
-    Flash {
-        #[command(flatten)]
-        options: flash::Options,
-    },
-    /// Write a key to a real board's key page with probe-rs; the program stays as it is
-    Key {
-        #[command(flatten)]
-        options: flash::key::Options,
     },
 }
 
@@ -209,24 +179,10 @@ fn run(task: Task) -> anyhow::Result<()> {
         Task::Campaign { arguments } => process::become_command(process::cargo_run("campaign").args(arguments)),
         Task::Gate { scene } => gate::check(&scene),
         Task::Firmware { task } => match task {
-            FirmwareTask::Build { what, message_path, emulator, dma_stand_in } => {
-                if emulator {
-                    setup::qemu()?;
-                }
-                let elf = if dma_stand_in { firmware::build_with_stand_in(&what.scene())? } else { what.build()? };
-                if !message_path {
-                    firmware::schedules(&what.scene(), what.board)?.iter().for_each(|schedule| println!("{schedule}"));
-                    print!("firmware for {} with {}: ", what.board, what.scene().display());
-                }
-                println!("{}", elf.display());
-                Ok(())
-            }
             FirmwareTask::Run { what, seconds } => qemu::run(&what.build()?, seconds.map(Duration::from_secs)),
             FirmwareTask::Size { what } => budget::sizes(&what.build()?, &what.scene(), what.board),
-            FirmwareTask::Cost { scenes } => firmware::cost::print(&scenes),
+            FirmwareTask::Cost { scenes } => cost::print(&scenes),
             FirmwareTask::Interrupt { scene } => budget::interrupt(&scene),
-            FirmwareTask::Flash { options } => flash::flash(&options),
-            FirmwareTask::Key { options } => flash::key::write(&options),
         },
     }
 }

@@ -15,11 +15,11 @@ mod blocks;
 mod stamp;
 mod tokens;
 
-use crate::bad_input::BadInput;
 use crate::process::{output, root, run as run_command};
 use anyhow::{Context as _, Result, bail};
 use artefact::{Artefact, Hashes};
 use blocks::{BLOCKS, Block};
+use firmware_image::BadInput;
 use robot_compiler::emit::page::Page;
 use stamp::Stamp;
 use std::process::Command;

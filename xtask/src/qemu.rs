@@ -1,20 +1,21 @@
 //! The firmware in the emulator, its log decoded.
 
-use crate::process::cargo_run;
+use crate::process::{self, cargo_run, run as run_command};
 use anyhow::{Context as _, Result, bail, ensure};
+use firmware_image::log_strings;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// The package that decodes logs.
-pub(crate) const LOG: &str = "chip-log";
+const LOG: &str = "chip-log";
 
 /// Start the emulator on a program, print its log, and stop after `limit` or when the program ends.
 pub(crate) fn run(elf: &Path, limit: Option<Duration>) -> Result<()> {
-    crate::setup::qemu()?;
+    firmware_image::install::qemu()?;
+    log_strings::check(elf)?;
     // Built before the emulator starts, because the emulator does not wait for a reader of its log.
-    let strings = log_strings(elf)?;
-    ensure!(strings > 0, "the program has no log strings: is it the firmware?");
+    run_command(&mut process::cargo(["build", "--quiet", "--locked", "--release", "--package", LOG]))?;
     let mut child = Command::new("qemu-system-arm")
         .args(["-M", "netduinoplus2", "-icount", "shift=0", "-display", "none", "-monitor", "none"])
         .args(["-serial", "null", "-serial", "null", "-semihosting-config", "enable=on,target=native", "-kernel"])
@@ -24,7 +25,7 @@ pub(crate) fn run(elf: &Path, limit: Option<Duration>) -> Result<()> {
         .spawn()
         .context("cannot start qemu-system-arm")?;
     let log = child.stdout.take().context("the emulator's output is piped")?;
-    let mut words = cargo_run(LOG).arg("print").arg(elf).stdin(log).spawn().context("cannot start cargo")?;
+    let mut words = cargo_run(LOG).arg(elf).stdin(log).spawn().context("cannot start cargo")?;
     let end = limit.map(|limit| Instant::now() + limit);
     let printed = loop {
         if let Some(status) = words.try_wait()? {
@@ -46,14 +47,6 @@ pub(crate) fn run(elf: &Path, limit: Option<Duration>) -> Result<()> {
         Some(status) if !status.success() => bail!("the program stopped by itself: {status}"),
         _ => Ok(()),
     }
-}
-
-/// Number of strings that a program can log.
-pub(crate) fn log_strings(elf: &Path) -> Result<usize> {
-    let said =
-        cargo_run(LOG).arg("strings").arg(elf).stderr(Stdio::inherit()).output().context("cannot start cargo")?;
-    let text = String::from_utf8_lossy(&said.stdout);
-    text.trim().parse().with_context(|| format!("{LOG} does not count the log strings of {}", elf.display()))
 }
 
 /// Runs a program that prints over semihosting and ends by itself; an instruction takes 1 ns of its time.

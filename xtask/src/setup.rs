@@ -3,15 +3,16 @@
 use crate::process::{output, root, run, target_directory, which};
 use crate::toolchain::Toolchain;
 use anyhow::{Context as _, Result};
+use firmware_image::install;
 use std::path::{Path, PathBuf};
-use std::process::{Command, exit};
+use std::process::Command;
 
 /// Installs everything.
 pub(crate) fn all() -> Result<()> {
     components()?;
     let toolchain = Toolchain::find_or_install()?;
     eprintln!("setup: firmware is built by {toolchain}");
-    qemu()?;
+    install::qemu()?;
     eprintln!("setup: qemu-system-arm is there");
     chromium()?;
     nextest()
@@ -30,19 +31,14 @@ fn components() -> Result<()> {
     Ok(())
 }
 
-/// The emulator.
-pub(crate) fn qemu() -> Result<()> {
-    if which("qemu-system-arm").is_some() { Ok(()) } else { apt_install(&["qemu-system-arm"]) }
-}
-
 /// The browser that reports are tested in. Without it, where nothing can be installed, those tests say that they are skipped.
 pub(crate) fn chromium() -> Result<()> {
     if which("chromium").is_none() {
-        if !required() && installer().is_none() {
+        if !required() && !install::is_possible() {
             eprintln!("setup: no chromium here, and no right to install it: reports are not tested in a browser");
             return Ok(());
         }
-        apt_install(&["chromium"])?;
+        install::apt(&["chromium"])?;
     }
     eprintln!("setup: chromium is there");
     Ok(())
@@ -50,31 +46,12 @@ pub(crate) fn chromium() -> Result<()> {
 
 /// Node.js and its package manager, which bundle the scripts of the report.
 pub(crate) fn npm() -> Result<()> {
-    if which("npm").is_some() && which("node").is_some() { Ok(()) } else { apt_install(&["nodejs", "npm"]) }
+    if which("npm").is_some() && which("node").is_some() { Ok(()) } else { install::apt(&["nodejs", "npm"]) }
 }
 
 /// Whether nothing may be skipped for lack of a tool.
 pub(crate) fn required() -> bool {
     ["CI", "NEWTAU_CI"].iter().any(|name| std::env::var_os(name).is_some_and(|value| !value.is_empty()))
-}
-
-/// How Debian packages are installed here.
-enum Installer {
-    Root,
-    Sudo,
-}
-
-/// `None` where Debian packages cannot be installed.
-fn installer() -> Option<Installer> {
-    let root = output(Command::new("id").arg("-u")).as_deref() == Some("0");
-    let sudo = || {
-        which("sudo").is_some_and(|sudo| Command::new(sudo).args(["-n", "true"]).status().is_ok_and(|s| s.success()))
-    };
-    match Path::new("/usr/bin/apt-get").exists() {
-        true if root => Some(Installer::Root),
-        true if sudo() => Some(Installer::Sudo),
-        _ => None,
-    }
 }
 
 /// The test runner.
@@ -90,7 +67,7 @@ pub(crate) fn nextest() -> Result<()> {
 /// Callgrind, and gungraun's runner in the version of `Cargo.lock`; gungraun refuses any other.
 pub(crate) fn gungraun() -> Result<()> {
     if which("valgrind").is_none() {
-        apt_install(&["valgrind"])?;
+        install::apt(&["valgrind"])?;
     }
     let wanted = locked_version("gungraun-runner")?;
     let found = output(Command::new("gungraun-runner").arg("--version"));
@@ -141,34 +118,4 @@ fn locked_version(package: &str) -> Result<String> {
     let mut lines = text.lines().skip_while(|line| *line != format!("name = {package:?}"));
     let version = lines.nth(1).and_then(|line| line.strip_prefix("version = \"")?.strip_suffix('"'));
     version.map(str::to_owned).with_context(|| format!("{} has no {package}", path.display()))
-}
-
-/// Installs Debian packages. If that is not possible, prints exactly what to install, and exits with code 2.
-pub(crate) fn apt_install(packages: &[&str]) -> Result<()> {
-    let list = packages.join(" ");
-    let Some(installer) = installer() else {
-        eprintln!("setup: missing here: {list}");
-        eprintln!("setup: this is no Debian-like system, or there is no right to install. Install these yourself:");
-        eprintln!("         the Rust target   rustup target add {}", crate::toolchain::TARGET);
-        eprintln!(
-            "         QEMU for Arm      Debian, Ubuntu: apt-get install qemu-system-arm; macOS: brew install qemu"
-        );
-        exit(2);
-    };
-    let apt = |arguments: &[&str]| {
-        let mut command = match installer {
-            Installer::Root => Command::new("apt-get"),
-            Installer::Sudo => Command::new("sudo"),
-        };
-        if let Installer::Sudo = installer {
-            command.args(["-n", "apt-get"]);
-        }
-        command.env("DEBIAN_FRONTEND", "noninteractive").args(arguments);
-        eprintln!("setup: apt-get {}", arguments.join(" "));
-        run(&mut command)
-    };
-    apt(&["update", "--quiet"])?;
-    let mut install = vec!["install", "--quiet", "--yes", "--no-install-recommends"];
-    install.extend(packages);
-    apt(&install)
 }

@@ -1,11 +1,12 @@
 //! `cargo xtask test`: everything that proves the project, in order of how soon a step fails.
 
-use crate::firmware::{self, Board};
 use crate::process::{cargo, run, target_directory};
 use crate::tally::Tally;
 use crate::toolchain::Toolchain;
 use crate::{bench, budget, check, gate, readme, report, robot_data, setup};
 use anyhow::Result;
+use firmware_image::board::SCENE_DEFAULT;
+use firmware_image::{Board, Build};
 use std::path::Path;
 use std::process::{Command, exit};
 
@@ -72,11 +73,11 @@ fn host_tests(tally: &mut Tally, urdfs: &Path) {
 /// The firmware: built for every board, measured against its budgets, its tick checked for forbidden symbols, and run in
 /// the emulated chip.
 fn chip_tests(tally: &mut Tally) {
-    let scene = Path::new(firmware::SCENE_DEFAULT);
+    let scene = Path::new(SCENE_DEFAULT);
     for board in Board::ALL {
         tally.step(&format!("firmware for {board}"), || {
             let scene = Path::new(board.scene());
-            budget::sizes(&firmware::build(scene, board)?, scene, board)
+            budget::sizes(&Build::of(scene, board).run()?, scene, board)
         });
     }
     tally.step("gate", || gate::check(scene));

@@ -1,5 +1,5 @@
 //! The arm that a firmware is built for: its numbers, its kernel and its controller, as the robot compiler writes them
-//! out from a scene file. `cargo xtask firmware build --scene FILE` writes them; `build.rs` sets their path.
+//! out from a scene file. `cargo newtau firmware build --scene FILE` writes them; `build.rs` sets their path.
 #![no_std]
 
 use dynamics_core::control::{Configuration, Controller, ControllerConfig};

@@ -6,6 +6,8 @@ mod closed_loop;
 mod cost;
 mod drill;
 mod faults;
+#[cfg(unix)]
+mod flash;
 mod golden;
 mod interrupt;
 mod live;

@@ -19,6 +19,8 @@ mod excite;
 mod explain_command;
 mod feel;
 mod first_motion;
+#[cfg(unix)]
+mod flash;
 mod friction;
 mod heat;
 mod help;

@@ -1,6 +1,9 @@
 //! The program as run by a person or a script.
 #![allow(dead_code, unreachable_pub, reason = "each test binary uses its part")]
 
+#[cfg(unix)]
+pub mod probe;
+
 use std::path::Path;
 use std::process::{Command, Output};
 

@@ -11,8 +11,14 @@ use crate::describe::scene::{SceneFile, UNREAD_MAX};
 use crate::with_dof;
 use std::path::Path;
 
-/// Environment variables that replace a scene's own law, and sine and cosine, in a firmware's build.
-pub const CHOICES: [&str; 2] = ["NEWTAU_LAW", "NEWTAU_TRIG"];
+/// Another law, or another sine and cosine method, than the scene file's, by their names in a scene file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Choices<'a> {
+    /// The law.
+    pub law: Option<&'a str>,
+    /// Sine and cosine.
+    pub trig: Option<&'a str>,
+}
 
 /// Slowest rate of the boards' timers, Hz: the emulated one has 16 bits at 1 MHz.
 const RATE_MIN: f64 = 16.0;
@@ -22,10 +28,9 @@ const RATE_MIN: f64 = 16.0;
 ///
 /// # Errors
 /// A scene that cannot be read, a rate that the boards' timers do not have, or a folder that cannot be written to.
-pub fn write_firmware(scene: &Path, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
+pub fn write_firmware(scene: &Path, choices: Choices<'_>, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
     let mut file = SceneFile::load(scene)?;
-    let chosen = CHOICES.map(|name| std::env::var(name).ok());
-    file.control.choose(chosen[0].as_deref(), chosen[1].as_deref())?;
+    file.control.choose(choices.law, choices.trig)?;
     let rate = file.control.rate;
     if rate.fract() != 0.0 || rate < RATE_MIN {
         let name = scene.display();

@@ -1,10 +1,6 @@
 //! Decoder of the logs of the chip's programs. It is a program of its own, because the decoder takes longer to compile than
 //! all other tasks, and few need it.
-//!
-//! | arguments | prints |
-//! |---|---|
-//! | `strings ELF` | how many strings the program can log |
-//! | `print ELF` | the log that comes on standard input, line by line |
+//! Its argument is the program; the log comes on standard input.
 
 use anyhow::{Context as _, Result, bail};
 use defmt_decoder::{DecodeError, Table};
@@ -12,17 +8,9 @@ use std::io::Read as _;
 
 fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [what, elf] = arguments.as_slice() else { bail!("expected two arguments: strings or print, and a program") };
+    let [elf] = arguments.as_slice() else { bail!("expected one argument: a program") };
     let program = std::fs::read(elf).with_context(|| format!("cannot read {elf}"))?;
-    let table = Table::parse(&program)?;
-    match what.as_str() {
-        "strings" => {
-            println!("{}", table.map_or(0, |table| table.indices().count()));
-            Ok(())
-        }
-        "print" => print(&table.context("the program has no log strings: is it the firmware?")?),
-        other => bail!("{other}: expected strings or print"),
-    }
+    print(&Table::parse(&program)?.context("the program has no log strings: is it the firmware?")?)
 }
 
 fn print(table: &Table) -> Result<()> {

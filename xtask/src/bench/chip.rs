@@ -1,10 +1,10 @@
 //! Kernels on the emulated chip: instructions, bytes, and stack traffic.
 
 use super::baseline::Counts;
-use crate::emitted;
 use crate::toolchain::{self, Toolchain};
 use anyhow::{Context as _, Result, bail};
 use chip_image::{Function, Program};
+use firmware_image::emitted::written;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -48,9 +48,9 @@ impl Counted {
 
 /// Builds the program, runs it in the emulator, and reads its output.
 pub(crate) fn count() -> Result<Counted> {
-    crate::setup::qemu()?;
+    firmware_image::install::qemu()?;
     let toolchain = Toolchain::find_or_install()?;
-    let folder = emitted::kernels()?;
+    let folder = written("kernels", |folder| crate::bench::kernels::write(folder.to_owned()))?;
     let mut cargo = toolchain.cargo("build");
     cargo.args(["--quiet", "--locked", "--package", "probe", "--features", "kernels"]).env("NEWTAU_KERNELS", folder);
     let elf = toolchain::build(&mut cargo, toolchain::product("probe-kernels"))?;

@@ -8,13 +8,13 @@ mod port;
 mod report;
 
 use super::{Table, thousands};
-use crate::bad_input::BadInput;
+use crate::qemu;
 use crate::toolchain::{self, Toolchain};
-use crate::{flash, qemu, setup};
 use anyhow::{Context as _, Result, bail, ensure};
 use chip_image::Program;
 use chip_image::cycles::steps::{self, Detail, Event};
 use chip_image::cycles::{Estimate, Estimator, Memory, Placement};
+use firmware_image::{BadInput, flash, install};
 use report::{Row, rows};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -61,7 +61,7 @@ pub(crate) fn run(port: Option<&str>, flashes: bool) -> Result<()> {
 
 /// Builds the program, counts its stretches in the emulator, and estimates the second run of each.
 fn estimated() -> Result<(PathBuf, Vec<Stretch>)> {
-    setup::qemu()?;
+    install::qemu()?;
     let toolchain = Toolchain::find_or_install()?;
     let mut cargo = toolchain.cargo("build");
     cargo.args(["--quiet", "--locked", "--package", "probe", "--features", "micro"]);

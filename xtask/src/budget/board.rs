@@ -3,13 +3,11 @@
 use super::bounds::Budget;
 use super::measure::chip_budget;
 use super::row::{Field, stem};
-use crate::bad_input::BadInput;
 use crate::bench::thousands;
-use crate::firmware::Board;
-use crate::flash;
 use crate::process::root;
 use crate::scene_keys::SceneKeys;
 use anyhow::{Context as _, Result, bail};
+use firmware_image::{BadInput, Board, flash};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -190,7 +188,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
     use super::{Asked, BadInput, Budget, Emulator, Measured, said};
-    use crate::firmware::Board;
+    use firmware_image::Board;
     use serde_json::{Value, json};
     use std::os::unix::process::ExitStatusExt as _;
     use std::process::{ExitStatus, Output};

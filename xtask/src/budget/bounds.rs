@@ -4,10 +4,9 @@
 
 use super::measure::Late;
 use super::row::{Field, Row};
-use crate::bad_input::BadInput;
-use crate::firmware::Board;
 use crate::process::root;
 use anyhow::{Context as _, Result, bail};
+use firmware_image::{BadInput, Board};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::ops::RangeInclusive;

@@ -3,10 +3,10 @@
 use super::image::Image;
 use super::row::{Field, Row};
 use super::{EMULATED, build, variant};
-use crate::firmware::Board;
 use crate::process::{cargo_run, root};
 use crate::scene_keys::SceneKeys;
 use anyhow::{Context as _, Result, bail};
+use firmware_image::{Board, Build};
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -85,7 +85,7 @@ pub(crate) fn sizes(scene: &Path, board: Board) -> Result<Row> {
 
 /// All numbers of a scene on the emulated board.
 pub(crate) fn row(scene: &Path, extent: Extent) -> Result<Row> {
-    crate::setup::qemu()?;
+    firmware_image::install::qemu()?;
     let scene = root().join(scene);
     let elf = build(&scene, EMULATED)?;
     let mut row = Row::sizes(&scene, EMULATED, &Image::measure(&elf)?)?;
@@ -107,7 +107,7 @@ pub(crate) fn row(scene: &Path, extent: Extent) -> Result<Row> {
 
 /// Ticks of a program of this scene in the emulator, however it was built.
 pub(super) fn supervised_trace(scene: &Path, elf: &Path) -> Result<Value> {
-    crate::setup::qemu()?;
+    firmware_image::install::qemu()?;
     let mut command = chip_budget("ticks", &root().join(scene));
     command.arg("--elf").arg(elf).args(["--ticks", TRACED, "--traced", TRACED]);
     Ok(serde_json::from_str(&output(&mut command)?)?)
@@ -118,7 +118,7 @@ const TRACED: &str = "24";
 
 /// The trace of a scene's supervised ticks on the emulated board, as `chip_budget::report::Traced` has it.
 pub(crate) fn interrupt(scene: &Path) -> Result<Value> {
-    crate::setup::qemu()?;
+    firmware_image::install::qemu()?;
     let scene = root().join(scene);
     let elf = build(&scene, EMULATED)?;
     let mut command = chip_budget("ticks", &scene);
@@ -138,11 +138,11 @@ pub(crate) fn flood(scene: &Path) -> Result<Late> {
 
 /// What the link takes in a scene's supervised ticks, byte by byte and by DMA; the DMA's own interrupts are those of this board.
 pub(crate) fn ways(scene: &Path, board: Board) -> Result<Ways> {
-    crate::setup::qemu()?;
+    firmware_image::install::qemu()?;
     let scene = root().join(scene);
     let mut command = chip_budget("ways", &scene);
     command.arg("--elf").arg(build(&scene, EMULATED)?);
-    command.arg("--dma").arg(crate::firmware::build_with_stand_in(&scene)?);
+    command.arg("--dma").arg(Build { dma_stand_in: true, ..Build::of(&scene, Board::Netduinoplus2) }.run()?);
     command.arg("--board").arg(build(&root().join(board.scene()), board)?).args(["--ticks", TRACED]);
     Ok(serde_json::from_str(&output(&mut command)?)?)
 }

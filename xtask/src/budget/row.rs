@@ -1,9 +1,9 @@
 //! Numbers of one firmware: one scene on one board.
 
 use super::image::Image;
-use crate::firmware::Board;
 use crate::scene_keys::SceneKeys;
 use anyhow::Result;
+use firmware_image::Board;
 use std::collections::BTreeMap;
 use std::path::Path;
 

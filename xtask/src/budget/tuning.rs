@@ -2,12 +2,12 @@
 
 use super::image::Image;
 use super::measure::supervised_trace;
-use super::{EMULATED, firmware, variant};
+use super::{EMULATED, variant};
 use crate::bench::{Table, thousands};
 use anyhow::{Context as _, Result};
+use firmware_image::Build;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 
 /// Cargo's variables that change how the chip's programs are built.
 const OPT_LEVEL: &str = "CARGO_PROFILE_FIRMWARE_OPT_LEVEL";
@@ -75,13 +75,10 @@ pub(super) fn table(scene: &Path) -> Result<String> {
     Ok(table.0)
 }
 
-/// Builds in a process of its own, whose environment has the changes.
+/// Builds with the tuning's changes of the environment.
 fn build(scene: &Path, tuning: &Tuning) -> Result<PathBuf> {
     let scene =
         if tuning.control.is_empty() { scene.to_owned() } else { variant::write(scene, "tuned", tuning.control)? };
-    let mut command = Command::new(std::env::current_exe()?);
-    command.args(["firmware", "build", "--scene"]).arg(&scene).envs(tuning.environment.iter().copied());
-    let output = command.stderr(Stdio::inherit()).output()?;
-    anyhow::ensure!(output.status.success(), "{}: {}", tuning.name, output.status);
-    firmware::program(&scene, EMULATED, firmware::Trust::Key)
+    let build = Build { environment: tuning.environment, ..Build::of(&scene, EMULATED) };
+    build.run().with_context(|| tuning.name.to_owned())
 }

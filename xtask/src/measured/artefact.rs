@@ -3,9 +3,9 @@
 use super::tokens;
 use crate::bench::kernels;
 use crate::budget::shipped;
-use crate::firmware::Board;
 use crate::process::{cargo, root, target_directory};
 use anyhow::{Context as _, Result, bail, ensure};
+use firmware_image::Board;
 use robot_compiler::emit;
 use serde_json::Value;
 use sha2::{Digest as _, Sha256};
@@ -158,7 +158,8 @@ impl Hash {
     fn program(&mut self, scene: &Path) -> Result<()> {
         let name = scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let folder = fresh(&format!("program-{name}"))?;
-        emit::write_firmware(scene, &folder).map_err(|error| anyhow::anyhow!("{}: {error}", scene.display()))?;
+        emit::write_firmware(scene, emit::Choices::default(), &folder)
+            .map_err(|error| anyhow::anyhow!("{}: {error}", scene.display()))?;
         self.text("program", &name);
         self.files(&folder, Path::new(""))
     }

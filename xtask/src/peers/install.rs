@@ -3,15 +3,15 @@
 use super::contestants::CLANG;
 use super::{folder, source};
 use crate::process::{output, which};
-use crate::setup;
 use anyhow::{Context as _, Result};
+use firmware_image::install;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Installs Debian's packages and the virtual environment; returns its Python.
 pub(super) fn all() -> Result<PathBuf> {
     debian()?;
-    setup::qemu()?;
+    install::qemu()?;
     python()
 }
 
@@ -32,12 +32,12 @@ fn debian() -> Result<()> {
         (venv, "python3-venv"),
     ];
     let missing: Vec<&str> = wanted.into_iter().filter(|(there, _)| !there).map(|(_, package)| package).collect();
-    if missing.is_empty() { Ok(()) } else { setup::apt_install(&missing) }
+    if missing.is_empty() { Ok(()) } else { install::apt(&missing) }
 }
 
 /// A virtual environment with the packages of `requirements.txt`.
 fn python() -> Result<PathBuf> {
-    setup::python(&folder().join("venv"), &source("requirements.txt"))
+    crate::setup::python(&folder().join("venv"), &source("requirements.txt"))
 }
 
 /// Folder of the virtual environment's packages.

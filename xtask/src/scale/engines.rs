@@ -2,8 +2,8 @@
 
 use super::Work;
 use crate::process::{output, root, run, target_directory};
-use crate::setup;
 use anyhow::{Context as _, Result, ensure};
+use firmware_image::install;
 use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
@@ -16,7 +16,7 @@ const WORKERS: &str = "2";
 /// A virtual environment with the packages of `requirements.txt`; returns its Python.
 pub(super) fn install() -> Result<PathBuf> {
     if output(Command::new("python3").args(["-c", "import ensurepip, venv"])).is_none() {
-        setup::apt_install(&["python3-venv"])?;
+        install::apt(&["python3-venv"])?;
     }
     let folder = target_directory().join("scale-venv");
     let (python, stamp) = (folder.join("bin/python"), folder.join("requirements.txt"));

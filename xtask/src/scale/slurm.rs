@@ -3,8 +3,8 @@
 use super::Work;
 use super::engines::{descendants, kill};
 use crate::process::{output, run as finish, which};
-use crate::setup;
 use anyhow::{Context as _, Result, ensure};
+use firmware_image::install;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -18,7 +18,7 @@ pub(super) fn install() -> Result<()> {
         .filter(|(program, _)| which(program).is_none() && !Path::new("/usr/sbin").join(program).exists())
         .map(|(_, package)| package)
         .collect();
-    if missing.is_empty() { Ok(()) } else { setup::apt_install(&missing) }
+    if missing.is_empty() { Ok(()) } else { install::apt(&missing) }
 }
 
 /// The daemons; dropped, they end.

@@ -293,7 +293,7 @@ fn without_a_key_there_is_the_bench_and_no_drill() {
     let mut bench = bench.unwrap();
     let error = bench.change_pacing(hello(Pacing::Drill)).unwrap_err();
     assert!(matches!(error, ChipError::Refused(Refusal::NoKey)), "{error}");
-    assert!(error.to_string().contains("cargo xtask firmware key"), "{error}");
+    assert!(error.to_string().contains("cargo newtau firmware key write"), "{error}");
 }
 
 /// No two challenges of a chip are the same, nor those of two starts.

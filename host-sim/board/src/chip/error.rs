@@ -150,7 +150,7 @@ pub(crate) fn refusal(refusal: &Refusal) -> String {
         ),
         Refusal::NoKey => {
             "the board has no link key, and without one it does not arm: `newtau firmware key new FILE`, then \
-                           `cargo xtask firmware key FILE --board BOARD`"
+                           `cargo newtau firmware key write FILE --board BOARD`"
                 .into()
         }
         Refusal::NoNonce => "the board's random number generator has failed".into(),

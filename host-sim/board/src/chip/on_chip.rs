@@ -6,7 +6,7 @@ use indicatif::ProgressBar;
 use link::Pacing;
 use miette::IntoDiagnostic;
 use robot_compiler::SceneFile;
-use robot_compiler::emit::CHOICES;
+use robot_compiler::emit::Choices;
 use robot_compiler::scene::ScalarChoice;
 use sim::failure::Failure;
 use sim::run::simulate::{self, Run};
@@ -62,7 +62,6 @@ pub fn run<const N: usize>(scene: &SceneFile, stop: &AtomicBool, progress: &Prog
 fn build(scene: &SceneFile) -> Result<PathBuf, Failure> {
     let file = SceneFile::load(&scene.path).map_err(Failure::input)?;
     let ((law, trig), (law_there, trig_there)) = (scene.control.names(), file.control.names());
-    let changed = CHOICES.into_iter().zip([(law, law_there), (trig, trig_there)]);
-    let changed = changed.filter(|(_, (here, there))| here != there).map(|(variable, (here, _))| (variable, here));
-    build_firmware_with(&scene.path, changed).map_err(|error| Failure::Target(miette::Report::from_err(error)))
+    let choices = Choices { law: (law != law_there).then_some(law), trig: (trig != trig_there).then_some(trig) };
+    build_firmware_with(&scene.path, choices).map_err(|error| Failure::Target(miette::Report::from_err(error)))
 }

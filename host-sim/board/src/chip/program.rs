@@ -1,31 +1,28 @@
 //! Builds of the firmware for a scene.
 
 use super::ChipError;
+use firmware_image::{Board, Build, install};
+use robot_compiler::emit::Choices;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Build the firmware with a scene's arm and controller. Returns the path of the program.
+/// Build the emulated board's firmware with a scene's arm and controller. Returns the path of the program.
 ///
 /// Installs missing tools for building and emulating, and reports that on standard error.
 ///
 /// # Errors
-/// cargo cannot be started, or the build fails; the error holds the build's output.
+/// A tool that cannot be had, a scene that is wrong, a build that fails; the compiler prints its own messages.
 pub fn build_firmware(scene: &Path) -> Result<PathBuf, ChipError> {
-    build_firmware_with(scene, [])
+    build(&Build::of(scene, Board::Netduinoplus2))
 }
 
-/// As [`build_firmware`], with another law or another sine and cosine method than the scene file's: pairs of
-/// [`robot_compiler::emit::CHOICES`] and names.
+/// As [`build_firmware`], with another law or another sine and cosine method than the scene file's.
 ///
 /// # Errors
 /// As [`build_firmware`].
-pub fn build_firmware_with<'a>(
-    scene: &Path,
-    choices: impl IntoIterator<Item = (&'a str, &'a str)>,
-) -> Result<PathBuf, ChipError> {
-    let scene = scene.canonicalize().unwrap_or_else(|_| scene.to_owned());
-    last_line(&xtask(["firmware", "build", "--message-path", "--emulator", "--scene"], &scene, choices)?)
+pub fn build_firmware_with(scene: &Path, choices: Choices<'_>) -> Result<PathBuf, ChipError> {
+    build(&Build { choices, ..Build::of(scene, Board::Netduinoplus2) })
 }
 
 /// As [`build_firmware`], with the link of the boards that have a DMA: a stand-in moves its bytes.
@@ -33,15 +30,11 @@ pub fn build_firmware_with<'a>(
 /// # Errors
 /// As [`build_firmware`].
 pub fn build_firmware_by_dma(scene: &Path) -> Result<PathBuf, ChipError> {
-    let scene = scene.canonicalize().unwrap_or_else(|_| scene.to_owned());
-    last_line(&xtask(["firmware", "build", "--message-path", "--emulator", "--dma-stand-in", "--scene"], &scene, [])?)
+    build(&Build { dma_stand_in: true, ..Build::of(scene, Board::Netduinoplus2) })
 }
 
-fn last_line(text: &str) -> Result<PathBuf, ChipError> {
-    match text.lines().last() {
-        Some(path) => Ok(PathBuf::from(path)),
-        None => Err(ChipError::Build { output: String::new() }),
-    }
+fn build(program: &Build<'_>) -> Result<PathBuf, ChipError> {
+    install::qemu().and_then(|()| program.run()).map_err(|error| ChipError::Build { output: format!("{error:#}") })
 }
 
 /// Build and run the program that measures a tick, for each scene of a list. Returns the output of
@@ -50,7 +43,7 @@ fn last_line(text: &str) -> Result<PathBuf, ChipError> {
 /// # Errors
 /// As [`build_firmware`]; a measuring program that fails.
 pub(crate) fn run_cost(list: &Path) -> Result<String, ChipError> {
-    xtask(["firmware", "cost", "--scenes"], list, [])
+    xtask(["firmware", "cost", "--scenes"], list)
 }
 
 /// Build a scene's firmware and trace its supervised ticks. Returns the output of `cargo xtask firmware interrupt`: one
@@ -60,22 +53,17 @@ pub(crate) fn run_cost(list: &Path) -> Result<String, ChipError> {
 /// As [`build_firmware`]; a motion that the scene's controller does not follow.
 pub(crate) fn run_interrupt(scene: &Path) -> Result<String, ChipError> {
     let scene = scene.canonicalize().unwrap_or_else(|_| scene.to_owned());
-    xtask(["firmware", "interrupt", "--scene"], &scene, [])
+    xtask(["firmware", "interrupt", "--scene"], &scene)
 }
 
 /// Standard output of an xtask command; an error holds its standard error.
-fn xtask<'a, const M: usize>(
-    arguments: [&str; M],
-    file: &Path,
-    environment: impl IntoIterator<Item = (&'a str, &'a str)>,
-) -> Result<String, ChipError> {
+fn xtask<const M: usize>(arguments: [&str; M], file: &Path) -> Result<String, ChipError> {
     let cargo = PathBuf::from(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     let mut child = Command::new(&cargo)
         .args(["run", "--quiet", "--release", "--package", "xtask", "--"])
         .args(arguments)
         .arg(file)
         .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
-        .envs(environment)
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())

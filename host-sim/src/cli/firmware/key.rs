@@ -1,28 +1,32 @@
-//! `key`: the key that a host and a board share.
+//! `firmware key`: the key that a host and a board share.
 
 use board::key::{self, KeyError};
 use clap::{Args, Subcommand};
+use firmware_image::flash;
 use link::{Key, key_page};
 use sim::failure::Failure;
 use std::path::{Path, PathBuf};
 
-/// Arguments of `key`.
+/// Arguments of `firmware key`.
 #[derive(Clone, Debug, Args)]
+#[command(after_help = "Example:\n  newtau firmware key new arm.key")]
 pub struct KeyArgs {
-    /// What to do.
+    /// The task.
     #[command(subcommand)]
     pub action: KeyAction,
 }
 
-/// What to do with a key.
+/// A task with a key.
 #[derive(Clone, Debug, Subcommand)]
 pub enum KeyAction {
     /// Make a new key of 32 random bytes, in a file for its owner alone.
+    #[command(after_help = "Example:\n  newtau firmware key new arm.key")]
     New {
         /// The file; it must not exist.
         file: PathBuf,
     },
     /// Write the bytes of a board's key page, for a tool that writes flash.
+    #[command(after_help = "Example:\n  newtau firmware key page arm.key --out out/page.bin")]
     Page {
         /// The key file.
         file: PathBuf,
@@ -30,6 +34,9 @@ pub enum KeyAction {
         #[arg(long)]
         out: PathBuf,
     },
+    /// Write a key to a real board's key page with probe-rs; the program stays as it is.
+    #[command(after_help = "Example:\n  newtau firmware key write arm.key --board f405-can --dry-run")]
+    Write(flash::key::Options),
 }
 
 /// The key of a `--key` option, if there is one.
@@ -52,6 +59,7 @@ pub fn run(args: &KeyArgs) -> Result<u8, Failure> {
     match &args.action {
         KeyAction::New { file } => make(file),
         KeyAction::Page { file, out } => page(file, out),
+        KeyAction::Write(options) => return to_board(options),
     }
     .map_err(bad)
 }
@@ -62,10 +70,17 @@ fn page(file: &Path, out: &Path) -> Result<u8, KeyError> {
     Ok(0)
 }
 
+fn to_board(options: &flash::key::Options) -> Result<u8, Failure> {
+    options.check().map_err(super::failure)?;
+    let page = key::load(options.file()).and_then(|key| key::page(&key)).map_err(bad)?;
+    flash::key::write(options, &page).map_err(super::failure)?;
+    Ok(0)
+}
+
 fn make(file: &Path) -> Result<u8, KeyError> {
     key::save(&key::new()?, file)?;
     println!("key         {}, readable for its owner alone", file.display());
-    println!("to a board  cargo xtask firmware key {} --board BOARD", file.display());
+    println!("to a board  newtau firmware key write {} --board BOARD", file.display());
     println!("to connect  newtau connect SCENE --port PORT --key {}", file.display());
     Ok(0)
 }

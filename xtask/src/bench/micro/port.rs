@@ -1,8 +1,8 @@
 //! The report of a board on a serial port.
 
 use super::report::{Report, Row};
-use crate::bad_input::BadInput;
 use anyhow::Result;
+use firmware_image::BadInput;
 use std::io::{ErrorKind, Read as _};
 use std::time::{Duration, Instant};
 

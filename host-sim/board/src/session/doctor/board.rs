@@ -6,10 +6,10 @@ use super::Check;
 use crate::session::serial::{BAUD, SerialError, SerialLink};
 use link::{Challenge, DecodeError, Distrust, Hello, Key, NonceSource, PROTOCOL_VERSION, Trust};
 
-const WIRES: &str = "is the board powered and flashed (`cargo xtask firmware flash`), PA2 wired to the adapter's RX, PA3 to its TX, and ground \
+const WIRES: &str = "is the board powered and flashed (`cargo newtau firmware flash`), PA2 wired to the adapter's RX, PA3 to its TX, and ground \
                      to ground (docs/flash.md)?";
 
-const NO_KEY: &str = "without a key it runs on the bench and does not arm: `newtau firmware key new FILE`, then `cargo xtask firmware key FILE --board BOARD`";
+const NO_KEY: &str = "without a key it runs on the bench and does not arm: `newtau firmware key new FILE`, then `cargo newtau firmware key write FILE --board BOARD`";
 
 /// Answer of the board.
 #[derive(Debug)]
@@ -61,7 +61,7 @@ fn ask(link: &mut SerialLink, key: Option<Key>) -> Result<Heard, SerialError> {
 }
 
 fn judge(heard: &Heard, scene: Option<&Hello>, proved: bool) -> Vec<Check> {
-    const REBUILD: &str = "build and flash it again from this source: `cargo xtask firmware flash`";
+    const REBUILD: &str = "build and flash it again from this source: `cargo newtau firmware flash`";
     let challenge = match heard {
         Heard::Board(challenge) => challenge,
         Heard::Distrusted(distrust) => {

@@ -1,18 +1,18 @@
-//! `firmware key`: a link key into a board's key page.
+//! `firmware key write`: a link key into a board's key page.
 //!
 //! The page is the chip's last sector (`memory.x`), which writing the program does not touch: the tool erases the sectors that it
 //! writes, and no others.
 
 use super::{Board, Chip, PROBE_TOOL, is_real, line, no_tool, probe_call, run_steps};
-use crate::bad_input::BadInput;
-use crate::process::{cargo_run, which};
+use crate::process::which;
 use anyhow::Result;
 use std::ffi::OsString;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Options of `firmware key`.
-#[derive(clap::Args)]
-pub(crate) struct Options {
+/// Options of `firmware key write`.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Options {
     /// The key file, made by `newtau firmware key new`
     file: PathBuf,
     /// The board that the probe is wired to
@@ -26,13 +26,29 @@ pub(crate) struct Options {
     dry_run: bool,
 }
 
-/// Write the key's page through a probe.
+impl Options {
+    /// The key file.
+    #[must_use]
+    pub fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// Refuses a board that has no key page.
+    ///
+    /// # Errors
+    /// [`BadInput`](crate::BadInput): the emulated board.
+    pub fn check(&self) -> Result<()> {
+        is_real(self.board)
+    }
+}
+
+/// Write a key page, the bytes of [`Options::file`]'s key, through a probe.
 ///
 /// # Errors
-/// [`BadInput`] for an emulated board, a file that is no key, or a missing tool; a tool that fails.
-pub(crate) fn write(options: &Options) -> Result<()> {
-    is_real(options.board)?;
-    let page = Page::of(&options.file)?;
+/// [`BadInput`](crate::BadInput) for an emulated board or a missing tool; a tool that fails.
+pub fn write(options: &Options, page: &[u8]) -> Result<()> {
+    options.check()?;
+    let page = Page::of(page)?;
     let steps = steps(options.board.chip(), options.probe.as_deref(), &page.0);
     if options.dry_run {
         steps.iter().for_each(|step| println!("$ {PROBE_TOOL} {}", line(step)));
@@ -40,7 +56,7 @@ pub(crate) fn write(options: &Options) -> Result<()> {
     }
     let tool = which(PROBE_TOOL).ok_or_else(no_tool)?;
     run_steps(&tool, &steps)?;
-    println!("the board has the key: `cargo newtau doctor --port PORT --key {}` checks it", options.file.display());
+    println!("the board has the key: `newtau doctor --port PORT --key {}` checks it", options.file.display());
     Ok(())
 }
 
@@ -53,20 +69,16 @@ fn steps(chip: Chip, probe: Option<&str>, page: &Path) -> [Vec<OsString>; 2] {
 struct Page(PathBuf);
 
 impl Page {
-    fn of(key: &Path) -> Result<Self> {
-        let key = std::path::absolute(key)?;
+    fn of(bytes: &[u8]) -> Result<Self> {
         let page = Self(std::env::temp_dir().join(format!("newtau-key-page-{}.bin", std::process::id())));
         // Left over from a killed process with the same id.
         std::fs::remove_file(&page.0).ok();
-        let made =
-            cargo_run("host-sim").args(["firmware", "key", "page"]).arg(&key).arg("--out").arg(&page.0).output()?;
-        if made.status.success() {
-            return Ok(page);
-        }
-        let complaint = String::from_utf8_lossy(&made.stderr);
-        // The simulator's report marks its message; warnings of a compiler may come before.
-        let why = complaint.rsplit_once("× ").map_or(complaint.trim(), |(_, why)| why.trim());
-        Err(BadInput(why.to_owned()).into())
+        let mut options = std::fs::OpenOptions::new();
+        options.write(true).create_new(true);
+        #[cfg(unix)]
+        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+        options.open(&page.0)?.write_all(bytes)?;
+        Ok(page)
     }
 }
 

@@ -1,7 +1,8 @@
 //! Choice of the scene, and the check that the board has lines for its drives.
 
 use crate::bad_input::BadInput;
-use crate::firmware::{Board, can_buses};
+use crate::board::Board;
+use crate::can_buses;
 use crate::process::root;
 use crate::scene_keys::SceneKeys;
 use anyhow::Result;

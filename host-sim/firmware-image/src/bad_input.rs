@@ -5,11 +5,11 @@ use std::fmt;
 /// A wrong option or file, an exceeded budget, or a tool that has to be installed first. The program exits with
 /// [`BadInput::EXIT_CODE`].
 #[derive(Debug)]
-pub(crate) struct BadInput(pub(crate) String);
+pub struct BadInput(pub String);
 
 impl BadInput {
     /// Exit code, the same as the simulator's for bad input.
-    pub(crate) const EXIT_CODE: u8 = 2;
+    pub const EXIT_CODE: u8 = 2;
 }
 
 impl fmt::Display for BadInput {

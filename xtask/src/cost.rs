@@ -1,13 +1,14 @@
 //! `cargo xtask firmware cost`: cost of a control tick on the emulated chip for each of many scenes, one JSON object per
 //! line.
 
-use super::{fnv1a, keep, lock};
 use crate::bench::cycles::COUNTER;
-use crate::emitted;
 use crate::toolchain::{self, Toolchain};
 use anyhow::{Context as _, Result, bail, ensure};
 use chip_image::Program;
 use chip_image::cycles::{Memory, Placement, calls};
+use firmware_image::build::{keep, lock};
+use firmware_image::emitted::{fnv1a, written};
+use robot_compiler::emit;
 use serde::Serialize;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -53,7 +54,7 @@ struct Ticked {
 
 /// Measures the tick of each scene of a list, one path per line, and prints each cost as soon as it is known.
 pub(crate) fn print(list: &Path) -> Result<()> {
-    crate::setup::qemu()?;
+    firmware_image::install::qemu()?;
     let text = std::fs::read_to_string(list).with_context(|| format!("no list of scene files {}", list.display()))?;
     for scene in text.lines().filter(|line| !line.trim().is_empty()) {
         let cost = measure(&build(Path::new(scene))?).with_context(|| format!("the ticks of {scene}"))?;
@@ -69,7 +70,10 @@ fn build(scene: &Path) -> Result<PathBuf> {
     let folder = toolchain::target_directory();
     let _lock = lock(&folder)?;
     let mut cargo = toolchain.cargo("build");
-    cargo.args(["--quiet", "--package", "probe", "--features", "cost"]).env("NEWTAU_COST", emitted::cost(&scene)?);
+    cargo.args(["--quiet", "--package", "probe", "--features", "cost"]).env(
+        "NEWTAU_COST",
+        written("cost", |folder| emit::cost::write_program_of(std::slice::from_ref(&scene), folder))?,
+    );
     let built = toolchain::build(&mut cargo, toolchain::product("probe-cost"))
         .with_context(|| format!("the program that measures {}", scene.display()))?;
     let text = std::fs::read(&built)?;

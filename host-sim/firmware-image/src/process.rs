@@ -5,42 +5,42 @@ use std::path::PathBuf;
 use std::process::Command;
 
 /// The workspace's folder.
-pub(crate) fn root() -> PathBuf {
+pub fn root() -> PathBuf {
     let manifest = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
-    manifest.parent().map_or_else(|| manifest.clone(), PathBuf::from)
+    manifest.ancestors().nth(2).map_or_else(|| manifest.clone(), PathBuf::from)
 }
 
 /// Cargo's build folder.
-pub(crate) fn target_directory() -> PathBuf {
+pub fn target_directory() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), |folder| root().join(folder))
 }
 
 /// Path of `program`, if it is on the `PATH`.
-pub(crate) fn which(program: &str) -> Option<PathBuf> {
+pub fn which(program: &str) -> Option<PathBuf> {
     let paths = std::env::var_os("PATH")?;
     std::env::split_paths(&paths).map(|folder| folder.join(program)).find(|path| path.is_file())
 }
 
 /// The cargo that runs this task, in the workspace's folder.
-pub(crate) fn cargo<'a>(arguments: impl IntoIterator<Item = &'a str>) -> Command {
+pub fn cargo<'a>(arguments: impl IntoIterator<Item = &'a str>) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.current_dir(root()).args(arguments);
     command
 }
 
 /// `cargo run` of a package, in the tasks' own profile.
-pub(crate) fn cargo_run(package: &str) -> Command {
+pub fn cargo_run(package: &str) -> Command {
     cargo(["run", "--quiet", "--locked", "--release", "--package", package, "--"])
 }
 
 /// Runs a command, and ends this program with its exit code; returns only if the command cannot start.
-pub(crate) fn become_command(command: &mut Command) -> Result<()> {
+pub fn become_command(command: &mut Command) -> Result<()> {
     let status = command.status().with_context(|| format!("cannot start {command:?}"))?;
     std::process::exit(status.code().unwrap_or(1));
 }
 
 /// Runs a command to its end; an error names the command.
-pub(crate) fn run(command: &mut Command) -> Result<()> {
+pub fn run(command: &mut Command) -> Result<()> {
     let status = command.status().with_context(|| format!("cannot start {command:?}"))?;
     if !status.success() {
         let name = command.get_program().to_string_lossy().into_owned();
@@ -51,7 +51,7 @@ pub(crate) fn run(command: &mut Command) -> Result<()> {
 }
 
 /// Standard output of a command, without the final line end; `None` if it cannot start or fails.
-pub(crate) fn output(command: &mut Command) -> Option<String> {
+pub fn output(command: &mut Command) -> Option<String> {
     let output = command.output().ok().filter(|output| output.status.success())?;
     Some(String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }

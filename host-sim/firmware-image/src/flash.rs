@@ -3,12 +3,13 @@
 //! Everything that needs no probe is checked first: the board is a real one, the board has lines for the scene's drives,
 //! the tool is installed, and the log of the built program can be decoded. The tool does the rest.
 
-pub(crate) mod key;
-mod log_strings;
+pub mod key;
 mod scene_choice;
 
 use crate::bad_input::BadInput;
-use crate::firmware::{self, Board, Chip};
+use crate::board::{Board, Chip, Trust};
+use crate::build::Build;
+use crate::log_strings;
 use crate::process::{root, run, which};
 use anyhow::Result;
 use scene_choice::Wanted;
@@ -21,8 +22,8 @@ const PROBE_TOOL: &str = "probe-rs";
 const INSTALL: &str = "cargo install probe-rs-tools --locked";
 
 /// Options of `firmware flash`.
-#[derive(clap::Args)]
-pub(crate) struct Options {
+#[derive(Clone, Debug, clap::Args)]
+pub struct Options {
     /// The board that the probe is wired to
     #[arg(long, value_enum)]
     board: Board,
@@ -50,7 +51,7 @@ pub(crate) struct Options {
 ///
 /// # Errors
 /// [`BadInput`] for an emulated board, a scene that does not fit, or a missing tool; a build or a tool that fails.
-pub(crate) fn flash(options: &Options) -> Result<()> {
+pub fn flash(options: &Options) -> Result<()> {
     let board = options.board;
     is_real(board)?;
     let wanted = match (&options.scene, &options.robot) {
@@ -62,13 +63,13 @@ pub(crate) fn flash(options: &Options) -> Result<()> {
     println!("board    {board}: {}", board.chip().probe_name());
     println!("scene    {}", shown(&scene.path));
     println!("drives   {}", scene.drives);
-    let trust = firmware::Trust::insecure(options.insecure);
-    let program = firmware::program(&scene.path, board, trust)?;
+    let build = Build { trust: Trust::insecure(options.insecure), ..Build::of(&scene.path, board) };
+    let program = build.program()?;
     let steps = probe_steps(options, &program);
     let tool = which(PROBE_TOOL);
     if options.dry_run {
         let insecure = if options.insecure { " --insecure" } else { "" };
-        println!("$ cargo xtask firmware build --board {board} --scene {}{insecure}", shown(&scene.path));
+        println!("$ newtau firmware build --board {board} --scene {}{insecure}", shown(&scene.path));
         steps.iter().for_each(|step| println!("$ {PROBE_TOOL} {}", line(step)));
         if tool.is_none() {
             eprintln!("note: {PROBE_TOOL} is not on the path: `{INSTALL}`");
@@ -76,15 +77,12 @@ pub(crate) fn flash(options: &Options) -> Result<()> {
         return Ok(());
     }
     let tool = tool.ok_or_else(no_tool)?;
-    let built = firmware::build_trusting(&scene.path, board, trust)?;
+    let built = build.run()?;
     println!("program  {}", shown(&built));
     println!("log      {} strings, read over RTT", log_strings::check(&built)?);
     run_steps(&tool, &steps)?;
     if !options.log {
-        println!(
-            "flashed, and started: `cargo newtau doctor --port PORT --scene {}` asks it who it is",
-            shown(&scene.path)
-        );
+        println!("flashed, and started: `newtau doctor --port PORT --scene {}` asks it who it is", shown(&scene.path));
     }
     Ok(())
 }
@@ -93,7 +91,7 @@ pub(crate) fn flash(options: &Options) -> Result<()> {
 ///
 /// # Errors
 /// [`BadInput`] for a missing tool; a tool that fails.
-pub(crate) fn write_program(program: &Path) -> Result<()> {
+pub fn write_program(program: &Path) -> Result<()> {
     let tool = which(PROBE_TOOL).ok_or_else(no_tool)?;
     run_steps(
         &tool,
@@ -121,7 +119,7 @@ fn no_tool() -> BadInput {
 ///
 /// # Errors
 /// [`BadInput`] for an emulated board, a wrong file, or drives of another kind.
-pub(crate) fn fitting(scene: &Path, board: Board) -> Result<PathBuf> {
+pub fn fitting(scene: &Path, board: Board) -> Result<PathBuf> {
     is_real(board)?;
     Ok(scene_choice::choose(&Wanted::Scene(scene.to_owned()), board)?.path)
 }

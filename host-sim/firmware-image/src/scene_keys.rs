@@ -4,13 +4,17 @@ use anyhow::{Context as _, Result};
 use std::path::{Path, PathBuf};
 
 /// A scene file as unchecked keys and values; `robot_compiler` checks them when it matters.
-pub(crate) struct SceneKeys {
+pub struct SceneKeys {
     path: PathBuf,
     table: toml::Table,
 }
 
 impl SceneKeys {
-    pub(crate) fn read(path: &Path) -> Result<Self> {
+    /// Reads the file.
+    ///
+    /// # Errors
+    /// There is none, or it is no TOML.
+    pub fn read(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path).with_context(|| format!("no scene file {}", path.display()))?;
         Self::parse(path, &text)
     }
@@ -21,20 +25,20 @@ impl SceneKeys {
     }
 
     /// The path of the robot's file, resolved from the scene's folder.
-    pub(crate) fn robot(&self) -> Result<PathBuf> {
+    pub fn robot(&self) -> Result<PathBuf> {
         let robot = self.table.get("robot").and_then(toml::Value::as_str);
         let robot = robot.with_context(|| format!("{}: robot: expected a path in quotes", self.path.display()))?;
         Ok(self.path.parent().unwrap_or(Path::new("")).join(robot))
     }
 
     /// Whether the model is compiled into a kernel; only a kernel can run from SRAM.
-    pub(crate) fn has_a_kernel(&self) -> bool {
+    pub fn has_a_kernel(&self) -> bool {
         let kernel = self.table.get("control").and_then(|control| control.get("kernel")?.as_str());
         kernel != Some("generic")
     }
 
     /// True for a scene whose firmware must never reach a drive.
-    pub(crate) fn bench_only(&self) -> bool {
+    pub fn bench_only(&self) -> bool {
         let bench = self.table.get("safety").and_then(|safety| safety.get("bench_only")?.as_bool());
         bench == Some(true)
     }

@@ -1,14 +1,11 @@
-//! `firmware flash` through the compiler to a scripted probe-rs, and the firmware's log as a user of the emulator reads it.
-#![cfg(unix)]
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+//! `firmware flash` through the compiler to a scripted probe-rs.
 
-mod task;
-
+use crate::program::probe::FakeProbe;
+use crate::program::{at_the_top, told};
 use std::path::Path;
-use task::{FakeProbe, told, xtask};
 
 fn flash(probe: &FakeProbe, arguments: &[&str]) -> (i32, String, String) {
-    told(xtask().args(["firmware", "flash"]).args(arguments).env("PATH", probe.path()).output().unwrap())
+    told(at_the_top().args(["firmware", "flash"]).args(arguments).env("PATH", probe.path()).output().unwrap())
 }
 
 #[test]
@@ -46,15 +43,4 @@ fn with_log_the_tool_itself_is_left_to_print() {
     assert_eq!(code, 0, "{error}");
     assert!(probe.calls()[0].starts_with("run --chip STM32F405RGTx --verify "), "{:?}", probe.calls());
     assert!(printed.ends_with("INFO pwm2_swing on STM32F405, PWM and encoders: 2 joints, 1000 Hz\n"), "{printed}");
-}
-
-#[test]
-fn the_log_of_the_emulated_board_is_readable() {
-    let scene = "scenes/planar2r_swing.toml";
-    let run = xtask().args(["firmware", "run", "--scene", scene, "--seconds", "5"]).output().unwrap();
-    let (code, printed, error) = told(run);
-    assert_eq!(code, 0, "{error}");
-    assert!(printed.contains("planar2r_swing on netduinoplus2 (QEMU): 2 joints, 1000.0 Hz"), "{printed}");
-    // The level in front shows that the log was decoded, not copied.
-    assert!(printed.lines().any(|line| line.contains("INFO")), "{printed}");
 }

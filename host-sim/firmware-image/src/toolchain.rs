@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// The chip: Cortex-M4 with a single-precision unit.
-pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
+pub const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// The Cargo profile of the chip's programs (Cargo.toml).
 const PROFILE: &str = "firmware";
@@ -27,7 +27,7 @@ fn allowed(name: &str) -> bool {
 
 /// A tool chain that can build for the chip.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Toolchain {
+pub enum Toolchain {
     /// The cargo that runs this task, with the target installed.
     Rustup,
     /// Debian's, with `core` built from source.
@@ -50,7 +50,7 @@ impl fmt::Display for Toolchain {
 
 impl Toolchain {
     /// The installed tool chain, the ordinary one first.
-    pub(crate) fn find() -> Option<Self> {
+    pub fn find() -> Option<Self> {
         if allowed("rustup") && has_target(&sysroot()?) {
             return Some(Self::Rustup);
         }
@@ -58,7 +58,7 @@ impl Toolchain {
     }
 
     /// The installed tool chain, or one that can be installed; prints each step.
-    pub(crate) fn find_or_install() -> Result<Self> {
+    pub fn find_or_install() -> Result<Self> {
         if let Some(found) = Self::find() {
             return Ok(found);
         }
@@ -75,7 +75,7 @@ impl Toolchain {
         if !allowed("debian") {
             bail!("{CHOICE} asks for rustup's tool chain, which has no {TARGET} and cannot fetch it");
         }
-        crate::setup::apt_install(&["rustc-web", "cargo-web", "rust-web-src", "binutils-arm-none-eabi"])?;
+        crate::install::apt(&["rustc-web", "cargo-web", "rust-web-src", "binutils-arm-none-eabi"])?;
         match Self::find() {
             Some(found) => Ok(found),
             None => bail!(
@@ -86,7 +86,7 @@ impl Toolchain {
     }
 
     /// The linker for the chip's programs.
-    pub(crate) fn linker(&self) -> Option<PathBuf> {
+    pub fn linker(&self) -> Option<PathBuf> {
         match self {
             Self::Rustup => linker(),
             Self::Debian { linker } => Some(linker.clone()),
@@ -94,7 +94,7 @@ impl Toolchain {
     }
 
     /// The compiler, `rustc 1.95.0`: counts and sizes belong to one compiler.
-    pub(crate) fn rustc(&self) -> Result<String> {
+    pub fn rustc(&self) -> Result<String> {
         rustc_version(match self {
             Self::Rustup => "rustc",
             Self::Debian { .. } => "/usr/bin/rustc",
@@ -103,7 +103,7 @@ impl Toolchain {
 
     /// `cargo SUBCOMMAND` for the chip, optimised, in a target folder of its own, so that the two tool chains do not
     /// disturb each other's builds.
-    pub(crate) fn cargo(&self, subcommand: &str) -> Command {
+    pub fn cargo(&self, subcommand: &str) -> Command {
         let mut command = match self {
             Self::Rustup => crate::process::cargo([]),
             Self::Debian { .. } => Command::new("/usr/bin/cargo"),
@@ -125,19 +125,19 @@ impl Toolchain {
 }
 
 /// Name and number of a compiler, without the hash and date of its build.
-pub(crate) fn rustc_version(program: &str) -> Result<String> {
+pub fn rustc_version(program: &str) -> Result<String> {
     let text = output(Command::new(program).arg("--version"));
     let Some(text) = text else { bail!("{program} --version says nothing") };
     Ok(text.split(' ').take(2).collect::<Vec<_>>().join(" "))
 }
 
 /// Target folder of builds for the chip.
-pub(crate) fn target_directory() -> PathBuf {
+pub fn target_directory() -> PathBuf {
     crate::process::target_directory().join("chip")
 }
 
 /// Path of a product of a build for the chip.
-pub(crate) fn product(name: &str) -> PathBuf {
+pub fn product(name: &str) -> PathBuf {
     target_directory().join(TARGET).join(PROFILE).join(name)
 }
 
@@ -167,7 +167,7 @@ fn linker() -> Option<PathBuf> {
 }
 
 /// Runs a build, and checks that the linked program exists afterwards.
-pub(crate) fn build(command: &mut Command, product: PathBuf) -> Result<PathBuf> {
+pub fn build(command: &mut Command, product: PathBuf) -> Result<PathBuf> {
     run(command)?;
     if !product.is_file() {
         bail!("{command:?} succeeded, but there is no {}", product.display());

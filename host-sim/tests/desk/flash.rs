@@ -1,15 +1,12 @@
 //! `firmware flash` up to the compiler: the choice of scene, board and commands.
-#![cfg(unix)]
-#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
-mod task;
-
-use task::{FakeProbe, folder, path_without_probe, told, xtask};
+use crate::program::probe::{FakeProbe, folder, path_without_probe};
+use crate::program::{at_the_top, told};
 
 const SCENE: &str = "scenes/examples/mit6_wave.toml";
 
 fn flash(arguments: &[&str]) -> (i32, String, String) {
-    told(xtask().args(["firmware", "flash"]).args(arguments).output().unwrap())
+    told(at_the_top().args(["firmware", "flash"]).args(arguments).output().unwrap())
 }
 
 /// The commands of a dry run, without the program's folder and the hash in its name.
@@ -34,13 +31,13 @@ fn shortened(word: &str) -> String {
 fn a_dry_run_prints_what_would_be_run_and_runs_nothing() {
     let probe = FakeProbe::new("dry", "exit 0");
     let output =
-        xtask().args(["firmware", "flash", "--board", "f405-can", "--dry-run"]).env("PATH", probe.path()).output();
+        at_the_top().args(["firmware", "flash", "--board", "f405-can", "--dry-run"]).env("PATH", probe.path()).output();
     assert_eq!(told(output.unwrap()).0, 0);
     assert!(probe.calls().is_empty(), "{:?}", probe.calls());
     assert_eq!(
         commands(&["--board", "f405-can", "--scene", SCENE]),
         [
-            "cargo xtask firmware build --board f405-can --scene scenes/examples/mit6_wave.toml",
+            "newtau firmware build --board f405-can --scene scenes/examples/mit6_wave.toml",
             "probe-rs download --chip STM32F405RGTx --verify mit6_wave-f405-can.elf",
             "probe-rs reset --chip STM32F405RGTx",
         ]
@@ -69,7 +66,7 @@ fn a_robot_with_several_scenes_names_them_and_one_with_none_says_so() {
         assert!(error.contains(scene), "{scene} in {error}");
     }
     let alone = folder("alone").join("alone.toml");
-    std::fs::copy(xtask().get_current_dir().unwrap().join("robots/planar2r.toml"), &alone).unwrap();
+    std::fs::copy(at_the_top().get_current_dir().unwrap().join("robots/planar2r.toml"), &alone).unwrap();
     let (code, _, error) = flash(&["--board", "odrive-v3", "--robot", alone.to_str().unwrap()]);
     assert_eq!(code, 2);
     assert!(error.contains("found no scene under scenes/"), "{error}");
@@ -92,7 +89,7 @@ fn drives_that_the_board_has_no_lines_for_are_refused_with_file_line_and_kinds()
 #[test]
 fn a_rate_that_the_buses_do_not_hold_is_refused_with_file_and_line() {
     let scene = folder("too-fast").join("too_fast.toml");
-    let root = xtask().get_current_dir().unwrap().canonicalize().unwrap();
+    let root = at_the_top().get_current_dir().unwrap().canonicalize().unwrap();
     let text = std::fs::read_to_string(root.join(SCENE)).unwrap();
     let text =
         text.replace("../../robots", root.join("robots").to_str().unwrap()).replace("rate = 1000", "rate = 1100");
@@ -120,7 +117,8 @@ fn the_emulated_board_is_not_flashed_and_a_wrong_scene_is_shown_in_its_line() {
 
 #[test]
 fn without_probe_rs_nothing_is_built_and_the_way_to_get_it_is_told() {
-    let flash = xtask().args(["firmware", "flash", "--board", "f405-can"]).env("PATH", path_without_probe()).output();
+    let flash =
+        at_the_top().args(["firmware", "flash", "--board", "f405-can"]).env("PATH", path_without_probe()).output();
     let (code, printed, error) = told(flash.unwrap());
     assert_eq!(code, 2);
     assert!(error.contains("cargo install probe-rs-tools --locked"), "{error}");
@@ -150,8 +148,10 @@ fn key_is_written(board: &str, chip: &str, map: &str) {
         &format!("key-probe-{board}"),
         "for word; do last=$word; done; [ ! -f \"$last\" ] || wc -c < \"$last\"; exit 0",
     );
-    let key =
-        xtask().args(["firmware", "key", file.to_str().unwrap(), "--board", board]).env("PATH", probe.path()).output();
+    let key = at_the_top()
+        .args(["firmware", "key", "write", file.to_str().unwrap(), "--board", board])
+        .env("PATH", probe.path())
+        .output();
     let (code, printed, error) = told(key.unwrap());
     assert_eq!(code, 0, "{error}");
     assert!(printed.lines().any(|line| line.trim() == "60"), "{printed}");
@@ -170,7 +170,7 @@ fn key_is_written(board: &str, chip: &str, map: &str) {
 
 /// Start of the key's own flash in the linker's map of the chip.
 fn key_sector(chip: &str) -> String {
-    let folder = xtask().get_current_dir().unwrap().join("firmware/memory").join(chip);
+    let folder = at_the_top().get_current_dir().unwrap().join("firmware/memory").join(chip);
     let map = std::fs::read_to_string(folder.join("chip_memory.x")).unwrap();
     let line = map.lines().find(|line| line.trim_start().starts_with("KEY ")).unwrap();
     line.split("ORIGIN = ").nth(1).unwrap().split(',').next().unwrap().to_lowercase()
@@ -180,7 +180,12 @@ fn key_sector(chip: &str) -> String {
 fn a_file_that_is_no_key_and_a_board_that_is_none_are_refused() {
     let file = key_file("no-key", "newtau link key 1\n0011\n");
     let asked = |board: &str| {
-        told(xtask().args(["firmware", "key", file.to_str().unwrap(), "--board", board, "--dry-run"]).output().unwrap())
+        told(
+            at_the_top()
+                .args(["firmware", "key", "write", file.to_str().unwrap(), "--board", board, "--dry-run"])
+                .output()
+                .unwrap(),
+        )
     };
     let (code, printed, error) = asked("f405-can");
     assert_eq!((code, printed.as_str()), (2, ""));

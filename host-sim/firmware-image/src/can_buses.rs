@@ -3,7 +3,7 @@
 //! The same numbers are held when the board is compiled ([`dynamics_core::drive::bus_time`]); here a scene that does not fit is refused in
 //! its line, before the compiler starts.
 
-use super::Board;
+use crate::board::Board;
 use crate::scene_keys::SceneKeys;
 use dynamics_core::drive::bus_time::{BusLoad, LEAD_US, TURNAROUND_US};
 use robot_compiler::SceneFile;
@@ -13,16 +13,16 @@ use toml_edit::{Document, Item};
 
 /// The CAN controllers of a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct CanBuses {
+pub struct CanBuses {
     /// How many.
-    pub(super) count: u8,
+    pub count: u8,
     /// Whether they know FD frames.
-    pub(super) fd: bool,
+    pub fd: bool,
 }
 
 /// Frames of a tick on one bus.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Schedule {
+pub struct Schedule {
     /// As in a robot file, from 1.
     bus: u8,
     load: BusLoad,
@@ -55,7 +55,7 @@ impl fmt::Display for Schedule {
 ///
 /// # Errors
 /// In a line of the robot's file: a bus or FD frames that the board does not have. In one of the scene's: a rate at which the frames do not fit.
-pub(crate) fn schedules(file: &SceneFile, scene: &Path, board: Board) -> Result<Vec<Schedule>, String> {
+pub fn schedules(file: &SceneFile, scene: &Path, board: Board) -> Result<Vec<Schedule>, String> {
     let (Some(buses), Some(protocol)) = (board.can_buses(), file.protocol()) else { return Ok(Vec::new()) };
     let drives = file.mit_drives();
     for (index, drive) in drives.iter().enumerate() {
@@ -103,7 +103,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
     use super::{Schedule, schedules};
-    use crate::firmware::Board;
+    use crate::board::Board;
     use dynamics_core::drive::DataRate;
     use robot_compiler::SceneFile;
     use robot_compiler::drive::{JointDrive, MitSpec};

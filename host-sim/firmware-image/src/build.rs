@@ -1,0 +1,125 @@
+//! Building the firmware for a scene and a board.
+
+use crate::bad_input::BadInput;
+use crate::board::{Board, Trust};
+use crate::can_buses::{self, Schedule};
+use crate::emitted;
+use crate::scene_keys::SceneKeys;
+use crate::toolchain::{self, Toolchain};
+use anyhow::{Context as _, Result};
+use robot_compiler::SceneFile;
+use robot_compiler::emit::Choices;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+/// A program: what it is built of.
+#[derive(Clone, Copy, Debug)]
+pub struct Build<'a> {
+    /// The scene whose arm and controller are built in.
+    pub scene: &'a Path,
+    /// The board.
+    pub board: Board,
+    /// Whom the firmware lets talk.
+    pub trust: Trust,
+    /// Another law, or sine and cosine, than the scene file's.
+    pub choices: Choices<'a>,
+    /// True if a stand-in for a DMA moves the link of the emulated board, which then goes the way of the other boards.
+    pub dma_stand_in: bool,
+    /// More of the environment for cargo, by name and value.
+    pub environment: &'a [(&'a str, &'a str)],
+}
+
+impl<'a> Build<'a> {
+    /// The program of a scene as its file says, for a host with the board's key.
+    #[must_use]
+    pub fn of(scene: &'a Path, board: Board) -> Self {
+        Self { scene, board, trust: Trust::Key, choices: Choices::default(), dma_stand_in: false, environment: &[] }
+    }
+
+    /// Builds it; returns a copy that later builds for other scenes do not touch. Installs a missing tool chain, and says so.
+    ///
+    /// # Errors
+    /// [`BadInput`]: a scene that is wrong or does not fit the board. Others: a compiler that cannot be had, or fails.
+    pub fn run(&self) -> Result<PathBuf> {
+        for_the_bench(self.scene, self.board)?;
+        schedules(self.scene, self.board)?;
+        let toolchain = Toolchain::find_or_install()?;
+        let folder = toolchain::target_directory();
+        let _lock = lock(&folder)?;
+        let mut cargo = toolchain.cargo("build");
+        cargo.args(["--quiet", "--package", "firmware", "--bin", "firmware", "--no-default-features"]);
+        cargo.args(["--features", &self.features()]).env("NEWTAU_ARM", emitted::arm(&self.scene()?, self.choices)?);
+        cargo.env("DEFMT_LOG", std::env::var("DEFMT_LOG").unwrap_or_else(|_| "info".into()));
+        cargo.envs(self.environment.iter().copied());
+        let built = toolchain::build(&mut cargo, toolchain::product("firmware"))?;
+        keep(&std::fs::read(&built)?, self.program()?)
+    }
+
+    /// Path where [`Build::run`] puts the program, even before it is built.
+    ///
+    /// # Errors
+    /// There is no such scene file.
+    pub fn program(&self) -> Result<PathBuf> {
+        let stand_in = if self.dma_stand_in { "-dma" } else { "" };
+        let name = emitted::scene_hash(&self.scene()?, self.choices);
+        Ok(toolchain::target_directory().join(format!("{name}-{}{}{stand_in}.elf", self.board, self.trust.suffix())))
+    }
+
+    fn scene(&self) -> Result<PathBuf> {
+        self.scene.canonicalize().with_context(|| format!("no scene file {}", self.scene.display()))
+    }
+
+    fn features(&self) -> String {
+        let insecure = if self.trust == Trust::Anybody { ",insecure" } else { "" };
+        let stand_in = if self.dma_stand_in { ",dma" } else { "" };
+        format!("{}{insecure}{stand_in}", self.board)
+    }
+}
+
+/// Rejects a scene for the bench only on a board that exists: its bounds on lateness are lifted.
+///
+/// # Errors
+/// [`BadInput`]: `safety.bench_only = true` and a board other than the emulated one.
+fn for_the_bench(scene: &Path, board: Board) -> Result<()> {
+    if board != Board::Netduinoplus2 && SceneKeys::read(scene)?.bench_only() {
+        let problem = format!(
+            "{}: safety.bench_only: its bounds on old measurements are lifted, which no arm may be driven with; expected the emulated \
+             board {}, or `bench_only = false`",
+            scene.display(),
+            Board::Netduinoplus2
+        );
+        return Err(BadInput(problem).into());
+    }
+    Ok(())
+}
+
+/// What the scene's frames take of the board's CAN buses; none on a board without.
+///
+/// # Errors
+/// [`BadInput`]: drives that the board does not reach, or a rate that its buses do not hold.
+pub fn schedules(scene: &Path, board: Board) -> Result<Vec<Schedule>> {
+    if board.can_buses().is_none() {
+        return Ok(Vec::new());
+    }
+    let file = SceneFile::load(scene).map_err(|error| BadInput(format!("{error}; expected {}", error.expected())))?;
+    Ok(can_buses::schedules(&file, scene, board).map_err(BadInput)?)
+}
+
+/// Locks build and copy against other processes: two test processes may request two scenes at once.
+pub fn lock(folder: &Path) -> Result<File> {
+    std::fs::create_dir_all(folder)?;
+    let lock = File::create(folder.join("xtask.lock"))?;
+    lock.lock()?;
+    Ok(lock)
+}
+
+/// Copies a program to a place that later builds do not touch.
+pub fn keep(text: &[u8], copy: PathBuf) -> Result<PathBuf> {
+    // A running emulator may hold the old copy open. So an equal copy is left alone, and another is replaced by a new file.
+    if std::fs::read(&copy).ok().as_deref() != Some(text) {
+        let fresh = copy.with_extension("new");
+        std::fs::write(&fresh, text)?;
+        std::fs::rename(&fresh, &copy)?;
+    }
+    Ok(copy)
+}

@@ -1,0 +1,50 @@
+//! Check that a program's log can be decoded from its file.
+
+use anyhow::{Context as _, Result, bail};
+use object::{Object as _, ObjectSection as _, ObjectSymbol as _};
+use std::path::Path;
+
+/// Symbol that a probe looks for in the chip's memory to find the log.
+const RTT_CONTROL_BLOCK: &str = "_SEGGER_RTT";
+
+/// The section that the linker script `defmt.x` makes: a symbol for each string.
+const SECTION: &str = ".defmt";
+
+/// The number of strings that the program can log.
+///
+/// A log travels as numbers. The strings lie in the program's file, and the probe finds the bytes through RTT's control
+/// block. Without either the log would be lost silently.
+///
+/// # Errors
+/// A file that cannot be read, one without strings, or one without the control block.
+pub fn check(elf: &Path) -> Result<usize> {
+    let bytes = std::fs::read(elf).with_context(|| format!("cannot read {}", elf.display()))?;
+    let program = object::File::parse(&*bytes).with_context(|| elf.display().to_string())?;
+    let section = program.section_by_name(SECTION).map(|section| section.index());
+    // The strings' symbols are JSON; the others mark levels and the version.
+    let of_string = |symbol: &object::Symbol<'_, '_>| {
+        section.is_some() && symbol.section_index() == section && symbol.name().is_ok_and(|name| name.starts_with('{'))
+    };
+    let strings = program.symbols().filter(of_string).count();
+    if strings == 0 {
+        bail!("{}: found no log strings, expected a program that was linked with defmt.x", elf.display());
+    }
+    if !program.symbols().any(|symbol| symbol.name() == Ok(RTT_CONTROL_BLOCK)) {
+        bail!("{}: found no {RTT_CONTROL_BLOCK}, expected a program that logs over RTT", elf.display());
+    }
+    Ok(strings)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
+
+    use super::check;
+
+    #[test]
+    fn a_program_whose_log_nobody_could_read_is_refused() {
+        let this = std::env::current_exe().unwrap();
+        let error = check(&this).unwrap_err().to_string();
+        assert!(error.contains("found no log strings"), "{error}");
+    }
+}
