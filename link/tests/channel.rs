@@ -1,7 +1,7 @@
 //! Who may talk: the handshake, and every way of getting in without the key.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
-use link::{
+use newtau_link::{
     Access, BoardChannel, DecodeError, Distrust, Encoder, Frame, Hello, HostChannel, Key, Nonce, NonceSource, Pacing,
     Received, Refusal, Request, Trust,
 };
@@ -229,7 +229,8 @@ fn a_flood_of_joins_does_not_end_a_session() {
         assert_eq!(failed, Distrust::WrongProof);
         // He answers all the same, with another's proof.
         let mut guess = Encoder::new();
-        let proof = Key::new(OTHER).proof(link::seal::Side::Host, &link::seal::Transcript::new(&[3; 16], &[1; 16]));
+        let proof = Key::new(OTHER)
+            .proof(newtau_link::seal::Side::Host, &newtau_link::seal::Transcript::new(&[3; 16], &[1; 16]));
         assert_eq!(board.hear(&guess.encode(&Frame::Proof(proof)).unwrap()), []);
         board.said.clear();
         assert_eq!(board.hear(&host.encode(&HOLD).unwrap()), [Ok(HOLD)]);
@@ -246,7 +247,8 @@ fn a_challenge_is_answered_once() {
     let said = core::mem::take(&mut board.said);
     let [Frame::Challenge(challenge)] = heard(&mut host, &said)[..] else { panic!("a challenge") };
     let right = host.answer(&challenge).unwrap().unwrap();
-    let wrong = Key::new(OTHER).proof(link::seal::Side::Host, &link::seal::Transcript::new(&[9; 16], &[1; 16]));
+    let wrong =
+        Key::new(OTHER).proof(newtau_link::seal::Side::Host, &newtau_link::seal::Transcript::new(&[9; 16], &[1; 16]));
     board.hear(&Encoder::new().encode(&Frame::Proof(wrong)).unwrap());
     assert_eq!(refused_openly(&mut board), 1);
     board.hear(&right);
@@ -298,7 +300,7 @@ fn a_challenge_says_who_the_board_is() {
 
 #[test]
 fn a_key_page_is_read_back_and_no_bit_of_it_may_be_wrong() {
-    use link::key_page::{KeyPage, LENGTH, write};
+    use newtau_link::key_page::{KeyPage, LENGTH, write};
     let page = write(&Key::new(KEY), &[5; 16]);
     let read = KeyPage::read(&page).unwrap();
     assert_eq!((read.key(), read.seed), (&KEY, &[5; 16]));
@@ -317,7 +319,7 @@ fn the_key_page_is_where_the_linker_s_map_has_it() {
     let map =
         std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/memory/stm32f405/chip_memory.x"))
             .unwrap();
-    let origin = format!("ORIGIN = {:#010X}", link::key_page::ADDRESS).replace("0X", "0x");
+    let origin = format!("ORIGIN = {:#010X}", newtau_link::key_page::ADDRESS).replace("0X", "0x");
     let key = map.lines().find(|line| line.trim_start().starts_with("KEY ")).unwrap();
     assert!(key.contains(&origin), "{key}: {origin}");
     assert!(map.contains("_key_page = ORIGIN(KEY);"));
@@ -367,7 +369,7 @@ fn a_flood_owes_one_answer_of_each_kind() {
         let expected =
             if matches!(access, Access::NoKey) { Refusal::NoKey } else { Refusal::Unauthentic { count: 250 } };
         assert_eq!(*refusal, expected);
-        assert!(board.said.len() <= link::channel::ANSWERS_MAX, "{} bytes", board.said.len());
+        assert!(board.said.len() <= newtau_link::channel::ANSWERS_MAX, "{} bytes", board.said.len());
         assert!(board.said.iter().filter(|byte| **byte == 0).count() == 3, "two refusals and a challenge");
     }
 }
@@ -391,5 +393,5 @@ fn the_longest_answers_have_the_stated_length() {
     let mut said = 0;
     board.channel.answer(&long, &mut || Some(([255; 16], NonceSource::Counter)), &mut |bytes| said += bytes.len());
     println!("{said} bytes");
-    assert!(said <= link::channel::ANSWERS_MAX, "{said} bytes");
+    assert!(said <= newtau_link::channel::ANSWERS_MAX, "{said} bytes");
 }

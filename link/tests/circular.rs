@@ -3,7 +3,7 @@
 
 use core::cell::{Cell, RefCell};
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicUsize, Ordering};
-use link::{Circular, DecodeError, Decoder, Encoder, Filling, Frame, Halves, Request};
+use newtau_link::{Circular, DecodeError, Decoder, Encoder, Filling, Frame, Halves, Request};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use std::collections::VecDeque;

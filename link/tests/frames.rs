@@ -1,8 +1,8 @@
 //! Properties of every packet, for every frame and every kind of damage.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
-use link::codec::Received;
-use link::{
+use newtau_link::codec::Received;
+use newtau_link::{
     Command, Cost, DecodeError, Decoder, Encoder, Fault, Frame, Hello, Joints, Live, Measurement, PACKET_MAX, Pacing,
     Payload, Reference, Refusal, Sensed,
 };
@@ -238,7 +238,7 @@ fn forge(version: u8, payload: &[u8]) -> Vec<u8> {
 
 #[test]
 fn each_way_of_being_wrong_has_its_name() {
-    let version = link::PROTOCOL_VERSION;
+    let version = newtau_link::PROTOCOL_VERSION;
     let mut bad_crc = Encoder::new().encode(&Frame::Refusal(Refusal::NoHello)).unwrap();
     let last = bad_crc.len() - 2;
     bad_crc[last] ^= 0x40;
@@ -275,7 +275,7 @@ fn the_number_of_kinds_is_the_number_of_tags() {
 #[test]
 fn a_frame_for_another_arm_is_refused_by_its_joint_count() {
     let reference = dynamics_core::Reference { q: [0.0; 3], qd: [0.0; 3], qdd: [0.0; 3] };
-    let mismatch = link::Reference::new(&reference).to_core::<2>().unwrap_err();
+    let mismatch = newtau_link::Reference::new(&reference).to_core::<2>().unwrap_err();
     assert_eq!(mismatch.to_string(), "frame has values for 3 joints, expected 2");
 }
 

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 use heapless::spsc::{Consumer, Queue};
-use link::{Arrival, DecodeError, Decoder, Encoder, Frame, Inlet, Request};
+use newtau_link::{Arrival, DecodeError, Decoder, Encoder, Frame, Inlet, Request};
 use proptest::collection::vec;
 use proptest::prelude::*;
 

@@ -2,7 +2,7 @@
 
 use core::cell::{Cell, RefCell};
 use core::sync::atomic::{AtomicU8, Ordering};
-use link::{Outgoing, Sending};
+use newtau_link::{Outgoing, Sending};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use std::rc::Rc;

@@ -1,8 +1,8 @@
 //! The examples of `docs/link.md`: made by this crate, and read back from the page.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
-use link::seal::{Side, Transcript};
-use link::{
+use newtau_link::seal::{Side, Transcript};
+use newtau_link::{
     Actuation, Answer, Decoder, Encoder, Frame, Hello, Joints, Key, Lines, Measurement, Pacing, Parts, Point,
     Reference, Refusal, Request, Sensed, Status, Verdict, Watch,
 };
@@ -61,7 +61,7 @@ fn answers() -> [(&'static str, Frame); 4] {
         room: 16,
         actuation: Some(Actuation::Drive { torque: joints([1.5, -2.0]), limits: joints([0; 2]) }),
         sensed: None,
-        aside: link::Aside::Nothing,
+        aside: newtau_link::Aside::Nothing,
         cost: None,
     };
     [

@@ -205,6 +205,9 @@ mod tests {
     use super::{root, spread, stamped, state};
     use std::collections::BTreeSet;
 
+    /// Its own test compares this page with what it measures.
+    const OWN_TEST: &str = "extremes";
+
     /// Every block that a page of docs/measured marks is in the list, and the other way round.
     #[test]
     fn every_measured_block_is_known() {
@@ -217,7 +220,7 @@ mod tests {
             let page = path.file_stem().unwrap().to_str().unwrap().to_owned();
             let text = std::fs::read_to_string(&path).unwrap();
             let marked: Vec<_> = text.lines().filter_map(|line| line.strip_prefix("<!-- measured: ")).collect();
-            assert!(!marked.is_empty(), "{page} has no measured block");
+            assert!(!marked.is_empty() || page == OWN_TEST, "{page} has no measured block");
             found.extend(marked.iter().map(|name| (page.clone(), name.trim_end_matches(" -->").to_owned())));
         }
         let known = BLOCKS.iter().map(|block| (block.page.to_owned(), block.name.to_owned())).collect();

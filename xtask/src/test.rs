@@ -41,7 +41,7 @@ fn each_alone() -> Result<()> {
         run(cargo(["check", "--locked", "--quiet", "--all-targets", "--package"]).arg(package))?;
     }
     let toolchain = Toolchain::find_or_install()?;
-    for package in ["dynamics-core", "link", "session", "joint-io"] {
+    for package in ["dynamics-core", "newtau-link", "newtau-session", "joint-io"] {
         run(toolchain.cargo("check").args(["--locked", "--quiet", "--package", package]))?;
     }
     Ok(())

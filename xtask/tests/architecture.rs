@@ -37,8 +37,8 @@ const ALL: &[&str] = &[
     "robot-compiler",
     "kernel-tests",
     "machine-code",
-    "link",
-    "session",
+    "newtau-link",
+    "newtau-session",
     "joint-io",
     "actuator-model",
     "explore",
@@ -52,6 +52,7 @@ const ALL: &[&str] = &[
     "host-sim",
     "fuzz",
     "clearance",
+    "firmware-image",
     "identification",
     "report",
     "chip-image",
@@ -63,27 +64,41 @@ const ALL: &[&str] = &[
     "bench-peers",
 ];
 
-const ROWS: [Row; 29] = [
+const ROWS: [Row; 30] = [
     row("dynamics-core", "dynamics-core", &[], &[]),
     row("robot-compiler", "robot-compiler", &["dynamics-core"], &[]),
     row("kernel-tests", "robot-compiler/kernel-tests", &["dynamics-core", "robot-compiler"], &[]),
     row("machine-code", "robot-compiler/machine-code", &["robot-compiler"], &["dynamics-core"]),
     // Its tests use the features of a host: the package itself, with another feature.
-    row("link", "link", &["dynamics-core"], &["link"]),
-    row("session", "link/session", &["dynamics-core", "link"], &["robot-compiler"]),
-    row("joint-io", "link/joint-io", &["dynamics-core", "session"], &["actuator-model", "link"]),
+    row("newtau-link", "link", &["dynamics-core"], &["newtau-link"]),
+    row("newtau-session", "link/session", &["dynamics-core", "newtau-link"], &["robot-compiler"]),
+    row("joint-io", "link/joint-io", &["dynamics-core", "newtau-session"], &["actuator-model", "newtau-link"]),
     row("actuator-model", "link/actuators", &[], &[]),
     // Tests alone: everything between frames and a shaft, in a model checker.
-    row("explore", "link/explore", &["actuator-model", "dynamics-core", "joint-io", "link", "session"], &[]),
+    row(
+        "explore",
+        "link/explore",
+        &["actuator-model", "dynamics-core", "joint-io", "newtau-link", "newtau-session"],
+        &[],
+    ),
     row("arm", "firmware/arm", &["dynamics-core"], &[]),
     row("tick-gate", "firmware/tick-gate", &["arm", "dynamics-core"], &[]),
     // A program that `cargo xtask bench` runs; it shares the states and arms of the other measurements.
     row("probe", "firmware/probe", &["bench", "dynamics-core"], &[]),
-    row("firmware", "firmware", &["arm", "dynamics-core", "joint-io", "link", "session"], &[]),
+    row("firmware", "firmware", &["arm", "dynamics-core", "joint-io", "newtau-link", "newtau-session"], &[]),
     row(
         "sim",
         "host-sim/sim",
-        &["actuator-model", "dynamics-core", "joint-io", "link", "machine-code", "report", "robot-compiler", "session"],
+        &[
+            "actuator-model",
+            "dynamics-core",
+            "joint-io",
+            "newtau-link",
+            "machine-code",
+            "report",
+            "robot-compiler",
+            "newtau-session",
+        ],
         &[],
     ),
     row(
@@ -92,12 +107,13 @@ const ROWS: [Row; 29] = [
         &[
             "actuator-model",
             "dynamics-core",
+            "firmware-image",
             "identification",
             "joint-io",
-            "link",
+            "newtau-link",
             "report",
             "robot-compiler",
-            "session",
+            "newtau-session",
             "sim",
         ],
         &[],
@@ -106,16 +122,15 @@ const ROWS: [Row; 29] = [
         "studies",
         "host-sim/studies",
         &[
-            "actuator-model",
             "board",
             "clearance",
             "dynamics-core",
             "identification",
             "joint-io",
-            "link",
+            "newtau-link",
             "report",
             "robot-compiler",
-            "session",
+            "newtau-session",
             "sim",
         ],
         &[],
@@ -123,9 +138,21 @@ const ROWS: [Row; 29] = [
     row(
         "host-sim",
         "host-sim",
-        &["board", "dynamics-core", "identification", "link", "report", "robot-compiler", "session", "sim", "studies"],
+        &[
+            "board",
+            "dynamics-core",
+            "firmware-image",
+            "identification",
+            "newtau-link",
+            "report",
+            "robot-compiler",
+            "newtau-session",
+            "sim",
+            "studies",
+        ],
         &[],
     ),
+    row("firmware-image", "host-sim/firmware-image", &["dynamics-core", "robot-compiler"], &[]),
     row("clearance", "host-sim/clearance", &["dynamics-core"], &["identification", "robot-compiler"]),
     row("identification", "host-sim/identification", &["dynamics-core"], &["robot-compiler"]),
     row("report", "host-sim/report", &[], &[]),
@@ -149,8 +176,8 @@ const NEVER: [(&str, &str); 9] = [
     ("firmware", "host-sim"),
     ("firmware", "actuator-model"),
     ("fuzz", "firmware"),
-    ("session", "robot-compiler"),
-    ("dynamics-core", "link"),
+    ("newtau-session", "robot-compiler"),
+    ("dynamics-core", "newtau-link"),
 ];
 
 fn top() -> PathBuf {
@@ -273,9 +300,10 @@ fn made_up(arrows: &[(&str, &str, &str)]) -> Value {
 
 #[test]
 fn a_house_as_it_should_be_is_left_in_peace() {
-    let right = [("link", "dynamics-core", ""), ("joint-io", "actuator-model", "dev"), ("xtask", "host-sim", "")];
+    let right =
+        [("newtau-link", "dynamics-core", ""), ("joint-io", "actuator-model", "dev"), ("xtask", "host-sim", "")];
     assert_eq!(violations(&made_up(&right)), [""; 0]);
-    assert_eq!(violations(&made_up(&[("link", "serde", "")])), [""; 0], "crates of others are nobody's room");
+    assert_eq!(violations(&made_up(&[("newtau-link", "serde", "")])), [""; 0], "crates of others are nobody's room");
 }
 
 #[test]
@@ -283,15 +311,15 @@ fn arrows_that_must_not_be_are_seen() {
     for (arrow, said) in [
         (("host-sim", "firmware", ""), "host-sim knows firmware"),
         (("firmware", "host-sim", "build"), "firmware knows host-sim"),
-        (("dynamics-core", "link", "dev"), "dynamics-core knows link in its tests"),
-        (("session", "robot-compiler", ""), "session knows robot-compiler"),
-        (("link", "xtask", ""), "link knows xtask"),
+        (("dynamics-core", "newtau-link", "dev"), "dynamics-core knows newtau-link in its tests"),
+        (("newtau-session", "robot-compiler", ""), "newtau-session knows robot-compiler"),
+        (("newtau-link", "xtask", ""), "newtau-link knows xtask"),
         (("chip-budget", "xtask", "dev"), "chip-budget knows xtask in its tests"),
     ] {
         let found = violations(&made_up(&[arrow]));
         assert!(found.iter().any(|line| line == said), "{arrow:?}: {found:?}");
     }
-    let round = violations(&made_up(&[("host-sim", "session", ""), ("session", "firmware", "")]));
+    let round = violations(&made_up(&[("host-sim", "newtau-session", ""), ("newtau-session", "firmware", "")]));
     assert!(round.contains(&"host-sim comes to know firmware".to_owned()), "{round:?}");
 }
 

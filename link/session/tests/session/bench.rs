@@ -8,9 +8,9 @@ use dynamics_core::scene::Live;
 use dynamics_core::trig::Polynomial;
 use link::codec::Received;
 use link::{Cost, DecodeError, Frame, Hello, Pacing, Refusal};
-use session::black_box::Report;
-use session::meter::Meter;
-use session::{Drives, Reaction, Session, State};
+use newtau_session::black_box::Report;
+use newtau_session::meter::Meter;
+use newtau_session::{Drives, Reaction, Session, State};
 use std::cell::Cell;
 
 struct Bench {

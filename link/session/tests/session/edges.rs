@@ -11,10 +11,10 @@ use dynamics_core::safety::{self, HoldCause, Protected};
 use dynamics_core::trig::Polynomial;
 use link::codec::Received;
 use link::{Answer, Frame, Hello, Pacing, Parts, Point, Refusal, Request, Verdict, Watch};
-use session::meter::Meter;
-use session::parameters::LAW;
-use session::readings::{JointFaults, Lines, Readings};
-use session::{Drives, Reaction, Session};
+use newtau_session::meter::Meter;
+use newtau_session::parameters::LAW;
+use newtau_session::readings::{JointFaults, Lines, Readings};
+use newtau_session::{Drives, Reaction, Session};
 use std::cell::Cell;
 
 const ALL: [Request; 9] = Request::OF_THE_MACHINE;
@@ -313,7 +313,7 @@ fn torques_with_missing_readings(missing: i32) -> Vec<f32> {
         for frame in frames {
             session.receive(Ok(Received { frame, missed: 0 }));
         }
-        let runs = matches!(session.state(), session::State::Supervised(_, safety::State::Running));
+        let runs = matches!(session.state(), newtau_session::State::Supervised(_, safety::State::Running));
         k += i32::from(runs);
         let absent = runs && (250..250 + missing).contains(&k);
         age = if absent { age + 1 } else { 0 };

@@ -5,8 +5,8 @@ use super::supervised::Arm;
 use dynamics_core::control::Fault;
 use dynamics_core::safety;
 use link::{Frame, Hello, Pacing, Request, Status};
-use session::black_box::{TICKS, TICKS_AFTER};
-use session::readings::JointFaults;
+use newtau_session::black_box::{TICKS, TICKS_AFTER};
+use newtau_session::readings::JointFaults;
 
 /// An arm that has run for longer than the black box remembers.
 fn long_running() -> Arm {

@@ -13,7 +13,7 @@ use dynamics_core::safety::{JointRules, Protected, Rules, SafeAction};
 use dynamics_core::scene::Live;
 use dynamics_core::{InertiaBounds, Limits, SinCos};
 use link::{Cost, Hello, Pacing};
-use session::meter::Counter;
+use newtau_session::meter::Counter;
 use std::cell::Cell;
 
 /// Two unit masses on unit gears, nothing between them, rotors that are live, and a force on the first: `tau = (1 + rotor) qdd - f`.

@@ -10,12 +10,12 @@ use link::codec::Received;
 use link::{
     Actuation, Cost, Denial, Frame, Hello, Pacing, Parts, Point, Refusal, Request, Setting, Status, Value, Watch,
 };
-use session::black_box::{Report, TICKS, TICKS_AFTER};
-use session::meter::Meter;
-use session::parameters::{HEAT, LAW};
-use session::readings::Lines;
-use session::readings::{JointFaults, Readings};
-use session::{Drives, Reaction, Session, State};
+use newtau_session::black_box::{Report, TICKS, TICKS_AFTER};
+use newtau_session::meter::Meter;
+use newtau_session::parameters::{HEAT, LAW};
+use newtau_session::readings::Lines;
+use newtau_session::readings::{JointFaults, Readings};
+use newtau_session::{Drives, Reaction, Session, State};
 use std::cell::Cell;
 
 const SAFE: Drives<2> = Drives::Safe(SafeAction::DampedStop);
@@ -434,7 +434,7 @@ fn every_parameter_is_read_back_with_its_bounds_and_nothing_else_is() {
     assert_eq!(value(&mut arm, 16), Some(Value { index: 16, value: 100.0, low: 25.0, high: 400.0 }));
     assert_eq!(value(&mut arm, 4).map(|v| (v.value, v.low.is_nan())), Some((50.0, true)));
     for index in 0..=255 {
-        let named = session::parameters::name(index).filter(|(_, joint)| joint.is_none_or(|joint| joint < 2));
+        let named = newtau_session::parameters::name(index).filter(|(_, joint)| joint.is_none_or(|joint| joint < 2));
         assert_eq!(value(&mut arm, index).is_some(), named.is_some(), "{index}: {named:?}");
     }
 }

@@ -2,8 +2,8 @@
 #![allow(clippy::disallowed_types, reason = "what is expected is computed in double precision, on the desk")]
 
 use dynamics_core::control::Reference;
+use newtau_session::trajectory::{NotTaken, Trajectory, WAYS};
 use proptest::prelude::*;
-use session::trajectory::{NotTaken, Trajectory, WAYS};
 
 const PERIOD: f32 = 0.001;
 
