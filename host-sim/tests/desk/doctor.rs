@@ -331,3 +331,19 @@ fn crc32(bytes: &[u8]) -> u32 {
     let step = |crc: u32| if crc & 1 == 1 { crc >> 1 ^ 0xedb8_8320 } else { crc >> 1 };
     !bytes.iter().fold(!0, |crc, byte| (0..8).fold(crc ^ u32::from(*byte), |crc, _| step(crc)))
 }
+
+#[test]
+fn a_bundle_has_versions_checks_scene_and_robot() {
+    let tools = Tools::complete("bundle");
+    let file = tools.0.join("bug.md");
+    let arguments = ["--scene", SCENE, "--bundle", file.to_str().unwrap()];
+    assert_eq!(tools.doctor(&arguments).0, 0);
+    let text = std::fs::read_to_string(&file).unwrap();
+    for part in
+        ["| rustc | rustc 1.95.0", "| link protocol | ", "\"checks\": [", "name = \"mit6_wave\"", "[[joint]]", "bus = "]
+    {
+        assert!(text.contains(part), "{part} in {text}");
+    }
+    let (code, _, error) = tools.doctor(&arguments);
+    assert!(code == 2 && error.contains("bug.md: the file exists"), "{error}");
+}

@@ -29,7 +29,8 @@ fn sim(folder: &Path, line: &str) -> (i32, String) {
 }
 
 /// Every command that writes a file, which stands as FILE.
-const FILES: [&str; 15] = [
+const FILES: [&str; 16] = [
+    "doctor --bundle FILE",
     "model export @robots/planar2r.toml --urdf --out FILE",
     "identify excite @robots/planar2r.toml --friction --out FILE",
     "import @host-sim/tests/fixtures/traps.urdf --out FILE",

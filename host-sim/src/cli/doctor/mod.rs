@@ -1,6 +1,9 @@
 //! `doctor`: is everything there, and what to do about what is not.
 
+mod bundle;
+
 use crate::cli::firmware::key;
+use crate::cli::force::ForceArgs;
 use board::chip;
 use board::session::doctor::{self, Check, State, Use};
 use clap::Args;
@@ -18,6 +21,7 @@ Examples:
   newtau doctor
   newtau doctor --for emulator,flash
   newtau doctor --port /dev/ttyACM0 --scene scenes/examples/mit6_wave.toml
+  newtau doctor --scene scenes/yam_move.toml --bundle out/bug.md
 
 What is missing is a problem for a use that needs it and a warning otherwise:
   desk       a Rust compiler
@@ -45,6 +49,12 @@ pub struct DoctorArgs {
     /// The key file of the board (`newtau firmware key new`); the board must prove that it has it.
     #[arg(long, value_name = "FILE", requires = "port")]
     pub key: Option<PathBuf>,
+    /// Write what a bug report needs: versions, these checks, the scene and its robot; no keys, no home folder.
+    #[arg(long, value_name = "FILE")]
+    pub bundle: Option<PathBuf>,
+    /// Overwriting.
+    #[command(flatten)]
+    pub force: ForceArgs,
     /// Print JSON, and nothing else.
     #[arg(long)]
     pub json: bool,
@@ -77,6 +87,11 @@ pub fn run(args: &DoctorArgs) -> Result<u8, Failure> {
     }
     let count = |state| checks.iter().filter(|check| check.state == state).count();
     let report = Report { uses: &args.uses, problems: count(State::Problem), warnings: count(State::Warning), checks };
+    if let Some(path) = &args.bundle {
+        let mut output =
+            args.scene.iter().chain(&args.key).fold(args.force.output(), |output, path| output.reads(path));
+        output.write(path, &bundle::text(&report, scene.as_ref())?)?;
+    }
     match show(args, &report) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Output(error)),
         Ok(()) | Err(_) => Ok(if report.problems > 0 { failure::INPUT } else { 0 }),
