@@ -2,223 +2,174 @@
 
 use core::fmt;
 
-/// Why the controller stopped. Numbers are stable: they are what telemetry carries.
-///
-/// | code | fault | what to look at |
-/// |---|---|---|
-/// | 1 | a measured position, velocity or age gives NaN or infinity | the sensor, its cable, the frame decoder |
-/// | 2 | a reference value is NaN or infinite | the source of the reference |
-/// | 3 | the measurement is older than allowed | the link, the sensor's rate |
-/// | 4 | a joint is outside its position limits | the reference, the homing offset |
-/// | 5 | a joint is faster than allowed | gains, payload, the encoder's scale |
-/// | 6 | a tick had not ended when the next was due | the rate, other interrupts |
-/// | 7 | a computed torque is NaN or infinite | the model's numbers, the size of the reference |
-/// | 8 | a joint was measured farther from its last position than it can have moved | the encoder, its cable; the arm must be homed again |
-/// | 9 | the emergency stop is pressed | the person who pressed it |
-/// | 10 | the host was silent for longer than the arm holds | the host, the link |
-/// | 11 | a drive reports a fault | the drive's own diagnosis |
-/// | 12 | the supply voltage is outside its bounds | the supply, a brake resistor |
-/// | 13 | a temperature is outside its bounds | cooling, the load |
-/// | 14 | a joint has felt a collision | the arm's surroundings; the payload, the friction and the thresholds |
-/// | 15 | a joint is out of reach of where the arm holds | whoever pushes it; payload, wrench and rotors told; the model |
-/// | 16 | a joint would need more than its torque limit to hold the arm | payload, wrench and gravity told; the posture |
-/// | 17 | a drive did not come on when the arm was armed | its power, its bus, its own error |
-/// | 18 | a drive went off while torque acted | its power, its protections (current, voltage, temperature) |
-/// | 19 | a drive lost its zero while torque acted | its power; the arm must be homed again |
-/// | 20 | a joint is too hot by its heat model | the load, the posture, pauses |
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault {
-    /// A measured value is NaN or infinite on this joint.
-    NonFiniteMeasurement {
-        /// Joint, counted from 0.
-        joint: u8,
-    },
-    /// A reference value is NaN or infinite on this joint.
-    NonFiniteReference {
-        /// Joint, counted from 0.
-        joint: u8,
-    },
-    /// The measurement is older than the guard allows.
-    StaleMeasurement,
-    /// A joint is outside its position limits by more than the guard's margin.
-    PositionOutOfBounds {
-        /// Joint, counted from 0.
-        joint: u8,
-    },
-    /// A joint is faster than the guard allows.
-    VelocityOutOfBounds {
-        /// Joint, counted from 0.
-        joint: u8,
-    },
-    /// A tick had not ended when the next was due.
-    Overrun,
-    /// A computed torque is NaN or infinite on this joint.
-    NonFiniteTorque {
-        /// Joint, counted from 0.
-        joint: u8,
-    },
-    /// This joint was measured farther from its last position than it can have moved.
-    ImpossibleJump {
-        /// Joint, counted from 0.
-        joint: u8,
-    },
-    /// The emergency stop is pressed.
-    EmergencyStop,
-    /// The host was silent for longer than the arm holds without it.
-    HeartbeatLost,
-    /// The drive of this joint reports a fault.
-    DriveFault {
-        /// Joint, counted from 0.
-        joint: u8,
-    },
-    /// The supply voltage is outside its bounds.
-    SupplyOutOfBounds,
-    /// A temperature is outside its bounds.
-    TemperatureOutOfBounds,
-    /// The external torque on this joint is above its threshold, and the configuration asks to stop.
-    Collision {
-        /// Joint, counted from 0.
-        joint: u8,
-    },
-    /// This joint is farther than its reach from where it should stand, or from the way of its stop; or it lagged for too long while the arm was
-    /// lowered without a host.
-    FollowingError {
-        /// Joint, counted from 0.
-        joint: u8,
-    },
-    /// This joint's torque limit is too small to hold the arm where it was to be armed, by the model and the live inputs.
-    Overload {
-        /// Joint, counted from 0.
-        joint: u8,
-    },
-    /// The drive of this joint did not show in time that it is on.
-    DriveNotOn {
-        /// Joint, counted from 0.
-        joint: u8,
-    },
-    /// The drive of this joint went off while torque acted.
-    DriveOff {
-        /// Joint, counted from 0.
-        joint: u8,
-    },
-    /// A drive may have lost its zero while torque acted.
-    ZeroLost,
-    /// This joint is too hot, by its heat model.
-    Overheated {
-        /// Joint, counted from 0.
-        joint: u8,
-    },
+/// The one list of faults: number, name, the joint where it is one joint's; its text, what raises it, and what to check. Enum, numbers, texts,
+/// advice of the operator's screen and the table of `docs/safety.md` come from it.
+macro_rules! faults {
+    ($($code:literal $name:ident $({ $joint:ident })? $text:literal, raised: $raised:literal, check: $check:literal;)*) => {
+        /// Why the controller stopped. Numbers are stable: they are what telemetry carries.
+        ///
+        /// | code | fault | raised when |
+        /// |---|---|---|
+        $(#[doc = concat!("| ", $code, " | ", $text, " | ", $raised, " |")])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Fault {
+            $(#[doc = concat!("Raised when ", $raised, ".")]
+            $name $({
+                /// Joint, counted from 0.
+                $joint: u8,
+            })?,)*
+        }
+
+        impl Fault {
+            /// All faults in the order of their numbers, those of one joint on the first.
+            pub const ALL: &[Self] = &[$(Self::$name $({ $joint: 0 })?),*];
+
+            /// The stable number.
+            #[must_use]
+            pub const fn code(&self) -> u8 {
+                match self {
+                    $(Self::$name $({ $joint: _ })? => $code,)*
+                }
+            }
+
+            /// The joint at fault, counted from 0, if it is one joint's.
+            #[must_use]
+            pub const fn joint(&self) -> Option<u8> {
+                match *self {
+                    $(Self::$name $({ $joint })? => faults!(@joint $($joint)?),)*
+                }
+            }
+
+            /// The fault with this number, on this joint where it is one joint's. The inverse of [`Fault::code`] and [`Fault::joint`].
+            #[must_use]
+            pub const fn from_code(code: u8, joint: u8) -> Option<Self> {
+                Some(match code {
+                    $($code => Self::$name $({ $joint: joint })?,)*
+                    _ => return None,
+                })
+            }
+
+            /// The fault in words.
+            #[must_use]
+            pub const fn text(&self) -> &'static str {
+                match self {
+                    $(Self::$name $({ $joint: _ })? => $text,)*
+                }
+            }
+
+            /// What raises the fault.
+            #[must_use]
+            pub const fn raised(&self) -> &'static str {
+                match self {
+                    $(Self::$name $({ $joint: _ })? => $raised,)*
+                }
+            }
+
+            /// What to check after the fault, most likely causes first.
+            #[must_use]
+            pub const fn check(&self) -> &'static str {
+                match self {
+                    $(Self::$name $({ $joint: _ })? => $check,)*
+                }
+            }
+        }
+    };
+    (@joint) => { None };
+    (@joint $joint:ident) => { Some($joint) };
 }
 
-impl Fault {
-    /// The stable number.
-    #[must_use]
-    pub const fn code(&self) -> u8 {
-        match self {
-            Self::NonFiniteMeasurement { .. } => 1,
-            Self::NonFiniteReference { .. } => 2,
-            Self::StaleMeasurement => 3,
-            Self::PositionOutOfBounds { .. } => 4,
-            Self::VelocityOutOfBounds { .. } => 5,
-            Self::Overrun => 6,
-            Self::NonFiniteTorque { .. } => 7,
-            Self::ImpossibleJump { .. } => 8,
-            Self::EmergencyStop => 9,
-            Self::HeartbeatLost => 10,
-            Self::DriveFault { .. } => 11,
-            Self::SupplyOutOfBounds => 12,
-            Self::TemperatureOutOfBounds => 13,
-            Self::Collision { .. } => 14,
-            Self::FollowingError { .. } => 15,
-            Self::Overload { .. } => 16,
-            Self::DriveNotOn { .. } => 17,
-            Self::DriveOff { .. } => 18,
-            Self::ZeroLost => 19,
-            Self::Overheated { .. } => 20,
-        }
-    }
-
-    /// The joint at fault, counted from 0, if it is one joint's.
-    #[must_use]
-    pub const fn joint(&self) -> Option<u8> {
-        match *self {
-            Self::NonFiniteMeasurement { joint }
-            | Self::NonFiniteReference { joint }
-            | Self::PositionOutOfBounds { joint }
-            | Self::VelocityOutOfBounds { joint }
-            | Self::NonFiniteTorque { joint }
-            | Self::ImpossibleJump { joint }
-            | Self::DriveFault { joint }
-            | Self::Collision { joint }
-            | Self::FollowingError { joint }
-            | Self::Overload { joint }
-            | Self::DriveNotOn { joint }
-            | Self::DriveOff { joint }
-            | Self::Overheated { joint } => Some(joint),
-            Self::StaleMeasurement
-            | Self::Overrun
-            | Self::EmergencyStop
-            | Self::HeartbeatLost
-            | Self::SupplyOutOfBounds
-            | Self::TemperatureOutOfBounds
-            | Self::ZeroLost => None,
-        }
-    }
-
-    /// The fault with this number, on this joint where it is one joint's. The inverse of [`Fault::code`] and [`Fault::joint`].
-    #[must_use]
-    pub const fn from_code(code: u8, joint: u8) -> Option<Self> {
-        Some(match code {
-            1 => Self::NonFiniteMeasurement { joint },
-            2 => Self::NonFiniteReference { joint },
-            3 => Self::StaleMeasurement,
-            4 => Self::PositionOutOfBounds { joint },
-            5 => Self::VelocityOutOfBounds { joint },
-            6 => Self::Overrun,
-            7 => Self::NonFiniteTorque { joint },
-            8 => Self::ImpossibleJump { joint },
-            9 => Self::EmergencyStop,
-            10 => Self::HeartbeatLost,
-            11 => Self::DriveFault { joint },
-            12 => Self::SupplyOutOfBounds,
-            13 => Self::TemperatureOutOfBounds,
-            14 => Self::Collision { joint },
-            15 => Self::FollowingError { joint },
-            16 => Self::Overload { joint },
-            17 => Self::DriveNotOn { joint },
-            18 => Self::DriveOff { joint },
-            19 => Self::ZeroLost,
-            20 => Self::Overheated { joint },
-            _ => return None,
-        })
-    }
+faults! {
+    1 NonFiniteMeasurement { joint }
+        "measurement is not a finite number",
+        raised: "a position or velocity is NaN or infinite",
+        check: "the sensor of this joint and its cable";
+    2 NonFiniteReference { joint }
+        "reference is not a finite number",
+        raised: "a reference position, velocity or acceleration is NaN or infinite",
+        check: "the program that sends the reference";
+    3 StaleMeasurement
+        "measurement is stale",
+        raised: "the measurement is older than `age_max` ticks: it came late, or none has come since",
+        check: "the sensor's rate, the link";
+    4 PositionOutOfBounds { joint }
+        "position out of bounds",
+        raised: "a joint is beyond its limit by more than `guard.position_margin`",
+        check: "the reference and the zero of this joint; move the joint back inside by hand, then `clear`";
+    5 VelocityOutOfBounds { joint }
+        "velocity out of bounds",
+        raised: "a joint is faster than `guard.velocity_factor` times its limit",
+        check: "the gains, the payload, the encoder's scale";
+    6 Overrun
+        "control tick overran",
+        raised: "a tick had not ended when the next was due",
+        check: "the control rate, other interrupts of the board";
+    7 NonFiniteTorque { joint }
+        "computed torque is not a finite number",
+        raised: "the computed torque is NaN or infinite",
+        check: "the numbers of the model, the size of the reference";
+    8 ImpossibleJump { joint }
+        "measured position jumped farther than the joint can move",
+        raised: "a joint is farther from its last reading than it can have moved",
+        check: "the encoder and its cable; home the arm again";
+    9 EmergencyStop
+        "emergency stop",
+        raised: "the line is pressed or broken",
+        check: "the emergency stop; release it, then `clear`";
+    10 HeartbeatLost
+        "the host was silent for too long",
+        raised: "the host has been silent for longer than the arm holds",
+        check: "the host and the link";
+    11 DriveFault { joint }
+        "the drive reports a fault",
+        raised: "a joint's drive says so",
+        check: "the drive's error text";
+    12 SupplyOutOfBounds
+        "supply voltage out of bounds",
+        raised: "the board's voltage is NaN or outside `safety.supply`",
+        check: "the supply voltage, the brake resistor";
+    13 TemperatureOutOfBounds
+        "temperature out of bounds",
+        raised: "the highest temperature of board and drives is NaN or outside `safety.temperature`",
+        check: "the cooling, the load";
+    14 Collision { joint }
+        "collision",
+        raised: "a joint's external torque was above its threshold, in a scene whose `[collision]` says stop",
+        check: "the arm's surroundings; then payload, friction and thresholds of the scene";
+    15 FollowingError { joint }
+        "the joint is out of reach of where the arm holds",
+        raised: "a joint is farther than its `reach` from where it was armed, or than 1.5 times that from the way of its stop or \
+         of its lowering, but not while it gives way to a collision; or, also then, lowering waited for it for `hold_ms`, \
+         at most 0.5 s, in all",
+        check: "most likely first: 1. the payload (`payload` or `weigh` declares it); 2. a person or an obstacle that pushes the \
+         arm; 3. the drive's torque (`check-torque`); 4. live wrench and rotors; 5. the model of the arm (`newtau \
+         identify`)";
+    16 Overload { joint }
+        "the joint cannot hold what the arm carries",
+        raised: "the arm was to be armed, and a joint would need more than its torque limit to hold it there: by the model, and \
+         the payload, wrench and gravity that were told",
+        check: "payload, wrench and gravity as declared, and the posture; `clear`, correct them, and arm again";
+    17 DriveNotOn { joint }
+        "the drive did not come on",
+        raised: "the arm was to be armed, and a joint's drive did not show within 1 s that it is on",
+        check: "the drive's power, its bus and its error text; then `clear` and arm again";
+    18 DriveOff { joint }
+        "the drive went off while torque acted",
+        raised: "a joint's drive went off while torque acted",
+        check: "the drive's power and its protection against current, voltage and heat: the drive switched itself off";
+    19 ZeroLost
+        "a drive may have lost its zero while torque acted",
+        raised: "a drive may have lost its zero while torque acted",
+        check: "the drives' power: a drive may have lost its zero; home the arm again";
+    20 Overheated { joint }
+        "the joint is too hot",
+        raised: "torque acts or is about to, and a joint's motor is above 1.05 of its continuous limit by the board's heat model; \
+         only where the robot file knows the motor",
+        check: "the load and the posture; let the joint cool down";
 }
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let what = match self {
-            Self::NonFiniteMeasurement { .. } => "measurement is not a finite number",
-            Self::NonFiniteReference { .. } => "reference is not a finite number",
-            Self::StaleMeasurement => "measurement is stale",
-            Self::PositionOutOfBounds { .. } => "position out of bounds",
-            Self::VelocityOutOfBounds { .. } => "velocity out of bounds",
-            Self::Overrun => "control tick overran",
-            Self::NonFiniteTorque { .. } => "computed torque is not a finite number",
-            Self::ImpossibleJump { .. } => "measured position jumped farther than the joint can move",
-            Self::EmergencyStop => "emergency stop",
-            Self::HeartbeatLost => "the host was silent for too long",
-            Self::DriveFault { .. } => "the drive reports a fault",
-            Self::SupplyOutOfBounds => "supply voltage out of bounds",
-            Self::TemperatureOutOfBounds => "temperature out of bounds",
-            Self::Collision { .. } => "collision",
-            Self::FollowingError { .. } => "the joint is out of reach of where the arm holds",
-            Self::Overload { .. } => "the joint cannot hold what the arm carries",
-            Self::DriveNotOn { .. } => "the drive did not come on",
-            Self::DriveOff { .. } => "the drive went off while torque acted",
-            Self::ZeroLost => "a drive may have lost its zero while torque acted",
-            Self::Overheated { .. } => "the joint is too hot",
-        };
-        write!(f, "fault {}: {what}", self.code())?;
+        write!(f, "fault {}: {}", self.code(), self.text())?;
         match self.joint() {
             Some(joint) => write!(f, " (joint {})", u32::from(joint) + 1),
             None => Ok(()),

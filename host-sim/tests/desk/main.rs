@@ -17,6 +17,7 @@ mod dynamics;
 mod energy;
 mod excite;
 mod explain_command;
+mod faults;
 mod feel;
 mod first_motion;
 #[cfg(unix)]

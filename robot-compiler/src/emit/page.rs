@@ -40,12 +40,6 @@ impl Page {
         Ok(())
     }
 
-    /// Folder of the pictures that the page shows.
-    #[must_use]
-    pub fn folder(&self) -> &Path {
-        self.path.parent().unwrap_or(Path::new("."))
-    }
-
     /// Write the page back.
     ///
     /// # Errors

@@ -1,5 +1,5 @@
 //! Messages for the numbers of `docs/safety.md`, with advice. One table for each kind; a test compares them with the
-//! core's numbers.
+//! core's numbers. The words of a fault are the core's own: [`Fault`].
 
 use super::requests::Rejection;
 use crate::chip::refusal_in_words;
@@ -53,31 +53,6 @@ pub const REFUSALS: [(&str, &str); 15] = [
     ),
 ];
 
-/// Things to check after a fault, by [`Fault::code`], 1 and up.
-pub const LOOK_AT: [&str; 20] = [
-    "the sensor of this joint and its cable",
-    "the program that sends the reference",
-    "the sensor's rate, the link",
-    "the reference and the zero of this joint; move the joint back inside by hand, then `clear`",
-    "the gains, the payload, the encoder's scale",
-    "the control rate, other interrupts of the board",
-    "the numbers of the model, the size of the reference",
-    "the encoder and its cable; home the arm again",
-    "the emergency stop; release it, then `clear`",
-    "the host and the link",
-    "the drive's error text",
-    "the supply voltage, the brake resistor",
-    "the cooling, the load",
-    "the arm's surroundings; then payload, friction and thresholds of the scene",
-    "most likely first: 1. the payload (`payload` or `weigh` declares it); 2. a person or an obstacle that pushes the arm; 3. the \
-     drive's torque (`check-torque`); 4. live wrench and rotors; 5. the model of the arm (`newtau identify`)",
-    "payload, wrench and gravity as declared, and the posture; `clear`, correct them, and arm again",
-    "the drive's power, its bus and its error text; then `clear` and arm again",
-    "the drive's power and its protection against current, voltage and heat: the drive switched itself off",
-    "the drives' power: a drive may have lost its zero; home the arm again",
-    "the load and the posture; let the joint cool down",
-];
-
 /// Entry of a table by number, counted from `first`.
 fn entry<T: Copy>(table: &[T], code: u8, first: u8) -> Option<T> {
     table.get(usize::from(code.checked_sub(first)?)).copied()
@@ -101,10 +76,8 @@ pub fn state(code: u8) -> String {
 /// Message of a fault, with the things to inspect.
 #[must_use]
 pub fn fault(code: u8, joint: Option<u8>) -> String {
-    match (Fault::from_code(code, joint.unwrap_or(0)), entry(&LOOK_AT, code, 1)) {
-        (Some(fault), Some(look)) => format!("{fault}; check {look}"),
-        _ => unknown("fault", code),
-    }
+    let known = Fault::from_code(code, joint.unwrap_or(0));
+    known.map_or_else(|| unknown("fault", code), |fault| format!("{fault}; check {}", fault.check()))
 }
 
 /// State of the machine, with the reason.
@@ -203,15 +176,13 @@ pub fn limits(bits: u8) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{HOLDS, LOOK_AT, REFUSALS, STATES, denial, fault, state};
+    use super::{HOLDS, REFUSALS, STATES, denial, fault, state};
     use dynamics_core::control::Fault;
     use dynamics_core::safety::{HoldCause, Refusal, State};
     use link::Denial;
 
     #[test]
     fn every_number_of_the_core_has_its_words() {
-        let faults = (1..).map_while(|code| Fault::from_code(code, 0)).count();
-        assert_eq!(faults, LOOK_AT.len());
         assert_eq!(usize::from(State::Disarming.code()), STATES.len() - 1);
         assert_eq!(usize::from(HoldCause::FirstMotion { joint: 0 }.code()), HOLDS.len());
         assert_eq!(usize::from(Refusal::FirstMotion { joint: 0 }.code()), REFUSALS.len());
