@@ -4,7 +4,7 @@ use super::ask::Ask;
 use super::collision::{Protection, Seen, Unprotected, Verdict};
 use super::config::{Configuration, ControllerConfig, Guard};
 use super::integral::{Integral, Integrated};
-use super::law::{Law, State, torques};
+use super::law::{State, torques};
 use super::limits::{LimitFlags, hold_reference, hold_torques, reference_is_inside};
 use super::observer::TrackingObserver;
 use super::{Command, Fault, Measurement, Reference, Sensed};
@@ -279,7 +279,7 @@ where
         let standing;
         let (mut reference, mut turn, mut complies) = (reference, None, false);
         // Led by hand: the hand is no collision, and there is no reference to make up friction along.
-        let led = runs && config.law == Law::Teach;
+        let led = runs && config.law.is_led();
         if led && !protection.only_reports() {
             protection.forget();
         } else if P::WATCHES {
@@ -309,7 +309,7 @@ where
 
         let state = State { reference, q, qd, live, turn };
         // Armed or held, it stands where it is.
-        let law = if config.law == Law::Teach && !led { Law::PdGravity } else { config.law };
+        let law = if led { config.law } else { config.law.standing() };
         *torque = torques((law, complies), config, dynamics, trig, &state);
         let gives = complies || led;
         let friction_terms = dynamics.friction_terms();

@@ -36,6 +36,52 @@ pub enum Law {
     Split,
 }
 
+/// Properties of a law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LawTraits {
+    /// Who moves the arm while it runs.
+    pub guide: Guide,
+    /// What the law asks of the model.
+    pub model: ModelUse,
+    /// Who gives the torque of a joint's own spring and damper.
+    pub spring: SpringOwner,
+    /// Reason why the collision watch may only report beside this law; `None` where it may act.
+    pub not_a_collision: Option<&'static str>,
+}
+
+/// Who moves an arm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Guide {
+    /// A trajectory: the law follows its reference.
+    Reference,
+    /// A person who leads the arm by hand: the reference is where the arm is.
+    Hand,
+}
+
+/// Torque that a law asks of the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ModelUse {
+    /// None.
+    Nothing,
+    /// `ID(q, 0, 0)`.
+    Holding,
+    /// `ID(q, qd, ..)`.
+    Motion,
+    /// `ID(q_ref, qd_ref, qdd_ref)`.
+    Reference,
+}
+
+/// Owner of the spring and the damper that each joint has for itself, with a stiffness in N m/rad.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SpringOwner {
+    /// The law has no such spring.
+    Nobody,
+    /// The controller, in each tick.
+    Controller,
+    /// The drive's own loop, between two ticks.
+    Drive,
+}
+
 impl Law {
     /// All of them, by [`Law::code`].
     pub const ALL: [Self; 8] = [
@@ -62,6 +108,63 @@ impl Law {
             Self::Teach => 6,
             Self::Split => 7,
         }
+    }
+
+    /// The law with this number; the inverse of [`Law::code`].
+    #[must_use]
+    pub fn from_code(code: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|law| law.code() == code)
+    }
+
+    /// The law with this number as a parameter carries it, to the bit.
+    #[must_use]
+    pub fn from_number(number: f32) -> Option<Self> {
+        Self::ALL.into_iter().find(|law| f32::from(law.code()).to_bits() == number.to_bits())
+    }
+
+    /// Properties that machine, session, readers and reports ask for. Outside of this file no code tells laws apart by name.
+    #[must_use]
+    pub const fn traits(self) -> LawTraits {
+        let of_controller = LawTraits {
+            guide: Guide::Reference,
+            model: ModelUse::Motion,
+            spring: SpringOwner::Controller,
+            not_a_collision: None,
+        };
+        match self {
+            Self::ComputedTorque => LawTraits { spring: SpringOwner::Nobody, ..of_controller },
+            Self::Pd => LawTraits { model: ModelUse::Nothing, spring: SpringOwner::Nobody, ..of_controller },
+            Self::PdGravity | Self::DiagonalInertia => {
+                LawTraits { model: ModelUse::Holding, spring: SpringOwner::Nobody, ..of_controller }
+            }
+            Self::Feedforward => LawTraits { model: ModelUse::Reference, spring: SpringOwner::Nobody, ..of_controller },
+            Self::Impedance => of_controller,
+            Self::Teach => LawTraits {
+                guide: Guide::Hand,
+                model: ModelUse::Holding,
+                spring: SpringOwner::Nobody,
+                not_a_collision: Some("the hand that leads the arm is no collision"),
+            },
+            Self::Split => LawTraits {
+                spring: SpringOwner::Drive,
+                not_a_collision: Some("the drives' own loops give torque that the watch does not see"),
+                ..of_controller
+            },
+        }
+    }
+
+    /// True if a hand leads the arm while it runs.
+    #[inline]
+    #[must_use]
+    pub const fn is_led(self) -> bool {
+        matches!(self.traits().guide, Guide::Hand)
+    }
+
+    /// The law of an arm that is armed or held: one that is led by hand then stands where it is.
+    #[inline]
+    #[must_use]
+    pub const fn standing(self) -> Self {
+        if self.is_led() { Self::PdGravity } else { self }
     }
 
     /// True if the model's inertia turns the feedback's acceleration into torques; otherwise the fixed `M0` does.

@@ -4,7 +4,7 @@ use super::decision::{Action, Decision, Memory, Now};
 use super::measured::Seen;
 use super::ordinary::{goes_on, is_quiet};
 use super::{Actuation, Configuration, Inputs, Output, Rules, State};
-use crate::control::{Ask, Command, Fault, Law, LimitFlags, Observed, Reference};
+use crate::control::{Ask, Command, Fault, LimitFlags, Observed, Reference};
 use crate::scalar::Real;
 
 /// The state machine around a controller. See the [module](super) for its states and `docs/safety.md` for its rules.
@@ -70,7 +70,7 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         control: impl FnOnce(Ask<'_, S, N>) -> Command<S, N>,
     ) -> Output<S, N> {
         let mut output = Output::silent(self.config.rules().safe_action);
-        let led = self.config.get().law == Law::Teach;
+        let led = self.config.get().law.is_led();
         self.tick_into(&mut output, inputs, led, |ask, torque, limits| match control(*ask) {
             Command::Drive { torque: given, limits: acted } => {
                 (*torque, *limits) = (given, acted);
@@ -82,8 +82,8 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
     }
 
     /// As [`Safety::tick`], with the output written to its place. `control` writes its torques, and the limits that acted
-    /// on the reference, to where the machine holds them; they are zero and none before. `led` says whether the controller's law is
-    /// [`Law::Teach`] now: then the reference is where the arm is.
+    /// on the reference, to where the machine holds them; they are zero and none before. `led`: the controller's law
+    /// [is led](Law::is_led) now, and the reference is where the arm is.
     ///
     /// Cost beside the controller's: `O(N)`, no division, no root. An ordinary tick takes the same comparisons whatever
     /// the numbers are: the arm moves, nobody asks for anything, every joint answers.

@@ -4,7 +4,7 @@ use crate::cli::force::ForceArgs;
 use crate::cli::names::{Target, named};
 use crate::cli::output::files;
 use clap::Args;
-use dynamics_core::control::Law;
+use dynamics_core::control::{Law, SpringOwner};
 use dynamics_core::trig::Method;
 use indicatif::ProgressBar;
 use robot_compiler::check::{Severity, scene_findings};
@@ -156,9 +156,11 @@ fn scene(args: &RunArgs) -> Result<SceneFile, Failure> {
     if let Some(law) = args.law {
         scene.control.law = law;
         // What a scene with this law and no more says.
-        scene.control.teach = (law == Law::Teach)
-            .then(|| scene.control.teach.take().unwrap_or_else(|| TeachSpec::default_for(&scene.robot)));
-        if let Some(joint) = scene.robot.joints.iter().find(|joint| law == Law::Split && !joint.has_own_loop()) {
+        scene.control.teach =
+            (law.is_led()).then(|| scene.control.teach.take().unwrap_or_else(|| TeachSpec::default_for(&scene.robot)));
+        if let Some(joint) =
+            scene.robot.joints.iter().find(|joint| law.traits().spring == SpringOwner::Drive && !joint.has_own_loop())
+        {
             let named = &joint.name;
             return Err(Failure::Input(miette::miette!(
                 help = "expected a [joint.drive] of kind mit, damiao or robstride for every joint",

@@ -23,7 +23,7 @@
 //! The first four and the law can be changed where the scene says `tunable = true` under `[control]`: only then are they in RAM.
 
 use dynamics_core::InertiaBounds;
-use dynamics_core::control::{ControllerConfig, Law};
+use dynamics_core::control::{ControllerConfig, Law, SpringOwner};
 use dynamics_core::safety::Rules;
 use dynamics_core::scene::Live;
 use link::{Refusal, Setting, Value};
@@ -116,7 +116,7 @@ pub fn read<const N: usize>(
     let nominal = changeable(&mut built_in.clone(), index).map(|nominal| *nominal);
     let bounds = match index {
         ARM => Some((0.0, payload.mass)),
-        LAW => tunable.then_some((0.0, f32::from(Law::Split.code()))),
+        LAW => tunable.then_some((0.0, f32::from(Law::ALL.len() as u8 - 1))),
         _ => nominal.filter(|_| tunable && index < ARM).and_then(around),
     };
     let (low, high) = bounds.unwrap_or((f32::NAN, f32::NAN));
@@ -180,7 +180,10 @@ pub fn check<const N: usize>(
 ) -> Result<(), Refusal> {
     let Value { low, high, .. } = read(setting.index, built_in, built_in, live, payload, tunable)?;
     if setting.index == LAW && !low.is_nan() {
-        return law(setting.value).filter(|law| is_built_in(*law, built_in)).map(|_| ()).ok_or(Refusal::OutOfBounds);
+        return Law::from_number(setting.value)
+            .filter(|law| is_built_in(*law, built_in))
+            .map(|_| ())
+            .ok_or(Refusal::OutOfBounds);
     }
     if low.is_nan() || setting.index >= ARM {
         return Err(Refusal::Fixed);
@@ -189,19 +192,11 @@ pub fn check<const N: usize>(
     if setting.value >= low && setting.value <= high { Ok(()) } else { Err(Refusal::OutOfBounds) }
 }
 
-/// The law with this number; `None` where no law has it.
-fn law(number: f32) -> Option<Law> {
-    Law::ALL.into_iter().find(|law| f32::from(law.code()).to_bits() == number.to_bits())
-}
-
 /// True if the configuration has all that a law needs: the feel of an arm that is led by hand, or springs that its drives' frames can
 /// carry.
 fn is_built_in<const N: usize>(law: Law, built_in: &ControllerConfig<f32, N>) -> bool {
-    match law {
-        Law::Teach => built_in.teach.is_some(),
-        Law::Split => built_in.law == Law::Split,
-        _ => true,
-    }
+    let of_drive = |law: Law| law.traits().spring == SpringOwner::Drive;
+    (!law.is_led() || built_in.teach.is_some()) && (!of_drive(law) || of_drive(built_in.law))
 }
 
 /// Whether live inputs, all finite, can be taken.
@@ -220,7 +215,7 @@ pub fn check_live<const N: usize>(live: &Live<f32, N>, rules: &Rules<f32, N>) ->
 /// Make a setting that was checked.
 pub fn set<const N: usize>(setting: Setting, config: &mut ControllerConfig<f32, N>) {
     if setting.index == LAW {
-        config.law = law(setting.value).unwrap_or(config.law);
+        config.law = Law::from_number(setting.value).unwrap_or(config.law);
     } else if let Some(value) = changeable(config, setting.index) {
         *value = setting.value;
     }

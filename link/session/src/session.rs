@@ -18,7 +18,8 @@ use change::{Change, Changed};
 use core::borrow::BorrowMut;
 use core::fmt::Debug;
 use dynamics_core::control::{
-    Configuration, Controller, ControllerConfig, Fault, Law, Measurement, Protection, Reference, Spring, Unprotected,
+    Configuration, Controller, ControllerConfig, Fault, Measurement, Protection, Reference, Spring, SpringOwner,
+    Unprotected,
 };
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::{self, SafeAction};
@@ -300,7 +301,7 @@ where
     #[inline]
     pub fn springs(&self) -> Option<[Spring<f32>; N]> {
         let config = self.controller.config();
-        (config.law == Law::Split).then(|| core::array::from_fn(|i| config.gains[i].spring()))
+        (config.law.traits().spring == SpringOwner::Drive).then(|| core::array::from_fn(|i| config.gains[i].spring()))
     }
 
     /// The first part of a new start: forget what the controller knows. Between the parts no tick runs.

@@ -15,7 +15,7 @@ use crate::run::marks::Marks;
 use crate::run::record::{JointLabel, Record};
 use crate::run::summary::{ModelTicks, Setting, SimulatedDrives, Summary};
 use crate::run::target::Torques;
-use dynamics_core::control::{CollisionWatch, EveryNth, Law};
+use dynamics_core::control::{CollisionWatch, EveryNth, SpringOwner};
 use dynamics_core::safety::SafeAction;
 use dynamics_core::trig::Method;
 use dynamics_core::{Body, Controller, ControllerConfig, Dynamics, JointSpec, Live, Model, Real, Trig};
@@ -298,8 +298,9 @@ pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
         sensors: Sensors::new(sensors, scene.seed),
         motion,
         repeat: scene.motion.repeats(),
-        led: scene.control.law == Law::Teach,
-        springs: (scene.control.law == Law::Split).then(|| config.gains.map(|gains| gains.spring())),
+        led: scene.control.law.is_led(),
+        springs: (scene.control.law.traits().spring == SpringOwner::Drive)
+            .then(|| config.gains.map(|gains| gains.spring())),
         period: scene.period(),
         model,
     })

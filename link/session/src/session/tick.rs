@@ -4,7 +4,7 @@ use super::change::{Change, Torques, jump};
 use super::{Buffers, Session};
 use crate::meter::{Counter, Meter};
 use core::borrow::BorrowMut;
-use dynamics_core::control::{Ask, Configuration, Controller, ControllerConfig, Fault, Law, LimitFlags, Protection};
+use dynamics_core::control::{Ask, Configuration, Controller, ControllerConfig, Fault, LimitFlags, Protection};
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::{self, Actuation, SafeAction};
 use dynamics_core::trig::Trig;
@@ -73,7 +73,7 @@ where
         let Buffers { trajectory, black_box } = buffers.borrow_mut();
         let Some(record) = black_box.begin(supervisor.state()) else { return safe };
         let (mut alone, mut jumps) = (None, None);
-        let led = controller.config().law == Law::Teach;
+        let led = controller.config().law.is_led();
         let ((), all) = meter.measure(|| {
             supervisor.tick(&mut record.output, led, |ask, torque, limits| {
                 let then = change.as_ref().map(|change| tried(controller, change, ask));

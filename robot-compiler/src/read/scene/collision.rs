@@ -5,7 +5,7 @@ use crate::describe::diagnostics::FileError;
 use crate::describe::robot::Robot;
 use crate::describe::scene::{CollisionSpec, ControlSpec};
 use crate::read::table::Table;
-use dynamics_core::control::{Law, Reaction};
+use dynamics_core::control::Reaction;
 
 pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> Result<CollisionSpec, FileError> {
     const THRESHOLD: &str = "an external torque above zero, N m or N";
@@ -21,13 +21,7 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> R
         ("report", Reaction::Report),
     ];
     let reaction = table.get("reaction").map_or(Ok(Reaction::Stop), |value| value.choice(&reactions))?;
-    let problem = match control.law {
-        _ if reaction == Reaction::Report => None,
-        Law::Teach => Some("the hand that leads the arm is no collision"),
-        Law::Split => Some("the drives' own loops give torque that the watch does not see"),
-        _ => None,
-    };
-    if let Some(problem) = problem {
+    if let Some(problem) = control.law.traits().not_a_collision.filter(|_| reaction != Reaction::Report) {
         let key = if table.get("reaction").is_some() { "reaction" } else { "threshold" };
         return Err(table.error(key, problem, "`reaction = \"report\"` beside this law"));
     }

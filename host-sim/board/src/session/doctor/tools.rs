@@ -47,7 +47,7 @@ fn is_new_enough(text: &str) -> bool {
     found.is_some_and(|found| number(RUST_MIN).is_some_and(|oldest| found >= oldest))
 }
 
-/// Checks the same two ways, in the same order, as the builds in xtask/src/toolchain.rs.
+/// Checks the same two ways, in the same order, as the builds in host-sim/firmware-image/src/toolchain.rs.
 fn chip_target(needed: bool) -> Check {
     let sysroot = |rustc| ask(rustc, &["--print", "sysroot"]).said().map(PathBuf::from);
     if sysroot("rustc").is_some_and(|root| root.join("lib/rustlib").join(TARGET).join("lib").is_dir()) {

@@ -31,7 +31,7 @@ impl Operator {
     /// Another control law. A moving arm is stopped first; an arm whose law is `teach` is led from then on.
     pub(super) fn law(&mut self, law: Law) -> Result<(), Stop> {
         self.hold_if_running()?;
-        if law == Law::Teach && self.drives() && !(self.is_guidable("teach")? && self.gravity_is_good_enough()?) {
+        if law.is_led() && self.drives() && !(self.is_guidable("teach")? && self.gravity_is_good_enough()?) {
             return Ok(());
         }
         let setting = Setting { index: LAW, value: f32::from(law.code()) };
@@ -45,7 +45,7 @@ impl Operator {
                 self.say("law", &format!("law: {}", name(law)))?;
             }
         }
-        if law == Law::Teach && self.drives() { self.lead() } else { Ok(()) }
+        if law.is_led() && self.drives() { self.lead() } else { Ok(()) }
     }
 
     /// Reports how good the gravity model is, before the arm is guided by hand. Returns false, and the arm stays as it is, if a

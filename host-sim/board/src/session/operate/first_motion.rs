@@ -3,7 +3,6 @@
 use super::arm::Course;
 use super::requests::Rejection;
 use super::{Operator, Stop, messages};
-use dynamics_core::control::Law;
 use link::{Request, Status};
 use std::rc::Rc;
 
@@ -136,7 +135,7 @@ impl Operator {
         let Some(share) = self.limit() else { return Ok(true) };
         self.refused = true;
         let percent = 100.0 * share;
-        let what_to_do = match (self.arm.law == Law::Teach, self.arm.tunable) {
+        let what_to_do = match (self.arm.law.is_led(), self.arm.tunable) {
             (false, _) => "`jog` every joint a little, then lift the limits with `full-range`",
             (true, true) => {
                 "choose a law that follows a reference (`law computed-torque`), `jog` every joint a little, then lift the limits with `full-range`"
@@ -159,7 +158,7 @@ impl Operator {
 
     /// The same before a motion: only the law `teach` gives way to a hand.
     pub(super) fn may_be_guided(&mut self, name: &str) -> Result<bool, Stop> {
-        if self.arm.law == Law::Teach { self.is_guidable(name) } else { Ok(true) }
+        if self.arm.law.is_led() { self.is_guidable(name) } else { Ok(true) }
     }
 
     /// Observes a status in which torque acts.

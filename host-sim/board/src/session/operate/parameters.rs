@@ -61,11 +61,6 @@ pub(super) fn joint(word: &str, joints: &[String]) -> Option<usize> {
     joints.iter().position(|name| name == word).or_else(|| by_number().map(|number| number - 1))
 }
 
-/// Control law of a parameter's value.
-fn law_of(value: f32) -> Option<Law> {
-    Law::ALL.into_iter().find(|law| f32::from(law.code()).to_bits() == value.to_bits())
-}
-
 /// Unit of a parameter, for a joint with these units of position and torque.
 fn unit(index: u8, place: &str, force: &str) -> String {
     let per_speed = || format!("{force} s/{place}");
@@ -121,7 +116,7 @@ impl Operator {
             return Ok(());
         }
         if let Some(Ok(value)) = self.answers(&[Frame::Get(LAW)])?.pop()
-            && let Some(law) = law_of(value.value)
+            && let Some(law) = Law::from_number(value.value)
         {
             self.arm.law = law;
         }
@@ -151,7 +146,7 @@ impl Operator {
 
     /// Change a parameter and print its new value. The control law changes as by the command `law`, with its checks.
     pub(super) fn set(&mut self, setting: Setting) -> Result<(), Stop> {
-        if let Some(law) = law_of(setting.value).filter(|_| setting.index == LAW) {
+        if let Some(law) = Law::from_number(setting.value).filter(|_| setting.index == LAW) {
             return self.law(law);
         }
         let text = match self.answers(&[Frame::Set(setting)])?.pop() {
@@ -221,7 +216,7 @@ impl Operator {
             None => (String::new(), "", ""),
         };
         if index == LAW {
-            return format!("law {}", law_of(value).map_or("unknown", names::name));
+            return format!("law {}", Law::from_number(value).map_or("unknown", names::name));
         }
         if index < ARM && index % 16 == HEAT {
             return format!("{joint}{name} {}", super::report::heat_in_words(&Heat::of(value)));

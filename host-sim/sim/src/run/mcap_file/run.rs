@@ -6,7 +6,6 @@ use super::writer::Writer;
 use crate::failure::{Failure, in_file};
 use crate::run::record::{JointSample, Record};
 use crate::run::simulate::live_inputs;
-use dynamics_core::control::Law;
 use dynamics_core::control::trajectory::Motion;
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, InverseDynamics as _, Live, Trig as _};
@@ -102,7 +101,7 @@ impl<const N: usize> ModelTerms<N> {
         Ok(Self {
             dynamics: Dynamics::new(model, scene.scene(&model)),
             live: live_inputs(scene, &model),
-            motion: (scene.control.law != Law::Teach).then(|| (motion, scene.motion.repeats())),
+            motion: (!scene.control.law.is_led()).then(|| (motion, scene.motion.repeats())),
         })
     }
 

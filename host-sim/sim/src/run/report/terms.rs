@@ -6,7 +6,7 @@
 
 use crate::run::record::{JointSample, Record};
 use dynamics_core::control::trajectory::Motion;
-use dynamics_core::control::{Friction, Law};
+use dynamics_core::control::{Friction, Law, ModelUse};
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, InverseDynamics, Live, Model, Scene, Term, Trig as _};
 use report::column;
@@ -43,11 +43,11 @@ struct Uses {
 impl Uses {
     /// `None` for a law without a model, and for one that moves along no reference of its own.
     fn of(law: Law) -> Option<Self> {
-        match law {
-            Law::ComputedTorque | Law::Impedance | Law::Split => Some(Self { at_reference: false, motion: true }),
-            Law::Feedforward => Some(Self { at_reference: true, motion: true }),
-            Law::PdGravity | Law::DiagonalInertia | Law::Teach => Some(Self { at_reference: false, motion: false }),
-            Law::Pd => None,
+        match law.traits().model {
+            ModelUse::Motion => Some(Self { at_reference: false, motion: true }),
+            ModelUse::Reference => Some(Self { at_reference: true, motion: true }),
+            ModelUse::Holding => Some(Self { at_reference: false, motion: false }),
+            ModelUse::Nothing => None,
         }
     }
 }
@@ -74,7 +74,7 @@ impl<const N: usize> Contributions<N> {
                 there(matches!(known.rotor, Term::Absent)),
                 there(matches!(known.coriolis, Term::Absent)),
                 !matches!(known.gravity, Term::Absent),
-                config.friction.is_some() && scene.control.law != Law::Teach,
+                config.friction.is_some() && !scene.control.law.is_led(),
                 !matches!(known.tip_wrench, Term::Absent),
             ],
             live,
