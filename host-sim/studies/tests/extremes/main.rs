@@ -6,7 +6,7 @@
 //! change is seen. A cell that cannot meet its requirement stays in the table as failing, with the reason.
 //!
 //! Tables and page are written anew by `UPDATE_EXTREMES=1 cargo nextest run -p studies --test extremes`, twice: the page comes from the tables.
-//! What takes minutes is run by `--run-ignored only`.
+//! Tests that take minutes are run by `--run-ignored only`.
 //!
 //! | module | holds |
 //! |---|---|
