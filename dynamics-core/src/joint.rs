@@ -1,4 +1,4 @@
-//! How a person describes a joint and the link that moves with it, before it is checked.
+//! User's description of a joint and the link that moves with it, before it is checked.
 
 use crate::fields::record;
 use nalgebra::{Matrix3, Vector3};

@@ -140,7 +140,7 @@ fn unresolved<'a>(rows: &[Row<'a>]) -> Vec<&'a str> {
     rows.iter().flat_map(|row| row.entries.iter().copied()).filter(|entry| !exists(entry)).collect()
 }
 
-/// How many functions of the core have each name.
+/// Number of functions of the core with each name.
 fn definitions() -> BTreeMap<String, usize> {
     let mut folders = vec![root().join("dynamics-core/src")];
     let mut found = BTreeMap::new();

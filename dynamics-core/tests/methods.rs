@@ -22,7 +22,7 @@ use proptest::prelude::Strategy;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 
-/// How many arms of one to six joints.
+/// Number of arms, for one to six joints.
 const ARMS: [usize; 6] = [33, 33, 33, 33, 34, 34];
 
 /// An arm with a payload, a state of it, and a contact at its tip.

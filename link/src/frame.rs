@@ -287,7 +287,7 @@ pub enum Refusal {
     Undecodable(crate::DecodeError),
     /// Packets were lost before this one.
     Lost {
-        /// How many, modulo 256.
+        /// Number of packets, modulo 256.
         missed: u8,
     },
     /// A measurement, reference or live input before hellos were exchanged.

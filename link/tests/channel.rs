@@ -270,7 +270,7 @@ fn a_board_whose_generator_fails_gives_no_challenge() {
     assert_eq!(heard(&mut host, &said), [Frame::Refusal(Refusal::NoNonce)]);
 }
 
-/// What a stranger says to a host in session counts for nothing, but for the words of a board that has started anew.
+/// Open frames to a host in session count for nothing, except those of a board that has restarted.
 #[test]
 fn a_host_in_session_believes_no_open_frame() {
     let (_, mut host) = session();

@@ -47,7 +47,7 @@ fn frames() -> [(&'static str, Frame); 9] {
     ]
 }
 
-/// What a board says.
+/// Frames that a board sends.
 fn answers() -> [(&'static str, Frame); 4] {
     let status = Status {
         tick: 1,

@@ -377,7 +377,7 @@ fn all_impossible_bodies_are_found_and_everything_that_load_refuses_is_wrong() {
     assert_eq!(spoken(&of_urdf(&bare)), [("mass", "wrong")]);
 }
 
-/// What no rule speaks of is refused as when the arm is loaded, even behind a body that is impossible.
+/// A problem that no rule covers is refused as when the arm is loaded, even behind a body that is impossible.
 #[test]
 fn a_file_that_no_rule_understands_is_refused() {
     let broken = changed(

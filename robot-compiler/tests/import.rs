@@ -1,4 +1,4 @@
-//! What is wrong with a robot file is found and its cause guessed; what is missing is kept as a gap and marked.
+//! Errors of a robot file are found and their causes guessed; missing values are kept as gaps and marked.
 #![allow(clippy::unwrap_used, reason = "a test file that cannot be handled should stop the test")]
 
 use dynamics_core::trig::Libm;

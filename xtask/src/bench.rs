@@ -31,7 +31,7 @@ use crate::toolchain::rustc_version;
 use anyhow::{Context as _, Result};
 use std::path::{Path, PathBuf};
 
-/// What is asked for.
+/// Options of `bench`.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct Options {
     /// Make the instruction counts of now the baseline

@@ -46,7 +46,7 @@ Code 2: what you named is not there or does not fit, or the counter stands still
 share_of_period: {max, mean}, emulator: {instructions_per_tick, interrupt_cycles_estimate}}; the emulator's are ranges of
 firmware/budget.toml, null where it has none.";
 
-/// What is asked for.
+/// Options of `budget`.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_long_help = EXAMPLES)]
 pub(crate) struct Options {
@@ -156,7 +156,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     bounds::verdict(rows.len(), &broken)
 }
 
-/// What the link takes, into its table or printed.
+/// Prints the link's cost, and writes its table if requested.
 fn link(options: &Options) -> Result<()> {
     let ways = measure::ways(Path::new(SCENE_DEFAULT), Board::F405Can)?;
     if options.write {
@@ -170,7 +170,7 @@ fn link(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// Whether the chip's programs are built by the compiler of `firmware/budget.toml`.
+/// True if the chip's programs are built by the compiler of `firmware/budget.toml`.
 pub(crate) fn is_of_this_compiler() -> Result<bool> {
     Ok(Budget::load()?.is_of(&Toolchain::find_or_install()?.rustc()?))
 }

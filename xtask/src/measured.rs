@@ -33,7 +33,7 @@ Examples:
   cargo xtask measured --of e5b5086 --page calibration
                                            after a measurement by hand at this commit: stamp the page, with the hashes of its sources";
 
-/// What is asked for.
+/// Options of `measured`.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_long_help = EXAMPLES)]
 pub(crate) struct Options {
@@ -132,7 +132,7 @@ fn state(block: &Block, hashes: &mut Hashes) -> Result<Option<String>> {
     Ok((!changed.is_empty()).then(|| format!("changed since it was measured: {}", changed.join("; "))))
 }
 
-/// How the line of a block begins that says that the block is not current.
+/// Beginning of the line of a block that says that the block is not current.
 const MARK: &str = "**Not of the present state**: ";
 
 /// The text of a block.

@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What to do about the report page.
+/// Tasks for the report page.
 #[derive(clap::Args)]
 #[group(required = true, multiple = true)]
 pub(crate) struct Options {
@@ -26,7 +26,7 @@ pub(crate) struct Options {
     time: bool,
 }
 
-/// What bundling makes; the style sheet beside them is written by hand.
+/// Files that bundling makes; the style sheet beside them is written by hand.
 const MADE: [&str; 4] = ["viewer.js", "points.js", "uplot.css", "LICENCES.txt"];
 
 /// Scene of the picture, and the moment and the joint that it shows.
@@ -58,7 +58,7 @@ fn assets() -> PathBuf {
     root().join("host-sim/report/assets")
 }
 
-/// Whether the scripts are compared with their sources: where npm is, and where nothing may be skipped.
+/// True if the scripts are compared with their sources: if npm is there, or if nothing may be skipped.
 pub(crate) fn checks() -> bool {
     crate::setup::required() || which("npm").is_some() && which("node").is_some()
 }

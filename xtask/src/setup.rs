@@ -49,7 +49,7 @@ pub(crate) fn npm() -> Result<()> {
     if which("npm").is_some() && which("node").is_some() { Ok(()) } else { install::apt(&["nodejs", "npm"]) }
 }
 
-/// Whether nothing may be skipped for lack of a tool.
+/// True if nothing may be skipped for lack of a tool.
 pub(crate) fn required() -> bool {
     ["CI", "NEWTAU_CI"].iter().any(|name| std::env::var_os(name).is_some_and(|value| !value.is_empty()))
 }

@@ -41,7 +41,7 @@ pub struct Rotors<S, const N: usize> {
     pub gear: [S; N],
 }
 
-/// Whether the links' tensors contain the rotors' inertia about their own axes.
+/// Presence of the rotors' inertia about their own axes in the links' tensors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Carried {
     /// In the tensor of the link that carries it: only the coupling is missing.

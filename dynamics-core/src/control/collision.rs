@@ -121,7 +121,7 @@ pub struct Seen<'a, S, const N: usize> {
 
 /// A watch over a controller. [`Unprotected`] costs nothing.
 pub trait Protection<S, const N: usize> {
-    /// Whether the protection ever looks. Where it does not, the tick is compiled as if there were no protections.
+    /// True if the protection ever looks. If not, the tick is compiled as if there were no protections.
     const WATCHES: bool = true;
 
     /// Look at the state of this tick. Returns sine and cosine too if it computed them, so that the tick can reuse

@@ -24,7 +24,7 @@ struct Memory<S, const N: usize> {
     fault: Option<Fault>,
 }
 
-/// What a controller knows by itself where no machine around it observes the joints and holds the torques.
+/// State used only when the controller runs without the safety state machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Alone<S, const N: usize> {
     observed: Observed<S, N>,

@@ -85,7 +85,7 @@ impl BitOrAssign for LimitFlags {
     }
 }
 
-/// Whether every value of a reference is a finite number and no limit acts on it.
+/// True if every value of a reference is a finite number and no limit acts on it.
 ///
 /// Nearly every tick takes this path: two comparisons for the position, one for the velocity, and one for all
 /// accelerations.

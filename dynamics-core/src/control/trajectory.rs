@@ -69,7 +69,7 @@ pub enum Motion<S, const N: usize> {
     Hold {
         /// Where, rad or m.
         q: [S; N],
-        /// How long, s.
+        /// Duration, s.
         duration: S,
     },
     /// Quintic polynomials through points.

@@ -1,4 +1,4 @@
-//! How long frames take on a CAN bus.
+//! Duration of frames on a CAN bus.
 //!
 //! Worst cases: as many stuff bits as the frame's kind can have, whatever its identifier and its data.
 //!

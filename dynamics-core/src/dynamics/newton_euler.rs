@@ -267,7 +267,7 @@ fn moment_of_starting<S: Scalar>(j: &Matrix3<S>, al: &Vector3<S>) -> Vector3<S> 
     )
 }
 
-/// How a turning link accelerates the points fixed to it.
+/// Acceleration of points fixed to a turning link.
 enum Spin<S> {
     /// No angular velocity: `alpha x p`.
     Starting(Vector3<S>),

@@ -86,7 +86,7 @@ impl fmt::Display for ModelError {
 
 impl core::error::Error for ModelError {}
 
-/// How far a published axis, rotation or symmetric tensor may be from exact: six printed digits.
+/// Tolerance for published axes, rotations and symmetric tensors: six printed digits.
 const PRINTED: f64 = 1e-6;
 
 pub(super) fn joint(joint: &JointSpec, physical: bool) -> Result<(), Impossible> {

@@ -622,7 +622,7 @@ fn inputs_are_old<S, const N: usize>(inputs: &Inputs<S, N>, rules: &Rules<S, N>)
     rules.live != 0 && rules.live_max != 0 && inputs.live_age > rules.live_max
 }
 
-/// How far the arm may be from where it holds, as a multiple of the joint's reach. A stop may begin because the reference is out
+/// Greatest distance of the arm from where it holds, as a multiple of the joint's reach. A stop may begin because the reference is out
 /// of reach, and the arm then needs room to come back.
 const ARMED_REACH: f64 = 1.0;
 const HOLDING_REACH: f64 = 1.5;
@@ -668,7 +668,7 @@ fn external<S: Real, const N: usize>(inputs: &Inputs<S, N>, rules: &Rules<S, N>)
     None
 }
 
-/// Whether the measurement is free of faults and the arm at rest, as homing and arming need.
+/// Checks that the measurement is free of faults and the arm at rest, as homing and arming need.
 fn standing<S: Real, const N: usize>(
     seen: &Seen<'_, S, N>,
     judged: Option<Fault>,

@@ -32,7 +32,7 @@ pub(super) fn is_quiet<S: Real, const N: usize>(inputs: &Inputs<S, N>, rules: &R
         && inside(inputs.temperature, rules.temperature)
 }
 
-/// Whether the arm is where it can be and able to stop, and so is the reference, near the arm. `last` are the positions of the tick
+/// True if arm and reference are within bounds, close to each other, and able to stop in time. `last` are the positions of the tick
 /// before.
 ///
 /// With the way `d` that a joint needs to stop, `|qd| latency + qd^2 / (2 a)` in the direction of `qd`, it stays within `c - h` and
@@ -90,7 +90,7 @@ fn half_way<S: Real, const N: usize>(qd: S, rules: &Rules<S, N>, i: usize) -> S 
     qd * (qd.abs() * per_speed + half_latency)
 }
 
-/// How far from the middle of its range a joint comes.
+/// Greatest distance of a joint from the middle of its range.
 #[inline]
 fn reach<S: Real>(q: S, half_way: S, range: (S, S)) -> S {
     (q + half_way - middle(range)).abs() + half_way.abs()

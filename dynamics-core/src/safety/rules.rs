@@ -84,8 +84,8 @@ record! {
         pub safe_action: SafeAction,
         /// Longest silence of the host, ticks.
         pub heartbeat_max: u32,
-        /// How long the arm holds without the host before the safe action; up to half a second of it also how long lowering waits in all for
-        /// joints that lag, ticks.
+        /// Time that the arm holds without the host before the safe action, ticks. Up to half a second of it is also the longest total
+        /// wait of lowering for joints that lag.
         pub hold_max: u32,
         /// Lowest and highest supply voltage, V.
         pub supply: (S, S),

@@ -65,7 +65,7 @@ impl Bars {
     }
 }
 
-/// How far a matrix is off, relative to its largest entry.
+/// Error of a matrix, relative to its largest entry.
 fn off<const R: usize, const C: usize>(found: &SMatrix<f64, R, C>, wanted: &SMatrix<f64, R, C>) -> f64 {
     difference(found.as_slice(), wanted.as_slice())
 }

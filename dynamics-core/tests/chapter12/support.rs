@@ -118,7 +118,7 @@ pub fn largest<const M: usize>(errors: [f64; M]) -> f64 {
     errors.into_iter().fold(0.0, larger)
 }
 
-/// How far each number is off, over its own size.
+/// Relative error of each number.
 pub fn shares<const M: usize>(found: [f64; M], wanted: [f64; M]) -> [f64; M] {
     core::array::from_fn(|i| (found[i] / wanted[i] - 1.0).abs())
 }

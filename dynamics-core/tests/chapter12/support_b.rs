@@ -230,7 +230,7 @@ pub fn difference(found: &[f64], wanted: &[f64]) -> f64 {
     crate::common::relative_error(found, wanted)
 }
 
-/// How far printed forms are off, each within a thousandth of the stated value: neither more nor less.
+/// Asserts that printed forms are off by the stated values, each within a thousandth: neither more nor less.
 #[track_caller]
 pub fn assert_stated(found: &[f64], stated: &[f64]) {
     let near = |(found, stated): (&f64, &f64)| (found - stated).abs() <= 1e-3 * stated.abs() && *stated > 1e-6;

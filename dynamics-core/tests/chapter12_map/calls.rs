@@ -1,4 +1,4 @@
-//! Whether a test calls a function of the workspace, by itself or through the helpers of its file and of the folders beside it.
+//! Calls from a test to functions of the workspace, direct or through the helpers of its file and of the folders beside it.
 
 use super::source::{Function, Import, Token, calls, functions, imports, tokens};
 use std::collections::BTreeSet;
@@ -34,7 +34,7 @@ pub(crate) fn sources(root: &Path, file: &str) -> Vec<Source> {
     texts.iter().map(|text| Source::of(text)).collect()
 }
 
-/// What a test reaches: bodies, as file and function.
+/// Function bodies that a test reaches, with their files.
 pub(crate) struct Reached<'a> {
     sources: &'a [Source],
     bodies: Vec<(usize, &'a [Token])>,

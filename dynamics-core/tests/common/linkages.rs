@@ -77,7 +77,7 @@ pub fn turn(angle: f64) -> SinCos<f64> {
     SinCos { sin: angle.sin(), cos: angle.cos() }
 }
 
-/// How far the forces of a loop miss Newton's and Euler's equations of its three links (12.37-12.42 with 12.41 corrected):
+/// Largest error of a loop's forces in Newton's and Euler's equations of its three links (12.37-12.42 with 12.41 corrected):
 /// relative to the largest joint force, and for moments to that at the ends of the link.
 pub fn missed<L: Linkage<f64>>(case: &Case<L>) -> f64 {
     let (posture, motion) = (case.posture(), case.motion());

@@ -296,7 +296,7 @@ fn an_undeclared_payload_is_lowered_or_let_go_in_time_without_a_bounce() {
     }
 }
 
-/// What the torque limit cannot carry gets ahead of the reference: the arm is let go, and damped, before the joint is fast.
+/// A payload beyond the torque limit gets ahead of the reference: the arm is let go, and damped, before the joint is fast.
 #[test]
 fn a_payload_that_is_too_heavy_ends_in_the_safe_action_without_a_bounce() {
     let mut world = World::left_alone(|config| {
@@ -414,7 +414,7 @@ fn a_hold_while_lowering_waits_relieves_the_obstacle_and_does_not_creep() {
     assert!(moved.abs() <= SPEED * PERIOD * HOLD as f32 * 1.1, "{moved} rad");
 }
 
-/// What is in the way of a lowered arm with brakes says nothing against its torque either.
+/// An obstacle in the way of a lowered arm with brakes is no argument against its torque either.
 #[test]
 fn an_arm_with_brakes_that_waited_for_too_long_is_held_until_they_have_engaged() {
     let mut world = World::left_alone(|config| {

@@ -130,7 +130,7 @@ struct Expected {
     refused: Option<u8>,
 }
 
-/// Whether something is so in a case.
+/// Condition on a case.
 type Holds = fn(&Case) -> bool;
 
 /// A row: it applies where `from` and `when` hold and no row before it did.

@@ -27,7 +27,7 @@ fn motions() -> [Motion<f64, 2>; 3] {
     ]
 }
 
-/// How much of its tightest bound a motion uses, by sampling.
+/// Share of its tightest bound that a motion uses, by sampling.
 fn used(motion: &Motion<f64, 2>, bounds: &Bounds<f64, 2>) -> f64 {
     let (velocity, acceleration) = sampled_peaks(motion, 50_000);
     (0..2).fold(0.0, |most, i| {

@@ -25,7 +25,7 @@ fn motion() -> Motion<f64, 2> {
     Motion::quintic(&points, Timing::Durations(&[0.4, 0.5]), &Bounds::none()).unwrap()
 }
 
-/// How much of its torque limit the motion takes at most, by sampling.
+/// Largest share of its torque limit that the motion uses, by sampling.
 fn used(motion: &Motion<f64, 2>, arm: &Dynamics<f64, 2>, limits: [f64; 2], samples: u32) -> f64 {
     moments(motion.duration(), samples).fold(0.0, |most: f64, t| {
         let r = motion.sample(t);

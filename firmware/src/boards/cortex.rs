@@ -1,4 +1,4 @@
-//! What boards with a Cortex-M4 share, whatever the chip around it: the cycle counter, nonces of random words, and the end of the program.
+//! Parts that boards with a Cortex-M4 share, whatever the chip: the cycle counter, nonces of random words, and the end of the program.
 
 use link::{Cost, Nonce, NonceSource};
 use session::meter::Counter;

@@ -7,7 +7,7 @@
 //! | the idle line | a zero, which ends a packet |
 //! | the sending stream | [`transmit`], all at once |
 //!
-//! What these three take is no part of the link's cost.
+//! The cost of these three is no part of the link's cost.
 
 use super::pac::{Interrupt, USART2};
 use core::sync::atomic::{AtomicU8, AtomicUsize, Ordering, fence};

@@ -36,9 +36,9 @@ pub enum KeyError {
         path: PathBuf,
         /// The line, counted from 1.
         line: usize,
-        /// What is there.
+        /// Found content.
         found: String,
-        /// What should be there.
+        /// Expected content.
         expected: &'static str,
     },
     /// Others than the owner can read the file.

@@ -93,7 +93,7 @@ fn for_the_bench(scene: &Path, board: Board) -> Result<()> {
     Ok(())
 }
 
-/// What the scene's frames take of the board's CAN buses; none on a board without.
+/// Schedules of the scene's frames on the board's CAN buses; none on a board without.
 ///
 /// # Errors
 /// [`BadInput`]: drives that the board does not reach, or a rate that its buses do not hold.

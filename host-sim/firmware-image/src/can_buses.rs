@@ -1,4 +1,4 @@
-//! What a scene's frames take of its board's CAN buses, and whether they fit.
+//! Load of a scene's frames on its board's CAN buses, and whether they fit.
 //!
 //! The same numbers are held when the board is compiled ([`dynamics_core::drive::bus_time`]); here a scene that does not fit is refused in
 //! its line, before the compiler starts.
@@ -14,9 +14,9 @@ use toml_edit::{Document, Item};
 /// The CAN controllers of a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CanBuses {
-    /// How many.
+    /// Number of controllers.
     pub count: u8,
-    /// Whether they know FD frames.
+    /// True if they support FD frames.
     pub fd: bool,
 }
 

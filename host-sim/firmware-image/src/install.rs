@@ -14,7 +14,7 @@ pub fn qemu() -> Result<()> {
     if which("qemu-system-arm").is_some() { Ok(()) } else { apt(&["qemu-system-arm"]) }
 }
 
-/// How Debian packages are installed here.
+/// Method of installing Debian packages here.
 enum Installer {
     Root,
     Sudo,

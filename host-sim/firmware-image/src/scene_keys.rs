@@ -31,7 +31,7 @@ impl SceneKeys {
         Ok(self.path.parent().unwrap_or(Path::new("")).join(robot))
     }
 
-    /// Whether the model is compiled into a kernel; only a kernel can run from SRAM.
+    /// True if the model is compiled into a kernel; only a kernel can run from SRAM.
     pub fn has_a_kernel(&self) -> bool {
         let kernel = self.table.get("control").and_then(|control| control.get("kernel")?.as_str());
         kernel != Some("generic")

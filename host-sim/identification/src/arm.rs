@@ -1,4 +1,4 @@
-//! What identification sees of an arm.
+//! An arm as identification sees it.
 
 use dynamics_core::regressor::{PARAMETER_NAMES, PARAMETERS, inverse_dynamics_regressor};
 use dynamics_core::trig::Libm;

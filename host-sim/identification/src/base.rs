@@ -8,7 +8,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 
 /// States that the combinations are found from; each gives a row for every joint.
 const STATES: usize = 60;
-/// What is left of a column beside those before it, as a share, from which on it is one of its own.
+/// Remainder of a column after those before it, as a share, from which on it is one of its own.
 const INDEPENDENT: f64 = 1e-8;
 /// Coefficients of a combination below this are rounding.
 const NOTHING: f64 = 1e-9;

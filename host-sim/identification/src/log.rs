@@ -203,9 +203,9 @@ pub struct BadLog {
     pub file: String,
     /// Line and column.
     pub place: String,
-    /// What is there.
+    /// Found content.
     pub found: String,
-    /// What should be.
+    /// Expected content.
     pub expected: String,
 }
 

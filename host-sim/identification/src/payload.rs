@@ -1,4 +1,4 @@
-//! What an arm holds, from a log against a known arm.
+//! Payload of an arm, from a log against a known arm.
 //!
 //! The load is ten parameters more on the last link: `tau - tau_known = Y_n p + friction`. Friction drifts with temperature between two
 //! logs, so its coefficients are estimated anew, near those of the known arm. Every row counts by how many neighbours say the same, and
@@ -172,7 +172,7 @@ impl Known {
         prior
     }
 
-    /// How the estimate follows an error of the known base parameters: `A^T W Y_b`.
+    /// Coupling of the estimate to an error of the known base parameters: `A^T W Y_b`.
     fn through(&self, rows: &[Rows], asked: &[Rows], sigma: &[f64], weights: &[Vec<f64>], more: usize) -> DMatrix<f64> {
         let b = self.base.len();
         let mut sum = DMatrix::zeros(PARAMETERS + more, b);

@@ -3,7 +3,7 @@
 use crate::hypotheses::{Explanation, Findings};
 use crate::identify::{Identified, Prediction, rms};
 
-/// What becomes of an identified model.
+/// Judgement of an identified model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Grade {
     /// The model explains logs that it has not seen, with plausible parameters.
@@ -96,7 +96,7 @@ pub struct Errors {
 const CONDITION: f64 = 200.0;
 /// Share of the maker's uncertainty that is left from which on a joint counts as not excited.
 const UNEXCITED: f64 = 0.6;
-/// How much better all torques together must be than before, as a ratio, unless they were good: relative error.
+/// Largest error of all torques together over that before, and the relative error up to which this does not count.
 const BETTER: (f64, f64) = (0.97, 0.05);
 /// Error of one joint over that before from which on it is worse, and from which size of it.
 const WORSE: (f64, f64) = (1.5, 0.1);

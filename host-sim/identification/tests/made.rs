@@ -29,7 +29,7 @@ pub(crate) fn parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) 
     all.into_iter().map(|(_, result)| result).collect()
 }
 
-/// What a log is made with.
+/// Settings of a made log.
 #[derive(Clone, Copy)]
 pub(crate) struct Making {
     /// s.

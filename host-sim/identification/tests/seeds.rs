@@ -5,7 +5,7 @@ use crate::made::{Making, Random, log};
 use identification::base::Base;
 use identification::identify::{Settings, identify};
 
-/// How many seeds of these have each base parameter within three of its stated deviations, and the root mean square of the error over the
+/// For each base parameter, the number of seeds with it within three stated deviations, and the root mean square of the error over the
 /// deviation.
 fn coverage(seeds: std::ops::Range<u64>) -> (Vec<usize>, f64) {
     let known = load("yam.toml");

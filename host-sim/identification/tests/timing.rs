@@ -101,7 +101,7 @@ fn stamps_that_jitter_are_replaced_by_an_even_clock() {
     assert_eq!(clock::repaired(&even).time, even.time);
 }
 
-/// What spoils a log of the coverage.
+/// Number of kinds of logs in the coverage.
 const KINDS: usize = 5;
 
 fn spoilt(known: &Known, truth: &[f64], seed: u64, kind: usize) -> Log {

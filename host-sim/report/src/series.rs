@@ -17,7 +17,7 @@ pub struct Series {
     pub(crate) points: Vec<Point>,
 }
 
-/// How the points of a series are drawn.
+/// Style of a series' points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Points,

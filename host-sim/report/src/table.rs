@@ -35,7 +35,7 @@ impl Cell {
         Self { command: Some(command.into()), ..self }
     }
 
-    /// What stands in the cell. A command is reached by pointer and by keyboard, as that of a point in a figure is.
+    /// Content of the cell. A command is reached by pointer and by keyboard, as that of a point in a figure is.
     fn content(&self) -> String {
         let text = html(&self.text);
         self.command.as_deref().map(html).map_or(text.clone(), |command| {
@@ -53,7 +53,7 @@ impl<T: Into<String>> From<T> for Cell {
 /// Longest text that is not broken into lines, characters.
 const LINE_MAX: usize = 28;
 
-/// How the cells of a column stand.
+/// Alignment of a column's cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Column {
     /// Numbers, at the right.
@@ -100,7 +100,7 @@ impl Table {
         self.rows.push(cells);
     }
 
-    /// How a column stands, by what is in it. The first, with the rows' names, is styled by its place.
+    /// Alignment of a column, by its contents. The first, with the rows' names, is styled by its place.
     fn column(&self, index: usize) -> Column {
         let cells = || self.rows.iter().filter_map(|row| row.get(index));
         if index == 0 {

@@ -3,7 +3,7 @@
 use clap::Args;
 use sim::output::Output;
 
-/// Whether files that exist may be overwritten.
+/// Permission to overwrite files that exist.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub struct ForceArgs {
     /// Overwrite files that exist. Otherwise only files are replaced that newtau wrote and nobody changed since.

@@ -23,7 +23,7 @@ pub enum Target {
     Qemu,
 }
 
-/// Whether an effect counts.
+/// Inclusion of an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Presence {
     /// It counts.

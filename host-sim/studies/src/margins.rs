@@ -157,7 +157,7 @@ fn friction(scene: &SceneFile) -> Option<Vec<JointFriction>> {
     (scene.plant.friction && laws.iter().any(|law| *law != JointFriction::default())).then_some(laws)
 }
 
-/// How far one number may go.
+/// Margin of one number.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Margin {
     /// The number.
@@ -170,7 +170,7 @@ pub struct Margin {
     pub kept: Option<f64>,
     /// The nearest value with which it was lost; `None` if it never was.
     pub lost: Option<f64>,
-    /// What happened there.
+    /// Cause of the loss.
     pub why: Option<String>,
     /// Why nothing was tried.
     pub missing: Option<&'static str>,
@@ -185,7 +185,7 @@ pub struct Margins {
     pub margins: Vec<Margin>,
 }
 
-/// How the arm was lost in a run; `None` if it was not.
+/// Cause of the arm's loss in a run; `None` if it was kept.
 fn lost(run: &Run) -> Option<String> {
     let joint = |number: usize| run.record.joints().get(number - 1).map_or("", |joint| joint.name.as_str()).to_owned();
     match (&run.end, run.summary.faults.first(), &run.summary.supervision.out_of_reach) {

@@ -131,7 +131,7 @@ impl Browser {
         self.value(beyond).as_f64().unwrap()
     }
 
-    /// What the pages complained about, and what they asked the network for.
+    /// Complaints of the pages, and their requests to the network.
     pub(crate) fn complaints(&self) -> Vec<String> {
         let said = |event: &Value| match event["method"].as_str()? {
             "Runtime.exceptionThrown" | "Runtime.consoleAPICalled" | "Log.entryAdded" => Some(event.to_string()),

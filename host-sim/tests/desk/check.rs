@@ -262,7 +262,7 @@ fn figures_come_from_the_scene_and_stand_beside_those_of_the_standard() {
     assert!(code == 2 && error.contains("a scene of another robot"), "{error}");
 }
 
-/// What was not found before: the reBot's shoulder needs 15.5 N m in its worst posture, and its motor gives 11 N m for ever; the YAM's
+/// Findings that were missing: the reBot's shoulder needs 15.5 N m in its worst posture, and its motor gives 11 N m for ever; the YAM's
 /// needs 15.3 of 9.
 #[test]
 fn shoulders_that_overheat_are_found() {

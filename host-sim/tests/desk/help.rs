@@ -1,4 +1,4 @@
-//! What the program says of itself: commands, help on one screen, examples that run.
+//! The program's description of itself: commands, help on one screen, examples that run.
 
 use crate::program::{at_the_top, new, printed, told};
 use clap::CommandFactory as _;

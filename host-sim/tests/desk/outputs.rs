@@ -1,4 +1,4 @@
-//! What exists is not overwritten, by any command that writes.
+//! No command that writes overwrites what exists.
 
 use crate::program::{at_the_top, new, told};
 use std::fs;

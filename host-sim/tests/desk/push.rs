@@ -40,7 +40,7 @@ fn in_run() -> Option<usize> {
     shows.map(|tick| tick - 1)
 }
 
-/// What the board of `connect` measures in each of its ticks. The brakes hold the arm until it is armed, in tick `arm`.
+/// Measurements of the board of `connect` in each of its ticks. The brakes hold the arm until it is armed, in tick `arm`.
 fn measured(pushed: bool, arm: u32) -> Vec<(u32, SensedLines)> {
     let scene = scene(pushed);
     let model = scene.robot.model::<2>().unwrap();

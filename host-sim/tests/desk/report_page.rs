@@ -13,7 +13,7 @@ use std::sync::atomic::AtomicBool;
 /// Largest page, bytes.
 pub(crate) const BYTES_MAX: usize = 2_000_000;
 
-/// Whether the page's scripts are through.
+/// True if the page's scripts have finished.
 pub(crate) const READY: &str = "document.getElementById('viewer').dataset.ready === 'yes'";
 
 pub(crate) fn scene(name: &str) -> SceneFile {
@@ -171,7 +171,7 @@ fn a_minute_of_motion_fits_in_two_megabytes() {
     assert!(html.contains("Every 3") && html.contains("is in this page, as it was"));
 }
 
-/// What the charts say at the cursor.
+/// Text of the charts at the cursor.
 const VALUES: &str = "[...document.querySelectorAll('.chart')].map((chart) => chart.querySelector('h3').textContent + ': ' + \
                       [...chart.querySelectorAll('.values span')].map((one) => one.textContent).join('; '))";
 

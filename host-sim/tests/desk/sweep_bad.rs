@@ -5,7 +5,7 @@ use crate::sweep::{folder, unbroken};
 use std::fs;
 use std::path::Path;
 
-/// What is changed in the study, the line of the message, and words that it has.
+/// Text of the study, its replacement, the line of the message, and words in it.
 type Bad = (&'static str, &'static str, usize, &'static [&'static str]);
 
 const BAD: [Bad; 33] = [

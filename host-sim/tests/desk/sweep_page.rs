@@ -194,7 +194,7 @@ fn figure(caption: &str) -> String {
     )
 }
 
-/// What the points or bars of a figure say, with numbers of the shape drawn for each. None has a command, is a stop of the keyboard, or
+/// Texts of the points or bars of a figure, with numbers of the shape drawn for each. None has a command, is a stop of the keyboard, or
 /// looks as if it could be pressed.
 fn said(browser: &mut Browser, caption: &str, shape: &str) -> Vec<(String, f64)> {
     let figure = figure(caption);

@@ -10,7 +10,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// What a command prints that a shell runs in a folder.
+/// Output of a command that a shell runs in a folder.
 fn done(command: &str, folder: &Path) -> String {
     let programs = Path::new(env!("CARGO_BIN_EXE_newtau")).parent().unwrap();
     let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap());

@@ -1,4 +1,4 @@
-//! What engines are given: scripts whose shards merge to the bytes of one process.
+//! Scripts for engines: their shards merge to the bytes of one process.
 
 use crate::program::{at_its_fixtures, printed, told};
 use crate::sweep::{folder, unbroken};

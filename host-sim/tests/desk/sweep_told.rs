@@ -1,4 +1,4 @@
-//! What the results of a study say: units, confidence, how runs ended, what the study was, and how a run is repeated.
+//! Results of a study: units, confidence, how runs ended, what the study was, and how a run is repeated.
 
 use crate::sweep::{cells, folder};
 use dynamics_core::JointKind::{Prismatic, Revolute};

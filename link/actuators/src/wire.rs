@@ -41,7 +41,7 @@ pub fn length(id: u32, extended: bool, data: &[u8]) -> u32 {
     (bits.len() + stuff_bits(&bits)) as u32 + 10 + 3
 }
 
-/// How many bits stuffing adds: one of the other kind after five alike, which itself counts for the next five.
+/// Number of bits that stuffing adds: one of the other kind after five alike, which itself counts for the next five.
 #[must_use]
 pub fn stuff_bits(bits: &[bool]) -> usize {
     let (mut last, mut alike, mut added) = (None, 0, 0);

@@ -164,7 +164,7 @@ fn rules<const N: usize>(setup: &Setup) -> Rules<f32, N> {
     }
 }
 
-/// What the board says that it is.
+/// Hello of the board.
 #[must_use]
 pub const fn own(joints: u8) -> Hello {
     Hello { robot: 7, joints, rate_hz: 1.0 / PERIOD as f32, pacing: Pacing::LockStep }

@@ -27,7 +27,7 @@ pub enum Setting {
 ///
 /// Total, as everything here: a NaN makes no frame, and no reply that could be misread is taken.
 pub trait Frames {
-    /// Whether identifiers of commands depend on what is commanded, so that the order of sending changes from tick to tick.
+    /// True if identifiers of commands depend on what is commanded, so that the order of sending changes from tick to tick.
     const COMMAND_IN_IDENTIFIER: bool = false;
 
     /// Identifiers of commands and replies.

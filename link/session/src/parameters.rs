@@ -167,7 +167,7 @@ fn value<const N: usize>(index: u8, config: &ControllerConfig<f32, N>, live: &Li
     })
 }
 
-/// Whether a setting can be made.
+/// Check that a setting can be made.
 ///
 /// # Errors
 /// [`Refusal::NoParameter`], [`Refusal::Fixed`], [`Refusal::OutOfBounds`].
@@ -199,7 +199,7 @@ fn is_built_in<const N: usize>(law: Law, built_in: &ControllerConfig<f32, N>) ->
     (!law.is_led() || built_in.teach.is_some()) && (!of_drive(law) || of_drive(built_in.law))
 }
 
-/// Whether live inputs, all finite, can be taken.
+/// Check that live inputs, all finite, can be taken.
 ///
 /// # Errors
 /// [`Refusal::OutOfBounds`].

@@ -115,7 +115,7 @@ pub struct Session<const N: usize, D, T, K, C = ControllerConfig<f32, N>, P = Un
     left_live: bool,
 }
 
-/// What tells two sessions of one build apart: without constants, and of the controller its fault and live inputs alone.
+/// State that tells two sessions of one build apart: without constants, and of the controller its fault and live inputs alone.
 impl<const N: usize, D, T, K, C, P, B> Debug for Session<N, D, T, K, C, P, B>
 where
     D: InverseDynamics<f32, N>,

@@ -50,7 +50,7 @@ pub struct Way<const N: usize> {
     ticks: u16,
 }
 
-/// What the acceleration in `s` of a way of so many seconds is to be multiplied by to be the coefficient of `s^2`.
+/// Factor that turns the acceleration of a way of so many seconds into the coefficient of `s^2`.
 fn square(duration: f32) -> f32 {
     0.5 * duration * duration
 }

@@ -72,7 +72,7 @@ impl HostChannel {
         self.codec.encoder.encode_open(&Frame::Join(nonce))
     }
 
-    /// Whether the board is one to talk to. Sends nothing, and begins nothing.
+    /// Check that the board is one to talk to. Sends nothing, and begins nothing.
     ///
     /// # Errors
     /// [`Distrust`]: the board is not one to talk to with this key, or without one.

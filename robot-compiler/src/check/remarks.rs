@@ -1,4 +1,4 @@
-//! What the reader of a file noticed: names that it does not know, and what it had to assume.
+//! Remarks of a file's reader: names that it does not know, and what it had to assume.
 
 use super::{Finding, Rule, Severity};
 use crate::describe::draft::{Draft, RemarkKind};

@@ -49,7 +49,7 @@ fn product<'a>(a: &'a [f64], b: &'a [f64], c: &'a [f64]) -> impl Iterator<Item =
     a.iter().flat_map(move |a| b.iter().flat_map(move |b| c.iter().map(move |c| (a, b, c))))
 }
 
-/// What may be meant by an angle; near half a turn also from the other side.
+/// Angles that may be meant by this one; near half a turn also from the other side.
 fn candidates(angle: f64, slack: f64) -> Vec<f64> {
     let mut all = near(angle, slack);
     if angle.abs() > 3.0 {

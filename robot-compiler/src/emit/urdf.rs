@@ -129,7 +129,7 @@ fn joint_element(joint: &TreeJoint, of_robot: Option<&RobotJoint>) -> String {
     format!("  <joint name=\"{}\" type=\"{kind}\">\n{inside}  </joint>\n", escaped(&joint.name))
 }
 
-/// Whether `<limit>` of version 1.0 can say it: all of it there, or all of it missing on a joint that turns.
+/// True if `<limit>` of version 1.0 can express the limits: all of them there, or all missing on a joint that turns.
 fn is_limited(kind: JointKind, limits: &Limits<f64>) -> bool {
     let (lowest, highest) = limits.position;
     let torque_and_speed = limits.velocity.is_finite() && limits.torque.is_finite();

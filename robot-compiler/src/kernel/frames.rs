@@ -197,7 +197,7 @@ pub(super) const TURNING: Turning = Turning {
     both: |a, b| SinCos { sin: a.sin * b.cos + a.cos * b.sin, cos: a.cos * b.cos - a.sin * b.sin },
 };
 
-/// Whether a rotation leaves the z axis where it is (1) or turns it over (-1).
+/// Returns 1 if a rotation leaves the z axis where it is, -1 if it turns it over.
 fn along_z(rotation: &Matrix3<f64>) -> Option<f64> {
     let z = rotation.m33;
     // Rotations of the model have exact zeros and ones at right angles.

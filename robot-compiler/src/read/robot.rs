@@ -150,7 +150,7 @@ fn no_ends(path: &Path, ends: Ends<'_>) -> Result<(), FileError> {
     })
 }
 
-/// Whether a robot file is a URDF, by its extension; otherwise it is TOML.
+/// True if a robot file is a URDF, by its extension; otherwise it is TOML.
 fn is_urdf(path: &Path) -> Result<bool, FileError> {
     const EXPECTED: &str = "a robot file: .toml or .urdf";
     if path.is_dir() {

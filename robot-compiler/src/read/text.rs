@@ -67,7 +67,7 @@ fn decoded(bytes: Vec<u8>) -> Result<String, (String, &'static str)> {
     })
 }
 
-/// What a text is that no reader of ours can use, and what to do about it.
+/// Kind of a text that no reader of ours can use, and what to do about it.
 fn recognised(text: &str) -> Option<(&'static str, &'static str)> {
     let start: String =
         text.trim_start_matches('\u{feff}').trim_start().chars().take(200).collect::<String>().to_lowercase();

@@ -26,22 +26,22 @@ enum What {
         /// The same firmware with its kernel in SRAM
         #[arg(long)]
         sram: Option<PathBuf>,
-        /// How many ticks are counted
+        /// Number of ticks to count
         #[arg(long)]
         ticks: usize,
-        /// How many of them are traced
+        /// Number of them to trace
         #[arg(long)]
         traced: usize,
     },
-    /// How late the timer's ticks begin under a flood of the link
+    /// Delay of the timer's ticks under a flood of the link
     Flood {
         #[command(flatten)]
         firmware: Firmware,
-        /// How many ticks
+        /// Number of ticks
         #[arg(long)]
         ticks: u64,
     },
-    /// What the link's interrupts take, byte by byte and by DMA
+    /// Cost of the link's interrupts, byte by byte and by DMA
     Ways {
         #[command(flatten)]
         firmware: Firmware,
@@ -51,7 +51,7 @@ enum What {
         /// The firmware of a board with a DMA, for the interrupts that touch its registers
         #[arg(long)]
         board: PathBuf,
-        /// How many ticks
+        /// Number of ticks
         #[arg(long)]
         ticks: usize,
     },
@@ -66,7 +66,7 @@ enum What {
         /// The board's key file, where it has a key
         #[arg(long)]
         key: Option<PathBuf>,
-        /// How many ticks are counted
+        /// Number of ticks to count
         #[arg(long)]
         ticks: usize,
         /// Fewest instructions of such a tick in the emulator: a count of fewer cycles is refused

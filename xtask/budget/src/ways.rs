@@ -1,4 +1,4 @@
-//! What the link's interrupts take on each of its two ways: a byte at a time, and by DMA.
+//! Cost of the link's interrupts on each of its two ways: a byte at a time, and by DMA.
 //!
 //! Both firmwares run the same supervised ticks in the emulator. The emulated chip has no DMA: a stand-in moves the bytes
 //! (`firmware/src/boards/dma_stand_in.rs`), and its instructions are left out. The short interrupts that touch a DMA's registers are those of a

@@ -221,7 +221,7 @@ impl Program {
         })
     }
 
-    /// Whether an address lies in data rather than instructions, by the linker's mapping symbols.
+    /// True if an address lies in data rather than instructions, by the linker's mapping symbols.
     pub(crate) fn is_data(&self, address: u32) -> bool {
         self.marks.range(..=address).next_back().is_some_and(|(_, data)| *data)
     }

@@ -59,7 +59,7 @@ impl Stack {
 struct Taken {
     /// The sum over its instructions, bytes.
     bytes: u64,
-    /// Whether an instruction sets the stack pointer from a register, or subtracts a register from it.
+    /// True if an instruction sets the stack pointer from a register, or subtracts a register from it.
     unknown: bool,
 }
 

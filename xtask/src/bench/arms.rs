@@ -27,7 +27,7 @@ const STIFFER: (&str, &str) = ("natural_frequency", "40.0");
 /// Long enough for integral action to come to its end.
 const LONG: (&str, &str) = (".duration", "12.0");
 
-/// What is run of each arm: name, and what it changes in the scene.
+/// Runs of each arm: name, and changes to the scene.
 fn runs(makers: Option<&str>) -> Vec<(&'static str, Vec<(&'static str, &str)>)> {
     let mut runs = vec![
         ("computed torque, 1 kHz", vec![]),
@@ -92,7 +92,7 @@ pub(super) fn run() -> Result<()> {
     write_into("docs/measured/arms.md", &[("arms", table.0), ("arms, torque from outside", outside.0)])
 }
 
-/// What is run for the estimate of torques from outside.
+/// Runs for the estimate of torques from outside.
 fn estimates() -> Vec<(&'static str, Vec<(&'static str, &'static str)>)> {
     const REPORT: (&str, &str) = ("collision.reaction", "\"report\"");
     vec![

@@ -108,7 +108,7 @@ impl Budget {
         Ok(budget)
     }
 
-    /// Whether the ranges belong to this compiler.
+    /// True if the ranges belong to this compiler.
     pub(crate) fn is_of(&self, rustc: &str) -> bool {
         rustc == self.rustc
     }

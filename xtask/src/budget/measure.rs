@@ -16,7 +16,7 @@ use std::process::{Command, Stdio};
 pub(crate) struct Extent {
     pub(super) ticks: u32,
     traced: u32,
-    /// Whether to measure the kernel in SRAM too, in a second program.
+    /// True if the kernel is measured in SRAM too, in a second program.
     sram: bool,
 }
 
@@ -136,7 +136,7 @@ pub(crate) fn flood(scene: &Path) -> Result<Late> {
     Ok(serde_json::from_str(&output(&mut command)?)?)
 }
 
-/// What the link takes in a scene's supervised ticks, byte by byte and by DMA; the DMA's own interrupts are those of this board.
+/// Cost of the link in a scene's supervised ticks, byte by byte and by DMA; the DMA's own interrupts are those of this board.
 pub(crate) fn ways(scene: &Path, board: Board) -> Result<Ways> {
     firmware_image::install::qemu()?;
     let scene = root().join(scene);

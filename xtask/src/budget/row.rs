@@ -78,7 +78,7 @@ impl Field {
         Self::ALL.into_iter().find(|field| field.name() == name)
     }
 
-    /// Whether the number repeats to the last digit: counts of the emulator in the same ticks of the same program.
+    /// True if the number repeats to the last digit: counts of the emulator in the same ticks of the same program.
     pub(crate) const fn repeats(self) -> bool {
         matches!(self, Self::Instructions | Self::InstructionsSpread)
     }

@@ -53,7 +53,7 @@ pub(crate) fn markdown(rows: &[Row]) -> String {
 /// Scenes in the README: the smallest arm, six joints, and six joints with collision detection.
 const SHOWN: [&str; 3] = ["planar2r_sine", "puma560_pick", "puma560_collision"];
 
-/// Whether the README's rows are all among these.
+/// True if the README's rows are all among these.
 pub(crate) fn shows(rows: &[Row]) -> bool {
     SHOWN.iter().all(|scene| rows.iter().any(|row| row.scene == *scene && row.number(Field::Instructions).is_some()))
 }

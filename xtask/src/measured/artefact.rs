@@ -154,7 +154,7 @@ impl Hash {
         Ok(())
     }
 
-    /// What the firmware of a scene includes.
+    /// Files that the firmware of a scene includes.
     fn program(&mut self, scene: &Path) -> Result<()> {
         let name = scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let folder = fresh(&format!("program-{name}"))?;

@@ -7,7 +7,7 @@ use anyhow::{Context as _, Result};
 use std::fmt;
 use std::process::Command;
 
-/// How the line begins.
+/// Beginning of the line.
 pub(super) const BEGIN: &str = "Measured by `";
 
 /// Who measured what, when and on what.

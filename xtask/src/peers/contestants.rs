@@ -104,7 +104,7 @@ pub(super) struct Contestant {
     pub(super) symbol: String,
 }
 
-/// What cargo builds: the crate `bench-peers` in three ways, with ordinary options, for this machine's processor, and for the chip; and dynibo.
+/// Builds of the crate `bench-peers`, with ordinary options, for this machine's processor, and for the chip; and of dynibo.
 pub(super) struct Ours {
     desk: [(&'static str, PathBuf); 2],
     pub(super) chip: PathBuf,

@@ -1,4 +1,4 @@
-//! What the report of a minute of motion costs, for `docs/measured/report.md`.
+//! Cost of the report of a minute of motion, for `docs/measured/report.md`.
 
 use crate::bench::{Table, write_into};
 use crate::process::{cargo_run, run as run_command, target_directory};

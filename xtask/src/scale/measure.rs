@@ -4,7 +4,7 @@ use anyhow::{Context as _, Result};
 use std::path::Path;
 use std::process::Command;
 
-/// What a process took.
+/// Time and memory of a process.
 #[derive(Clone, Copy)]
 pub(super) struct Cost {
     /// Wall-clock time, s.

@@ -8,21 +8,21 @@ use core::fmt;
 pub enum MotionError {
     /// A motion needs two points.
     TooFewPoints {
-        /// How many there are.
+        /// Number of points.
         given: usize,
     },
     /// More points than there is room for.
     TooManyPoints {
-        /// How many there are.
+        /// Number of points.
         given: usize,
-        /// How many there may be.
+        /// Largest number of points.
         room: usize,
     },
     /// One duration is needed for each segment between two points.
     DurationCount {
-        /// How many there are.
+        /// Number of durations.
         given: usize,
-        /// How many there should be.
+        /// Expected number.
         wanted: usize,
     },
     /// A number that is NaN or infinite.

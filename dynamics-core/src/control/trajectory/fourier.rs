@@ -12,10 +12,10 @@ pub const HARMONICS_MAX: usize = 8;
 /// Samples in a period of the highest harmonic, and in a ramp, where peaks are looked for.
 const FINENESS: u32 = 64;
 
-/// What is added to peaks between samples that far apart: `(2 pi / 64)^2 / 8` of a sine, and as much again for the ramps.
+/// Factor on peaks of samples that far apart: it adds `(2 pi / 64)^2 / 8` for a sine, and as much again for the ramps.
 const BETWEEN: f64 = 1.003;
 
-/// How many periods a series may last.
+/// Most periods that a series may last.
 const PERIODS_MAX: f64 = 1000.0;
 
 /// Parameters of a series.
@@ -31,7 +31,7 @@ pub struct FourierSpec<S, const N: usize> {
     pub period: S,
     /// From start to end, s.
     pub duration: S,
-    /// How long the series takes to grow at the start, and to vanish at the end, s. At most half the duration.
+    /// Time in which the series grows at the start, and vanishes at the end, s. At most half the duration.
     pub ramp: S,
 }
 

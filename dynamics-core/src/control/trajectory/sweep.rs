@@ -7,7 +7,7 @@ use crate::control::Reference;
 use crate::scalar::Real;
 use core::f64::consts::TAU;
 
-/// How many periods of its highest frequency a sweep may last. Its peaks are found by sampling, 100 times a period.
+/// Most periods of its highest frequency that a sweep may last. Its peaks are found by sampling, 100 times a period.
 const PERIODS_MAX: f64 = 1e4;
 
 /// Parameters of a sweep.
@@ -23,7 +23,7 @@ pub struct SweepSpec<S, const N: usize> {
     pub to: S,
     /// From start to end, s.
     pub duration: S,
-    /// How long the amplitude takes to grow at the start, and to vanish at the end, s. At most half the duration.
+    /// Time in which the amplitude grows at the start, and vanishes at the end, s. At most half the duration.
     pub ramp: S,
 }
 

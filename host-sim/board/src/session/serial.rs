@@ -120,7 +120,7 @@ impl SerialLink {
         unreadable.map_or(Ok(None), |error| Err(error.into()))
     }
 
-    /// Whether the board that was found is one to talk to with the key, or without one.
+    /// Check that the board that was found is one to talk to with the key, or without one.
     ///
     /// # Errors
     /// [`Distrust`].

@@ -52,7 +52,7 @@ impl Drives {
         first.map(JointDrive::family).map_or(Self::Link, Self::Kind)
     }
 
-    /// Whether `board` has lines for them. A board that uses the link alone takes any arm.
+    /// True if `board` has lines for them. A board that uses the link alone takes any arm.
     fn fit(self, board: Board) -> bool {
         board.drives().is_none_or(|kind| self == Self::Kind(kind))
     }
@@ -139,7 +139,7 @@ fn toml_files(folder: &Path, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Whether a scene's key `robot`, a path relative to the scene, leads to this file.
+/// True if a scene's key `robot`, a path relative to the scene, leads to this file.
 fn names_robot(scene: &Path, robot: &Path) -> bool {
     let named = SceneKeys::read(scene).and_then(|keys| keys.robot());
     named.is_ok_and(|named| named.canonicalize().is_ok_and(|there| there == robot))

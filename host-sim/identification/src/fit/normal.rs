@@ -3,7 +3,7 @@
 use super::Rows;
 use nalgebra::{DMatrix, DVector};
 
-/// What keeps a direction that no row sees from growing, as a share of the scaled diagonal.
+/// Ridge against growth in directions that no row sees, as a share of the scaled diagonal.
 const RIDGE: f64 = 1e-10;
 
 /// Variance of what nothing sees: larger than any parameter's square, and far from overflow.

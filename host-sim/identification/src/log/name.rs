@@ -1,4 +1,4 @@
-//! What the name of a column means.
+//! Meaning of a column's name.
 
 use super::unit::{Kind, Unit};
 use super::vocabulary::{

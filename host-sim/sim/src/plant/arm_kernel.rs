@@ -34,10 +34,10 @@ enum Number {
     Given(usize),
 }
 
-/// What arms must have in common to share the code.
+/// Properties in common of arms that share the code.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Shape {
-    /// Whether each joint is revolute, and the number of bodies that it moves.
+    /// True if revolute, and number of bodies moved, for each joint.
     joints: Vec<(bool, usize)>,
     numbers: Vec<Number>,
     wrench: bool,

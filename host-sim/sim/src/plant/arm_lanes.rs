@@ -15,7 +15,7 @@ use machine_code::{Instructions, Work};
 use robot_compiler::scene::Ripple;
 
 impl<const N: usize> Plant<N> {
-    /// What arms must have in common with this one to pass their time beside it; `None` for an arm that passes it alone: one with springs
+    /// Shape that arms must share to pass their time beside this one; `None` for an arm that passes it alone: one with springs
     /// in its joints, or with a ledger.
     pub(crate) fn shape(&self) -> Option<Shape> {
         let alone = self.motors.is_some() || self.ledger.is_some();

@@ -226,7 +226,7 @@ impl<const N: usize> Drives<N> {
         !each!(&self.joints, joints => joints.brake().open)
     }
 
-    /// What the replies said since the last call, and the highest temperature that they said, degrees Celsius.
+    /// Readings of the replies since the last call, and their highest temperature, degrees Celsius.
     pub fn measure(&mut self) -> (Option<Readings<N>>, Option<f32>) {
         (self.joints.measure(), self.joints.temperature())
     }
@@ -287,7 +287,7 @@ impl<const N: usize> Drives<N> {
         self.seats.get(joint).map_or(Shaft::default(), |seat| seat.shaft(state, joint))
     }
 
-    /// How many times the drives renew their torque in this tick.
+    /// Number of times that the drives renew their torque in this tick.
     pub fn turns(&mut self) -> u32 {
         let follows = |joint| self.electronics(joint).is_some_and(|electronics| electronics.follows_the_shaft());
         if (0..N).any(follows) { self.turns } else { 1 }

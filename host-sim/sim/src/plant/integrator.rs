@@ -206,7 +206,7 @@ pub(super) struct Step<'a, Y> {
     pub(super) after: &'a Y,
 }
 
-/// How a lane is integrated.
+/// Integration plan of a lane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plan {
     pub(super) integrator: Integrator,

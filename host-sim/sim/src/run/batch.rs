@@ -108,7 +108,7 @@ impl<const N: usize> Batch<N> {
     }
 }
 
-/// What the runs of a batch have in common.
+/// State that the runs of a batch share.
 struct Meeting<const N: usize> {
     arms: ArmLanes<N>,
     /// Stretches that wait to be passed; afterwards, those that have been.

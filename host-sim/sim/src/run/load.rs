@@ -1,4 +1,4 @@
-//! How hard a run works the arm: the nearest limit, the work of the torques.
+//! Load of a run on the arm: the nearest limit, the work of the torques.
 
 use crate::run::record::Record;
 use crate::run::summary::rms;

@@ -149,7 +149,7 @@ pub struct Record {
     faults: Vec<Option<Fault>>,
     /// Joint by joint.
     columns: Vec<Columns>,
-    /// What the torques from outside stand for at the tip; empty where nobody estimates them.
+    /// Wrenches at the tip equivalent to the torques from outside; empty if these are not estimated.
     wrenches: Vec<Option<[f64; 6]>>,
 }
 

@@ -42,7 +42,7 @@ pub struct SimulatedDrives {
     pub kind: &'static str,
     /// Rate of their own loop, Hz.
     pub loop_rate: f64,
-    /// What they did after a fault.
+    /// Their action after a fault.
     #[serde(skip)]
     pub after_fault: &'static str,
 }
@@ -259,7 +259,7 @@ impl Summary {
         format!("not in {}", engineering(self.rest_time.unwrap_or(0.0), "s"))
     }
 
-    /// What is said about the safety state machine.
+    /// Text about the safety state machine.
     fn supervision(&self) -> String {
         let Some(OutOfReach { tick, joint }) = &self.supervision.out_of_reach else {
             return "no state machine; no joint left its reach".to_owned();

@@ -405,7 +405,7 @@ fn elbow_pushed(law: Law, place: [f64; 2], stiffness: Option<f64>) -> f64 {
 /// Force across the last link, N.
 const PUSH: f64 = 2.0;
 
-/// How far the shoulder swings past its reference when a push on the stretched arm ends, a share of what it was pushed off; its gains
+/// Swing of the shoulder past its reference when a push on the stretched arm ends, a share of what it was pushed off; its gains
 /// are for the motion's start, which is folded.
 fn swing_back(damping_at: DampingAt) -> f64 {
     let mut scene = swing();

@@ -47,7 +47,7 @@ pub struct BoundArgs {
     /// The chain of every URDF robot.
     #[command(flatten)]
     pub chain: ChainArgs,
-    /// How far the operations leave those of the recursion.
+    /// Difference allowed from the operations of the recursion.
     #[arg(long, value_parser = named::<Level>(), default_value = Level::Exact.name())]
     pub level: Level,
     /// Random states; a tenth of them again for the bound of one state.

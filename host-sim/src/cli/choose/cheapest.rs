@@ -47,7 +47,7 @@ pub struct ChooseArgs {
     /// Clock of the processor, MHz.
     #[arg(long, value_name = "MHZ", default_value_t = 168.0, allow_negative_numbers = true)]
     pub clock: f64,
-    /// What is combined.
+    /// Choices to combine.
     #[command(flatten)]
     pub axes: AxisArgs,
     /// Where the scene goes; out/trade/NAME/chosen.toml otherwise.

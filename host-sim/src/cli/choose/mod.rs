@@ -16,11 +16,11 @@ pub type ChooseCommand = OrPart<cheapest::ChooseArgs, ChoosePart>;
 /// Parts of `choose`.
 #[derive(Clone, Debug, Subcommand)]
 pub enum ChoosePart {
-    /// What every choice of accuracy costs on the chip: the ones that nothing beats.
+    /// Cost of every choice of accuracy on the chip: the ones that nothing beats.
     Trade(trade::TradeArgs),
-    /// How wrong the torques of single precision are: a proven bound, and the worst that was found.
+    /// Error of torques in single precision: proven upper bound, and largest error found.
     Bound(bound::BoundArgs),
-    /// How far each number of a scene may go before the arm is lost.
+    /// Margin of each number of a scene before the arm is lost.
     Margins(margins::MarginsArgs),
 }
 

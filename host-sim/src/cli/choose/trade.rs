@@ -66,7 +66,7 @@ pub struct TradeArgs {
     /// The chain of a URDF robot.
     #[command(flatten)]
     pub chain: ChainArgs,
-    /// What is combined.
+    /// Choices to combine.
     #[command(flatten)]
     pub axes: AxisArgs,
     /// Folder for the files.
@@ -86,7 +86,7 @@ pub struct TradeArgs {
     pub json: bool,
 }
 
-/// What is combined.
+/// Choices to combine.
 #[derive(Clone, Debug, Args)]
 pub struct AxisArgs {
     /// Floating-point types.
@@ -123,7 +123,7 @@ pub struct AxisArgs {
     pub alone: bool,
 }
 
-/// Whether something counts.
+/// Inclusion of a term.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Switch {
     /// It counts.

@@ -56,7 +56,7 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
     Ok(if done.is_the_same() { 0 } else { failure::OUTSIDE })
 }
 
-/// What was recorded is replayed with the same numbers or not at all.
+/// Checks that the record is of this robot, scene and controller.
 fn same(head: &Head, found: u64, args: &ReplayArgs) -> Result<(), Failure> {
     if head.hash == found {
         return Ok(());

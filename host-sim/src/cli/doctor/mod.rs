@@ -37,7 +37,7 @@ Asking the firmware who it is disturbs no session. Exit code 2 when there is a p
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct DoctorArgs {
-    /// What you want to do.
+    /// Intended uses.
     #[arg(long = "for", value_enum, value_delimiter = ',', value_name = "USE,..", default_value = "desk")]
     pub uses: Vec<Use>,
     /// The serial port that the board's link is on; the firmware is asked who it is.
@@ -98,7 +98,7 @@ pub fn run(args: &DoctorArgs) -> Result<u8, Failure> {
     }
 }
 
-/// What firmware that was built from this scene says of itself.
+/// Hello of firmware that was built from this scene.
 fn hello(scene: &SceneFile) -> Result<Hello, Failure> {
     Ok(with_dof!(scene.robot.dof(), N => {
         let model = scene.robot.model::<N>().map_err(Failure::input)?;

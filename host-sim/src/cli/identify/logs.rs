@@ -61,7 +61,7 @@ pub struct IdentifyArgs {
     /// Logs with something held: its mass, centre and inertia. Without --log, the robot file's own numbers are the known arm.
     #[arg(long, value_name = "FILE", num_args = 1..)]
     pub payload: Vec<PathBuf>,
-    /// How far the scale of measured torque is trusted, as a share; 0.1 for currents, 0.02 otherwise.
+    /// Standard deviation of the measured torque's scale, as a share; 0.1 for currents, 0.02 otherwise.
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     pub torque_deviation: Option<f64>,
     /// A file for the robot with its new numbers.
@@ -97,7 +97,7 @@ pub struct IdentifyArgs {
     /// Offset, viscous and Coulomb friction only.
     #[arg(long)]
     pub plain_friction: bool,
-    /// How far the robot file's masses and second moments are trusted, as a share.
+    /// Uncertainty of the robot file's masses and second moments, as a share.
     #[arg(long, value_name = "SHARE", default_value_t = 0.3, allow_negative_numbers = true)]
     pub trust: f64,
     /// Write the robot file of a doubtful model, too, and exit with 0.

@@ -51,7 +51,7 @@ pub struct ContactArgs {
     /// Reading of a sensor in the base, N and N m.
     #[arg(long, value_name = "FX,FY,FZ,MX,MY,MZ", value_delimiter = ',', allow_hyphen_values = true)]
     pub base_wrench: Option<Vec<f64>>,
-    /// What the environment does to the arm at the tip, N and N m.
+    /// Wrench of the environment on the arm at the tip, N and N m.
     #[arg(long, value_name = "FX,FY,FZ,MX,MY,MZ", value_delimiter = ',', allow_hyphen_values = true)]
     pub tip_wrench: Option<Vec<f64>>,
     /// Print JSON, and nothing else.

@@ -50,7 +50,7 @@ pub struct DynamicsArgs {
     /// Floating-point type to compute in.
     #[arg(long, value_parser = named::<ScalarChoice>(), default_value = name(ScalarChoice::F64))]
     pub scalar: ScalarChoice,
-    /// Whether the rotors of the robot file count.
+    /// Count or omit the rotors of the robot file.
     #[arg(long, value_enum, default_value_t = Presence::Present)]
     pub rotor: Presence,
 }

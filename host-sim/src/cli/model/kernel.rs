@@ -42,10 +42,10 @@ pub struct KernelArgs {
     /// The scene file, about this robot: which terms act on it.
     #[arg(long)]
     pub scene: Option<PathBuf>,
-    /// How far the operations may leave those of the recursion; exact if nothing is said.
+    /// Difference allowed from the operations of the recursion; exact by default.
     #[arg(long, value_parser = named::<Level>())]
     pub level: Option<Level>,
-    /// What it computes; inverse-dynamics if nothing is said.
+    /// Function to compute; inverse-dynamics by default.
     #[arg(long, value_parser = named::<Function>())]
     pub function: Option<Function>,
     /// Floating-point type; the scene's otherwise.

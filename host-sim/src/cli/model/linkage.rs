@@ -159,7 +159,7 @@ fn simulate(args: &LinkageArgs, linkage: &LinkageFile, moment: f64, folder: &Pat
     Ok(if run.stopped.is_some() { failure::FAULT } else { 0 })
 }
 
-/// What keeps the linkage from starting, and where it could.
+/// Failure to start a linkage: the reason, and where it could start.
 fn no_start(args: &LinkageArgs, start: &Start, range: &Range, error: LinkageError<f64>) -> Failure {
     let (file, angle, branch) = (args.linkage.display(), start.angle, name(start.branch));
     let help = describe_range(range);

@@ -46,7 +46,7 @@ pub enum Computation {
     Kernel(kernel::KernelArgs),
     /// A motion from the path that an arm was led along by hand.
     Motion(motion::MotionArgs),
-    /// What a robot file holds.
+    /// Contents of a robot file.
     Info(info::InfoArgs),
     /// The arm of a robot file as a URDF.
     Export(export::ExportArgs),

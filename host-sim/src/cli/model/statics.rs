@@ -65,7 +65,7 @@ pub struct StaticsArgs {
     /// A point mass held by the tip: kg, and where in the tip frame, m (its origin if left out).
     #[arg(long, value_name = "MASS[,X,Y,Z]", value_delimiter = ',', allow_hyphen_values = true)]
     pub load: Option<Vec<f64>>,
-    /// What the environment does to the arm at the tip, in tip axes, N and N m.
+    /// Wrench of the environment on the arm at the tip, in tip axes, N and N m.
     #[arg(long, value_name = "FX,FY,FZ,MX,MY,MZ", value_delimiter = ',', allow_hyphen_values = true)]
     pub tip_wrench: Option<Vec<f64>>,
     /// Find the posture of the least: torque of a joint (its name or number), total (sum of squares of all), potential (V).

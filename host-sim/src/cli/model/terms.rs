@@ -60,10 +60,10 @@ pub struct TermsArgs {
     /// The scene file, about this robot: gravity, payload, rotors.
     #[arg(long)]
     pub scene: Option<PathBuf>,
-    /// How to compute them.
+    /// Method of computation.
     #[arg(long, value_enum, default_value_t = Method::Lagrange)]
     pub method: Method,
-    /// Whether the rotors count; the scene's otherwise.
+    /// Count or omit the rotors; as the scene otherwise.
     #[arg(long, value_enum)]
     pub rotor: Option<Presence>,
     /// Print JSON, and nothing else.

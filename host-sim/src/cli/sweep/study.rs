@@ -53,13 +53,13 @@ pub struct SweepArgs {
     /// Folder for the runs; the study's name under out/ otherwise, with --replay the index behind it.
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
-    /// How many runs; the study's otherwise.
+    /// Number of runs; the study's otherwise.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000_000))]
     pub runs: Option<u64>,
     /// Only part K of N.
     #[arg(long, value_name = "K/N", default_value_t = Shard::WHOLE, hide_default_value = true)]
     pub shard: Shard,
-    /// How many threads; one for each core otherwise.
+    /// Number of threads; one for each core otherwise.
     #[arg(long, value_name = "THREADS")]
     pub jobs: Option<NonZeroUsize>,
     /// Only the run with this index, in full.
@@ -69,7 +69,7 @@ pub struct SweepArgs {
     #[arg(long, value_name = "ENGINE", value_parser = named::<Engine>(), requires = "shards")]
     #[arg(conflicts_with_all = ["shard", "json", "write", "replay"])]
     pub submit: Option<Engine>,
-    /// How many shards, beside --submit.
+    /// Number of shards, with --submit.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000), requires = "submit")]
     pub shards: Option<u64>,
     /// Put the results into this page, between its lines `<!-- measured: NAME -->` with the study's name.
@@ -153,7 +153,7 @@ fn write(args: &SweepArgs, prepared: &Prepared, folder: &Path, stop: &AtomicBool
     }
 }
 
-/// How fast the runs were.
+/// Speed of the runs, as text.
 fn pace(done: &Done) -> String {
     let runs = done.manifest.rows - done.found;
     let seconds = done.time.as_secs_f64();
@@ -161,7 +161,7 @@ fn pace(done: &Done) -> String {
     format!("{runs} runs in {seconds:.1} s: {:.0} a second{found}", runs as f64 / seconds.max(1e-9))
 }
 
-/// What is printed beside the results.
+/// Settings for printing the results.
 pub(super) struct Shown<'a> {
     pub(super) json: bool,
     pub(super) quiet: bool,

@@ -1,4 +1,4 @@
-//! What the arm holds, in the tip frame.
+//! Payload of the arm, in the tip frame.
 
 use super::subject::Subject;
 use identification::identify::{Identified, Settings, TORQUE_CUTOFF};

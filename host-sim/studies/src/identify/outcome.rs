@@ -25,7 +25,7 @@ pub struct Outcome {
     pub judged: Vec<Judged>,
     /// True if these were held out.
     pub held_out: bool,
-    /// Whether to believe it.
+    /// Verdict on the model.
     pub verdict: Verdict,
 }
 

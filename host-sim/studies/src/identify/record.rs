@@ -86,7 +86,7 @@ pub fn text(bytes: Vec<u8>, path: &Path) -> Result<Vec<u8>, Failure> {
 /// Joint states of an MCAP file as the text of a log, by the joints' names. Joints without a torque leave an empty field.
 ///
 /// # Errors
-/// What is wrong with the file: no joint states, joints that change, a broken message.
+/// Problem of the file: no joint states, joints that change, a broken message.
 fn joint_states(bytes: &[u8]) -> Result<Vec<u8>, String> {
     let mut others: BTreeSet<String> = BTreeSet::new();
     let mut names: Vec<String> = Vec::new();

@@ -34,7 +34,7 @@ pub(crate) struct Cell {
     pub(crate) name: String,
     /// Description of the test.
     pub(crate) done: String,
-    /// Whether a requirement is tested.
+    /// Requirement or record.
     pub(crate) kind: Kind,
     /// Expected result: the number and its requirement, or the outcome in words.
     pub(crate) expected: String,
@@ -79,7 +79,7 @@ impl Outcome {
         Self::Number { value, least: f64::NEG_INFINITY, most: f64::INFINITY, unit }
     }
 
-    /// Whether something is required.
+    /// Requirement, or record if nothing is required.
     fn kind(&self) -> Kind {
         match self {
             Self::Number { least, most, .. } if least.is_infinite() && most.is_infinite() => Kind::Record,

@@ -71,7 +71,7 @@ fn rows(group: &str) -> Vec<Row> {
     table.records().map(|row| Row { words: core::array::from_fn(|k| row.as_ref().unwrap()[k].to_owned()) }).collect()
 }
 
-/// How many of a group's requirements the page shows: those that are nearest to their bounds.
+/// Number of a group's requirements that the page shows: those that are nearest to their bounds.
 const SHOWN: usize = 3;
 
 #[test]

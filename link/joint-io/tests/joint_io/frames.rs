@@ -147,7 +147,7 @@ impl Frame for Wire {
     }
 }
 
-/// What was sent on a bus, and what is there to be received.
+/// Packets sent on a bus, and those to be received.
 #[derive(Clone, Default)]
 struct Tape(Rc<RefCell<(Vec<Packet>, VecDeque<Packet>)>>);
 

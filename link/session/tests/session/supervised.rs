@@ -151,7 +151,7 @@ impl Arm {
         }
     }
 
-    /// What the session says, but for answers to requests.
+    /// Frames that the session sends, except answers to requests.
     pub(super) fn reports(&mut self) -> Vec<Frame> {
         self.said().into_iter().filter(|frame| !matches!(frame, Frame::Answer(_))).collect()
     }
@@ -675,7 +675,7 @@ fn rotors_are_taken_up_to_their_bound_and_never_below_zero() {
     }
 }
 
-/// What is told while no torque acts jumps from nothing: an arm that could not hold it is not armed, and no torque acts.
+/// Live inputs sent while no torque acts jump from nothing: an arm that could not hold them is not armed, and no torque acts.
 #[test]
 fn an_arm_that_cannot_hold_what_it_was_told_is_not_armed() {
     let pushed = |force: f32| {

@@ -17,7 +17,7 @@ const TIMEOUT_TICKS: f64 = 10.0;
 /// Fewest ticks without a reply after which a drive may have restarted: a single lost frame says nothing, whatever the rate.
 const RESTART_TICKS_MIN: u32 = 2;
 
-/// How much less than a turn of the output shaft a joint's range must be, rad: the guard's margin beyond its limits, and the resolution.
+/// Least difference of a joint's range from a turn of the output shaft, rad: the guard's margin beyond its limits, and the resolution.
 const TURN_MARGIN: f64 = 0.2;
 
 /// Most ticks for which an encoder may go unread: it must not move half a turn in that time.

@@ -17,7 +17,7 @@ enum Move {
 /// Effects of the moves. A test replaces some by wrong ones.
 #[derive(Clone, Copy)]
 pub(in crate::kernel) struct Moves {
-    /// Whether the shared sum is subtracted, from the sign of its first part in a sum.
+    /// True if the shared sum is subtracted, from the sign of its first part in a sum.
     pub(in crate::kernel) shared_sum: fn(Part) -> bool,
     /// The rest of a product without one factor.
     pub(in crate::kernel) without: fn(&[Id], Id) -> Vec<Id>,

@@ -6,7 +6,7 @@ use toml_edit::{DocumentMut, InlineTable, Item, TableLike};
 /// Problem of a path, and what was expected.
 pub(super) type Problem = (String, String);
 
-/// What is done at each place that a path leads to. A missing key comes as [`Item::None`].
+/// Edit of a place that a path leads to. A missing key comes as [`Item::None`].
 type Edit<'a> = &'a mut dyn FnMut(&mut Item) -> Result<(), Problem>;
 
 /// Edits every place that the path leads to. Missing tables are made.

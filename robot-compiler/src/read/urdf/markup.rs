@@ -8,7 +8,7 @@ use std::ops::Range;
 /// Deepest nesting: a URDF needs six levels.
 const DEPTH_MAX: usize = 32;
 
-/// What to do with a xacro file.
+/// File to read instead of a xacro file.
 pub(in crate::read) const EXPAND: &str = "the URDF that `xacro FILE > robot.urdf` writes";
 
 pub(super) fn parse(source: &Source) -> Result<Document<'_>, FileError> {

@@ -1,4 +1,4 @@
-//! What is taken for granted about an arm that is cut out of a URDF file.
+//! Assumptions about an arm that is cut out of a URDF file.
 
 use super::chain::Chain;
 use super::description::{Description, Kind};

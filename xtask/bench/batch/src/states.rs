@@ -70,7 +70,7 @@ impl<'a, F, const N: usize> States<'a, F, N> {
     }
 }
 
-/// Whether every list has the expected length.
+/// Checks that every list has the expected length.
 pub(crate) fn check<const N: usize>(list: &'static str, found: [usize; N], expected: usize) -> Result<(), LengthError> {
     match found.into_iter().enumerate().find(|(_, found)| *found != expected) {
         Some((joint, found)) => Err(LengthError { list, joint, expected, found }),

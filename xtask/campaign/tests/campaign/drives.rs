@@ -53,7 +53,7 @@ fn the_limits_of_a_first_motion_are_lifted_before_faults_are_judged() {
     assert!(report.counterexamples.is_empty(), "{}", report.table());
 }
 
-/// What is broken on purpose: the board's joints, or the board as a whole, which was built from another scene than its owner's.
+/// Deliberate fault: in the board's joints, or in the board as a whole, which was built from another scene than its owner's.
 #[derive(Clone, Copy, Debug)]
 enum Broken {
     Joints(Breakage),

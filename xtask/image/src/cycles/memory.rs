@@ -29,7 +29,7 @@ impl Memory {
         Self { placement, wait_states: FLASH_WAIT_STATES }
     }
 
-    /// Whether an address counts as flash.
+    /// True if an address counts as flash.
     pub(crate) fn is_flash(self, address: u32) -> bool {
         match self.placement {
             Placement::Flash => true,
@@ -86,7 +86,7 @@ impl Lines {
         Self { kept: Vec::with_capacity(room), room }
     }
 
-    /// Whether a line is cached; a hit makes it the last used.
+    /// True if a line is cached; a hit makes it the last used.
     fn hit(&mut self, line: u32) -> bool {
         let found = self.kept.iter().position(|kept| *kept == line);
         if let Some(at) = found {

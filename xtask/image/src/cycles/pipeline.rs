@@ -178,7 +178,7 @@ impl Machine {
         }))
     }
 
-    /// Whether the instruction before moved core registers to or from memory.
+    /// True if the instruction before moved core registers to or from memory.
     fn follows_any(&self) -> bool {
         self.previous.is_some_and(|before| {
             let moves = matches!(before.class, Class::Load | Class::Store | Class::LoadMultiple | Class::StoreMultiple);
@@ -222,7 +222,7 @@ impl Machine {
     }
 }
 
-/// Whether two float registers move to the core.
+/// True if two float registers move to the core.
 fn is_pair_to_core(i: &Instruction) -> bool {
     i.class == Class::FloatTransferPair && i.writes.numbers().any(|number| number < 16)
 }

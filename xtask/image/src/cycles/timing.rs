@@ -70,26 +70,26 @@ pub struct Reading {
     pub divide: u64,
     /// Refill P of a taken branch.
     pub refill: Refill,
-    /// Whether VLDR and VSTR are pipelined with their neighbours as LDR and STR are. GCC's description says so; the
+    /// True if VLDR and VSTR are pipelined with their neighbours as LDR and STR are. GCC's description says so; the
     /// manual's table does not.
     pub float_memory_is_pipelined: bool,
-    /// Whether instructions outside the float unit continue during VDIV, VSQRT and multiply-add.
+    /// True if instructions outside the float unit continue during VDIV, VSQRT and multiply-add.
     pub float_unit_runs_beside: bool,
-    /// Whether a load of one or several core registers is pipelined behind every load and store of core registers. The
+    /// True if a load of one or several core registers is pipelined behind every load and store of core registers. The
     /// manual has this for one behind one load only, but one published program is quicker than that.
     pub loads_follow_all: bool,
     /// VMOV between core and float registers.
     pub transfer: Transfer,
-    /// Whether IT is folded into a narrow instruction before it; otherwise it takes a cycle. The low reading folds every
+    /// Folding of IT into a narrow instruction before it; otherwise it takes a cycle. The low reading folds every
     /// IT.
     pub if_then: IfThen,
     /// Barriers: B.
     pub barrier: u64,
     /// Stall of a load from flash that meets a fetch: "might add a cycle".
     pub literal: u64,
-    /// Whether a prefetched line is cached when it is executed.
+    /// Caching of a prefetched line when it is executed.
     pub prefetched: Prefetched,
-    /// Whether a flash reading that is no longer needed must end before the next begins.
+    /// True if a flash reading that is no longer needed must end before the next begins.
     pub flash_reads_finish: bool,
     /// Cycles of a load or store on the bus while instructions come from SRAM, because both use one bus.
     pub bus_conflict: BusConflict,

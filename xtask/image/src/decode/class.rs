@@ -60,7 +60,7 @@ pub enum Class {
 }
 
 impl Class {
-    /// Whether the float unit executes it.
+    /// True if the float unit executes it.
     #[must_use]
     pub const fn is_float(self) -> bool {
         matches!(
@@ -82,13 +82,13 @@ impl Class {
         )
     }
 
-    /// Whether it reads memory.
+    /// True if it reads memory.
     #[must_use]
     pub const fn loads(self) -> bool {
         matches!(self, Self::Load | Self::LoadMultiple | Self::TableBranch | Self::FloatLoad | Self::FloatLoadMultiple)
     }
 
-    /// Whether it reads or writes memory.
+    /// True if it reads or writes memory.
     #[must_use]
     pub const fn is_memory(self) -> bool {
         matches!(

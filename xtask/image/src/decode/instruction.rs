@@ -73,7 +73,7 @@ pub struct Instruction {
     pub effect: Effect,
     /// A store whose address is the sum of two registers.
     pub register_offset: bool,
-    /// Whether the program counter may go on to the next instruction: false for a branch without a condition.
+    /// True if the program counter may go on to the next instruction: false for a branch without a condition.
     pub may_fall_through: bool,
 }
 
@@ -119,13 +119,13 @@ impl Instruction {
         }
     }
 
-    /// Whether it calls a function by an address in a register: BLX.
+    /// True if it calls a function by an address in a register: BLX.
     #[must_use]
     pub fn calls_register(&self) -> bool {
         self.goes_to_register() && self.writes.meets(Registers::core(LR))
     }
 
-    /// Whether it jumps to an address from a register or from memory, and is neither call nor return: BX, LDR to the
+    /// True if it jumps to an address from a register or from memory, and is neither call nor return: BX, LDR to the
     /// program counter.
     #[must_use]
     pub fn jumps_to_register(&self) -> bool {
@@ -138,7 +138,7 @@ impl Instruction {
         self.class == Class::Branch && !self.may_fall_through && self.reads.count() == 1
     }
 
-    /// Whether it changes the stack pointer by anything other than a constant.
+    /// True if it changes the stack pointer by anything other than a constant.
     #[must_use]
     pub fn moves_stack_freely(&self) -> bool {
         let pointer = Registers::core(SP);

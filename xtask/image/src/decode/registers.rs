@@ -32,7 +32,7 @@ impl Registers {
             .fold(Self::NONE, |all, s| all | Self(1 << (16 + s)))
     }
 
-    /// Whether the two sets share a register.
+    /// True if the two sets share a register.
     #[must_use]
     pub const fn meets(self, other: Self) -> bool {
         self.0 & other.0 != 0

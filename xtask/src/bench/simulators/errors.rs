@@ -93,7 +93,7 @@ impl Rival {
     }
 }
 
-/// What MuJoCo's side printed of a method.
+/// Output of MuJoCo's side for a method.
 pub(super) fn of_mujoco(peer: &Value, method: &str, rubs: bool) -> Result<Rival> {
     let asked = |step: &&Value| {
         step.get("method").and_then(Value::as_str) == Some(method)

@@ -6,7 +6,7 @@ use core::arch::global_asm;
 /// Turns of each loop.
 const TURNS: u32 = 64;
 
-/// What the stretches read and write.
+/// Data that the stretches read and write.
 pub(crate) struct Data {
     /// In SRAM. The first word becomes its own address, for chains of loads.
     words: [u32; 64],

@@ -129,8 +129,8 @@ impl Operator {
         factor
     }
 
-    /// Whether a hand may lead the arm now: the board takes a joint that is led too fast in the first motion for a fault, and an arm without brakes
-    /// then sinks.
+    /// True if the arm may be hand-guided now. In the first motion the board treats a joint that is guided too fast as a fault, and an
+    /// arm without brakes then sinks.
     pub(super) fn is_guidable(&mut self, name: &str) -> Result<bool, Stop> {
         let Some(share) = self.limit() else { return Ok(true) };
         self.refused = true;

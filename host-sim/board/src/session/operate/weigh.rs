@@ -1,4 +1,4 @@
-//! What the arm holds, from slow motions of its own: `weigh`.
+//! Payload of the arm, from its own slow motions: `weigh`.
 
 use super::arm::{Arm, Joints};
 use super::torque_check::Sample;

@@ -155,7 +155,7 @@ pub struct JointTick {
     /// Torque from outside, where it is estimated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub external: Option<f64>,
-    /// What the scene's model asks for at the reference.
+    /// Torque of the scene's model at the reference.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub terms: Option<Terms>,
 }

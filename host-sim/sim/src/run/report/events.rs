@@ -1,4 +1,4 @@
-//! What happened, and when.
+//! Events of a run, and their times.
 
 use crate::run::record::Record;
 use crate::run::simulate::Run;

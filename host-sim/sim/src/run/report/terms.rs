@@ -1,4 +1,4 @@
-//! What each term of the controller's model contributes to the torque.
+//! Contribution of each term of the controller's model to the torque.
 //!
 //! `tau = inertia + rotor + coriolis + gravity + friction + contact + rest`, where each term is the recursion with that effect alone, at
 //! the state of the simulated arm and the acceleration of the reference, in f64. The rest is feedback, what the measurement differs from

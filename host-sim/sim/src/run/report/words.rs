@@ -11,7 +11,7 @@ fn number(value: f64, unit: &str) -> Cell {
     Cell::number(engineering(value, unit), value)
 }
 
-/// What matters most, in sentences.
+/// Most important results, in sentences.
 pub(super) fn lead(run: &Run) -> Vec<String> {
     let (summary, joints) = (&run.summary, run.record.joints());
     let setting = &summary.setting;

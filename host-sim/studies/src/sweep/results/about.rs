@@ -1,4 +1,4 @@
-//! What a study was, at the head of its page.
+//! Description of a study, at the head of its page.
 
 use super::{Results, VERSION};
 use crate::sweep::Prepared;

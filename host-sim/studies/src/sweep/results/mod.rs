@@ -1,4 +1,4 @@
-//! What came of a study's runs, computed from its table in two passes.
+//! Results of a study's runs, computed from its table in two passes.
 //!
 //! Memory does not grow with the number of runs. Counts, means, extremes, histograms and the worst runs are of all runs. Quantiles,
 //! medians and rank correlations are of a sample: every run whose index is a multiple of the stride, at most 100,000.

@@ -118,7 +118,7 @@ pub(super) struct Sample {
     stride: u64,
     /// Keys with numbers, then figures; a list for each.
     numbers: Vec<Vec<f64>>,
-    /// How many of them are keys, with their place among all keys.
+    /// Places, among all keys, of the keys with numbers.
     keys: Vec<usize>,
     groups: Vec<Counts>,
 }

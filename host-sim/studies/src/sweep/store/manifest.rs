@@ -1,4 +1,4 @@
-//! What is sure of a table of runs.
+//! Manifest of a table of runs.
 
 use super::{MANIFEST, Shard};
 use crate::sweep::Prepared;

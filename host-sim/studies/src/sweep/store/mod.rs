@@ -16,7 +16,7 @@ pub use shard::Shard;
 
 /// Table of runs.
 pub const RUNS: &str = "runs.csv";
-/// What is sure of it.
+/// Its state after the last whole block.
 pub const MANIFEST: &str = "manifest.json";
 /// The study.
 pub const STUDY: &str = "study.toml";

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-/// How often each contestant runs.
+/// Number of runs of each contestant.
 const ROUNDS: usize = 300;
 
 /// A name and something to time.
