@@ -298,8 +298,9 @@ impl Operator {
         if self.silent_for(self.heard) > SILENCE && !self.device.is_cut() {
             return Err(DeviceError::Silent { what: "status", time: SILENCE }.into());
         }
-        if let Some(seen) = self.seen_now().as_ref().filter(|_| self.is_moving()) {
-            self.report.live(seen);
+        match self.seen_now().as_ref().filter(|_| self.is_moving()) {
+            Some(seen) => self.report.live(seen),
+            None => self.report.still(),
         }
         Ok(())
     }

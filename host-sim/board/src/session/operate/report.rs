@@ -184,15 +184,20 @@ impl Report {
     /// Update the live line in its place.
     pub fn live(&self, seen: &Seen<'_>) {
         if !self.bar.is_hidden() {
+            if self.bar.is_finished() {
+                self.bar.reset();
+            }
             self.bar.set_message(seen.line());
             self.bar.tick();
         }
     }
 
-    /// Remove the live line, because the user is about to type.
+    /// Remove the live line: the user is about to type, or the arm does not move any more, and what the line says is old. It stays away
+    /// until [`Report::live`].
     pub fn still(&self) {
-        self.bar.finish_and_clear();
-        self.bar.reset();
+        if !self.bar.is_finished() {
+            self.bar.finish_and_clear();
+        }
     }
 }
 
