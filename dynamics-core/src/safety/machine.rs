@@ -83,7 +83,7 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
 
     /// As [`Safety::tick`], with the output written to its place. `control` writes its torques, and the limits that acted
     /// on the reference, to where the machine holds them; they are zero and none before. `led`: the controller's law
-    /// [is led](Law::is_led) now, and the reference is where the arm is.
+    /// [is led](crate::control::Law::is_led) now, and the reference is where the arm is.
     ///
     /// Cost beside the controller's: `O(N)`, no division, no root. An ordinary tick takes the same comparisons whatever
     /// the numbers are: the arm moves, nobody asks for anything, every joint answers.

@@ -18,7 +18,7 @@ pub fn write(path: &Path, page: &Page) -> Result<(), Failure> {
 /// Write a report to the file of `--report`, if it was given and has been claimed.
 ///
 /// # Errors
-/// As [`write`], and those of `page`.
+/// As [`write()`], and those of `page`.
 pub fn write_claimed(
     output: &Output,
     path: Option<&Path>,

@@ -67,7 +67,7 @@ pub struct ChooseArgs {
 /// Choose the cheapest point that meets a request, and write its scene.
 ///
 /// # Errors
-/// As [`run`](trade::run); a request that is none, or one that no choice meets.
+/// As [`run`](super::trade::run); a request that is none, or one that no choice meets.
 pub fn run(args: &ChooseArgs, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), Failure> {
     if args.max_torque_error.is_none() && args.max_tracking_error.is_none() && args.budget.is_none() {
         return Err(Failure::Input(miette::miette!(
