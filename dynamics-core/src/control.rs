@@ -33,7 +33,7 @@ pub use every_nth::{Between, EveryNth};
 pub use fault::Fault;
 pub use friction::{Friction, FrictionTerms, LoadGrowth, Rise};
 pub use integral::{Integral, Integrated};
-pub use law::{Gains, Guide, Law, LawTraits, ModelUse, Spring, SpringOwner, computed_torque};
+pub use law::{Gains, Law, LawTraits, ModelUse, MotionSource, Spring, SpringOwner, computed_torque};
 pub use limits::LimitFlags;
 pub(crate) use limits::{around, hold_near, reference_is_inside};
 pub use momentum_observer::{MomentumFilter, MomentumObserver};

@@ -57,7 +57,7 @@ macro_rules! faults {
                 }
             }
 
-            /// What raises the fault.
+            /// Condition that raises the fault.
             #[must_use]
             pub const fn raised(&self) -> &'static str {
                 match self {
@@ -65,7 +65,7 @@ macro_rules! faults {
                 }
             }
 
-            /// What to check after the fault, most likely causes first.
+            /// Things to check after the fault, most likely causes first.
             #[must_use]
             pub const fn check(&self) -> &'static str {
                 match self {

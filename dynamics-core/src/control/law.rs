@@ -39,19 +39,19 @@ pub enum Law {
 /// Properties of a law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LawTraits {
-    /// Who moves the arm while it runs.
-    pub guide: Guide,
-    /// What the law asks of the model.
+    /// Source of the motion while the arm runs.
+    pub motion: MotionSource,
+    /// Torque that the law asks of the model.
     pub model: ModelUse,
-    /// Who gives the torque of a joint's own spring and damper.
+    /// Owner of the spring and damper that each joint has for itself.
     pub spring: SpringOwner,
     /// Reason why the collision watch may only report beside this law; `None` where it may act.
-    pub not_a_collision: Option<&'static str>,
+    pub watch_only_reports: Option<&'static str>,
 }
 
-/// Who moves an arm.
+/// Source of the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Guide {
+pub enum MotionSource {
     /// A trajectory: the law follows its reference.
     Reference,
     /// A person who leads the arm by hand: the reference is where the arm is.
@@ -110,12 +110,6 @@ impl Law {
         }
     }
 
-    /// The law with this number; the inverse of [`Law::code`].
-    #[must_use]
-    pub fn from_code(code: u8) -> Option<Self> {
-        Self::ALL.into_iter().find(|law| law.code() == code)
-    }
-
     /// The law with this number as a parameter carries it, to the bit.
     #[must_use]
     pub fn from_number(number: f32) -> Option<Self> {
@@ -126,10 +120,10 @@ impl Law {
     #[must_use]
     pub const fn traits(self) -> LawTraits {
         let of_controller = LawTraits {
-            guide: Guide::Reference,
+            motion: MotionSource::Reference,
             model: ModelUse::Motion,
             spring: SpringOwner::Controller,
-            not_a_collision: None,
+            watch_only_reports: None,
         };
         match self {
             Self::ComputedTorque => LawTraits { spring: SpringOwner::Nobody, ..of_controller },
@@ -140,14 +134,14 @@ impl Law {
             Self::Feedforward => LawTraits { model: ModelUse::Reference, spring: SpringOwner::Nobody, ..of_controller },
             Self::Impedance => of_controller,
             Self::Teach => LawTraits {
-                guide: Guide::Hand,
+                motion: MotionSource::Hand,
                 model: ModelUse::Holding,
                 spring: SpringOwner::Nobody,
-                not_a_collision: Some("the hand that leads the arm is no collision"),
+                watch_only_reports: Some("the hand that leads the arm is no collision"),
             },
             Self::Split => LawTraits {
                 spring: SpringOwner::Drive,
-                not_a_collision: Some("the drives' own loops give torque that the watch does not see"),
+                watch_only_reports: Some("the drives' own loops give torque that the watch does not see"),
                 ..of_controller
             },
         }
@@ -157,7 +151,7 @@ impl Law {
     #[inline]
     #[must_use]
     pub const fn is_led(self) -> bool {
-        matches!(self.traits().guide, Guide::Hand)
+        matches!(self.traits().motion, MotionSource::Hand)
     }
 
     /// The law of an arm that is armed or held: one that is led by hand then stands where it is.

@@ -5,8 +5,8 @@
 
 use link::seal::KEY_BYTES;
 use link::{Key, key_page};
-use std::fs::{self, OpenOptions};
-use std::io::{self, Write as _};
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// First line of a key file.
@@ -86,12 +86,7 @@ pub fn save(key: &Key, path: &Path) -> Result<(), KeyError> {
 /// # Errors
 /// The file exists or cannot be written.
 pub fn write_for_owner(path: &Path, bytes: &[u8]) -> Result<(), KeyError> {
-    let mut options = OpenOptions::new();
-    options.write(true).create_new(true);
-    #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    let written = options.open(path).and_then(|mut file| file.write_all(bytes));
-    written.map_err(|source| match source.kind() {
+    firmware_image::process::write_for_owner(path, bytes).map_err(|source| match source.kind() {
         io::ErrorKind::AlreadyExists => KeyError::Exists { path: path.to_owned() },
         _ => KeyError::File { path: path.to_owned(), source },
     })

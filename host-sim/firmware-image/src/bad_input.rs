@@ -1,5 +1,6 @@
 //! Errors that the caller has to fix.
 
+use robot_compiler::FileError;
 use std::fmt;
 
 /// A wrong option or file, an exceeded budget, or a tool that has to be installed first. The program exits with
@@ -10,6 +11,13 @@ pub struct BadInput(pub String);
 impl BadInput {
     /// Exit code, the same as the simulator's for bad input.
     pub const EXIT_CODE: u8 = 2;
+}
+
+impl From<&FileError> for BadInput {
+    /// Place, problem and expected value on one line.
+    fn from(error: &FileError) -> Self {
+        Self(format!("{error}; expected {}", error.expected()))
+    }
 }
 
 impl fmt::Display for BadInput {

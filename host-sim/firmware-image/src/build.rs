@@ -101,14 +101,14 @@ pub fn schedules(scene: &Path, board: Board) -> Result<Vec<Schedule>> {
     if board.can_buses().is_none() {
         return Ok(Vec::new());
     }
-    let file = SceneFile::load(scene).map_err(|error| BadInput(format!("{error}; expected {}", error.expected())))?;
+    let file = SceneFile::load(scene).map_err(|error| BadInput::from(&error))?;
     Ok(can_buses::schedules(&file, scene, board).map_err(BadInput)?)
 }
 
 /// Locks build and copy against other processes: two test processes may request two scenes at once.
 pub fn lock(folder: &Path) -> Result<File> {
     std::fs::create_dir_all(folder)?;
-    let lock = File::create(folder.join("xtask.lock"))?;
+    let lock = File::create(folder.join("firmware.lock"))?;
     lock.lock()?;
     Ok(lock)
 }

@@ -35,11 +35,7 @@ fn told(error: Box<dyn Error>) -> anyhow::Error {
         Ok(outside) => return (*outside).into(),
         Err(error) => error,
     };
-    BadInput(match error.downcast_ref::<FileError>() {
-        Some(file) => format!("{file}; expected {}", file.expected()),
-        None => error.to_string(),
-    })
-    .into()
+    error.downcast_ref().map_or_else(|| BadInput(error.to_string()), |file: &FileError| BadInput::from(file)).into()
 }
 
 /// Name of a scene, and a hash of its path and of what is chosen differently, for the names of generated files.

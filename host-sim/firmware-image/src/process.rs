@@ -1,13 +1,27 @@
-//! Other programs: found, run, and named if they fail.
+//! Other programs: found, run, and named if they fail; files for their owner alone.
 
 use anyhow::{Context as _, Result, bail};
-use std::path::PathBuf;
+use std::fs::OpenOptions;
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// The workspace's folder.
 pub fn root() -> PathBuf {
     let manifest = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
     manifest.ancestors().nth(2).map_or_else(|| manifest.clone(), PathBuf::from)
+}
+
+/// Writes a new file that only its owner can read.
+///
+/// # Errors
+/// The file exists or cannot be written.
+pub fn write_for_owner(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut options = OpenOptions::new();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    options.open(path)?.write_all(bytes)
 }
 
 /// Cargo's build folder.

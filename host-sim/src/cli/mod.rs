@@ -129,7 +129,7 @@ pub enum Command {
 }
 
 impl Command {
-    /// Does what the command line asks for; returns the exit code.
+    /// Runs the command; returns the exit code.
     ///
     /// # Errors
     /// Those of the command.

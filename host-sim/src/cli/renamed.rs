@@ -3,7 +3,7 @@
 use sim::failure::Failure;
 
 /// Earlier name, present one. They answer for one release.
-pub const RENAMED: [(&str, &str); 19] = [
+pub const RENAMED: [(&str, &str); 18] = [
     ("bound", "choose bound"),
     ("compare", "report"),
     ("contact", "model contact"),
@@ -16,7 +16,6 @@ pub const RENAMED: [(&str, &str); 19] = [
     ("kernel", "model kernel"),
     ("key", "firmware key"),
     ("linkage", "model linkage"),
-    ("margins", "choose margins"),
     ("merge", "sweep merge"),
     ("motion", "model motion"),
     ("replay", "connect replay"),

@@ -11,9 +11,9 @@
 //! | [`excite`] | motions worth recording |
 //! | [`explain`] | cost of each term of a model, and the errors without it |
 //! | [`identify`] | the model of an arm from logs: its files, its report, the robot file that it becomes |
-//! | [`margins`] | how far each number of a scene may go before the arm is lost |
 //! | [`kernel`] | the arm's dynamics as source code, and the operations that each rewrite saves |
 //! | [`linkage`] | a closed loop of links, driven at constant speed or simulated under a constant moment |
+//! | [`margins`] | how far each number of a scene may go before the arm is lost |
 //! | [`path_work`] | work of the actuators along given states |
 //! | [`posture_search`] | the posture that minimises a function |
 //! | [`statics`] | torques and forces that hold an arm at rest |

@@ -65,13 +65,10 @@ impl Quantity {
     fn missing(self, scene: &SceneFile) -> Option<&'static str> {
         let drives = scene.robot.joints.iter().any(|joint| joint.drive.is_some()) && !scene.actuators.ideal;
         match self {
-            Self::Delay if drives => {
+            Self::Delay | Self::Encoder if drives => {
                 Some("the simulated drives have their own: `actuators.ideal = true` replaces them")
             }
             Self::Friction if friction(scene).is_none() => Some("no friction in [plant]"),
-            Self::Encoder if drives => {
-                Some("the simulated drives have their own: `actuators.ideal = true` replaces them")
-            }
             Self::Encoder if !scene.sensors.encoder => Some("no encoders in [sensors]"),
             _ => None,
         }

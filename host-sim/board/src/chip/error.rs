@@ -149,7 +149,7 @@ pub(crate) fn refusal(refusal: &Refusal) -> String {
             "{count} packets so far were not of this session: somebody else talks on the wire, or bytes were damaged"
         ),
         Refusal::NoKey => {
-            "the board has no link key, and without one it does not arm: `newtau firmware key new FILE`, then \
+            "the board has no link key, and without one it does not arm: `cargo newtau firmware key new FILE`, then \
                            `cargo newtau firmware key write FILE --board BOARD`"
                 .into()
         }

@@ -4,10 +4,9 @@
 //! writes, and no others.
 
 use super::{Board, Chip, PROBE_TOOL, is_real, line, no_tool, probe_call, run_steps};
-use crate::process::which;
+use crate::process::{which, write_for_owner};
 use anyhow::Result;
 use std::ffi::OsString;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Options of `firmware key write`.
@@ -73,11 +72,7 @@ impl Page {
         let page = Self(std::env::temp_dir().join(format!("newtau-key-page-{}.bin", std::process::id())));
         // Left over from a killed process with the same id.
         std::fs::remove_file(&page.0).ok();
-        let mut options = std::fs::OpenOptions::new();
-        options.write(true).create_new(true);
-        #[cfg(unix)]
-        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-        options.open(&page.0)?.write_all(bytes)?;
+        write_for_owner(&page.0, bytes)?;
         Ok(page)
     }
 }

@@ -6,8 +6,8 @@ use crate::can_buses;
 use crate::process::root;
 use crate::scene_keys::SceneKeys;
 use anyhow::Result;
+use robot_compiler::SceneFile;
 use robot_compiler::drive::JointDrive;
-use robot_compiler::{FileError, SceneFile};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -71,7 +71,7 @@ pub(super) fn choose(wanted: &Wanted, board: Board) -> Result<Choice> {
 }
 
 fn scene(path: &Path, board: Board) -> Result<Choice, String> {
-    let file = SceneFile::load(path).map_err(|error| told(&error))?;
+    let file = SceneFile::load(path).map_err(|error| BadInput::from(&error).0)?;
     let drives = Drives::of(&file);
     if !drives.fit(board) {
         let line = line_of_robot(path).map_or_else(String::new, |line| format!(":{line}"));
@@ -151,9 +151,4 @@ fn line_of_robot(scene: &Path) -> Option<usize> {
     let names =
         |line: &str| line.trim_start().strip_prefix("robot").is_some_and(|rest| rest.trim_start().starts_with('='));
     text.lines().position(names).map(|index| index + 1)
-}
-
-/// Place, problem and expected value on one line.
-fn told(error: &FileError) -> String {
-    format!("{error}; expected {}", error.expected())
 }

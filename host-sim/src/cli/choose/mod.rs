@@ -24,7 +24,7 @@ pub enum ChoosePart {
     Margins(margins::MarginsArgs),
 }
 
-/// Does what is asked for; returns the exit code.
+/// Runs the command or its part; returns the exit code.
 ///
 /// # Errors
 /// Those of the command.

@@ -17,7 +17,7 @@ pub enum ConnectPart {
     Replay(replay::ReplayArgs),
 }
 
-/// Does what is asked for; returns the exit code.
+/// Runs the command or its part; returns the exit code.
 ///
 /// # Errors
 /// Those of the command.

@@ -13,16 +13,17 @@ const LONGEST: usize = 100_000;
 
 /// The text, Markdown: versions, the checks, the scene and its robot. Paths below the home folder begin with `~`.
 pub(super) fn text(report: &Report<'_>, scene: Option<&SceneFile>) -> Result<String, Failure> {
-    let said = |program: &str, arguments: &[&str]| {
-        let found = process::output(Command::new(program).args(arguments).current_dir(process::root()));
-        found.unwrap_or_else(|| "unknown".to_owned())
+    let output = |program: &str, arguments: &[&str]| {
+        process::output(Command::new(program).args(arguments).current_dir(process::root()))
     };
+    let said = |program: &str, arguments: &[&str]| output(program, arguments).unwrap_or_else(|| "unknown".to_owned());
+    let changed = output("git", &["status", "--porcelain"]);
     let mut text = format!(
         "# Bug report\n\nWhat I did:\n\nWhat I expected:\n\nWhat happened instead:\n\n## Versions\n\n\
          | | |\n|---|---|\n| newtau | {} |\n| commit | {} |\n| changed files | {} |\n| link protocol | {} |\n| system | {} {} |\n| rustc | {} |\n| QEMU | {} |\n",
         env!("CARGO_PKG_VERSION"),
         said("git", &["rev-parse", "--short", "HEAD"]),
-        said("git", &["status", "--porcelain"]).lines().count(),
+        changed.map_or_else(|| "unknown".to_owned(), |files| files.lines().count().to_string()),
         link::PROTOCOL_VERSION,
         std::env::consts::OS,
         std::env::consts::ARCH,

@@ -18,7 +18,7 @@ pub enum IdentifyPart {
     Excite(excite::ExciteArgs),
 }
 
-/// Does what is asked for; returns the exit code.
+/// Runs the command or its part; returns the exit code.
 ///
 /// # Errors
 /// Those of the command.

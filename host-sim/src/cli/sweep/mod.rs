@@ -17,7 +17,7 @@ pub enum SweepPart {
     Merge(merge::MergeArgs),
 }
 
-/// Does what is asked for; returns the exit code.
+/// Runs the command or its part; returns the exit code.
 ///
 /// # Errors
 /// Those of the command.

@@ -21,7 +21,7 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> R
         ("report", Reaction::Report),
     ];
     let reaction = table.get("reaction").map_or(Ok(Reaction::Stop), |value| value.choice(&reactions))?;
-    if let Some(problem) = control.law.traits().not_a_collision.filter(|_| reaction != Reaction::Report) {
+    if let Some(problem) = control.law.traits().watch_only_reports.filter(|_| reaction != Reaction::Report) {
         let key = if table.get("reaction").is_some() { "reaction" } else { "threshold" };
         return Err(table.error(key, problem, "`reaction = \"report\"` beside this law"));
     }

@@ -9,7 +9,7 @@ use link::{Challenge, DecodeError, Distrust, Hello, Key, NonceSource, PROTOCOL_V
 const WIRES: &str = "is the board powered and flashed (`cargo newtau firmware flash`), PA2 wired to the adapter's RX, PA3 to its TX, and ground \
                      to ground (docs/flash.md)?";
 
-const NO_KEY: &str = "without a key it runs on the bench and does not arm: `newtau firmware key new FILE`, then `cargo newtau firmware key write FILE --board BOARD`";
+const NO_KEY: &str = "without a key it runs on the bench and does not arm: `cargo newtau firmware key new FILE`, then `cargo newtau firmware key write FILE --board BOARD`";
 
 /// Answer of the board.
 #[derive(Debug)]
