@@ -79,7 +79,7 @@ pub fn flash(options: &Options) -> Result<()> {
     let tool = tool.ok_or_else(no_tool)?;
     let built = build.run()?;
     println!("program  {}", shown(&built));
-    println!("log      {} strings, read over RTT", log_strings::check(&built)?);
+    println!("log      {} strings, read over RTT", log_strings::count_over_rtt(&built)?);
     run_steps(&tool, &steps)?;
     if !options.log {
         println!("flashed, and started: `newtau doctor --port PORT --scene {}` asks it who it is", shown(&scene.path));

@@ -12,14 +12,34 @@ const SECTION: &str = ".defmt";
 
 /// The number of strings that the program can log.
 ///
-/// A log travels as numbers. The strings lie in the program's file, and the probe finds the bytes through RTT's control
-/// block. Without either the log would be lost silently.
+/// A log travels as numbers, and the strings lie in the program's file. Without them the log is lost silently.
 ///
 /// # Errors
-/// A file that cannot be read, one without strings, or one without the control block.
-pub fn check(elf: &Path) -> Result<usize> {
+/// A file that cannot be read, or one without strings.
+pub fn count(elf: &Path) -> Result<usize> {
     let bytes = std::fs::read(elf).with_context(|| format!("cannot read {}", elf.display()))?;
-    let program = object::File::parse(&*bytes).with_context(|| elf.display().to_string())?;
+    strings(&parse(&bytes, elf)?, elf)
+}
+
+/// The number of strings that a probe can read from the program through RTT.
+///
+/// # Errors
+/// As [`count`], and a program without RTT's control block: the emulator's logs over semihosting, for example.
+pub fn count_over_rtt(elf: &Path) -> Result<usize> {
+    let bytes = std::fs::read(elf).with_context(|| format!("cannot read {}", elf.display()))?;
+    let program = parse(&bytes, elf)?;
+    let strings = strings(&program, elf)?;
+    if !program.symbols().any(|symbol| symbol.name() == Ok(RTT_CONTROL_BLOCK)) {
+        bail!("{}: found no {RTT_CONTROL_BLOCK}, expected a program that logs over RTT", elf.display());
+    }
+    Ok(strings)
+}
+
+fn parse<'bytes>(bytes: &'bytes [u8], elf: &Path) -> Result<object::File<'bytes>> {
+    object::File::parse(bytes).with_context(|| elf.display().to_string())
+}
+
+fn strings(program: &object::File<'_>, elf: &Path) -> Result<usize> {
     let section = program.section_by_name(SECTION).map(|section| section.index());
     // The strings' symbols are JSON; the others mark levels and the version.
     let of_string = |symbol: &object::Symbol<'_, '_>| {
@@ -29,9 +49,6 @@ pub fn check(elf: &Path) -> Result<usize> {
     if strings == 0 {
         bail!("{}: found no log strings, expected a program that was linked with defmt.x", elf.display());
     }
-    if !program.symbols().any(|symbol| symbol.name() == Ok(RTT_CONTROL_BLOCK)) {
-        bail!("{}: found no {RTT_CONTROL_BLOCK}, expected a program that logs over RTT", elf.display());
-    }
     Ok(strings)
 }
 
@@ -39,12 +56,12 @@ pub fn check(elf: &Path) -> Result<usize> {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
-    use super::check;
+    use super::count_over_rtt;
 
     #[test]
     fn a_program_whose_log_nobody_could_read_is_refused() {
         let this = std::env::current_exe().unwrap();
-        let error = check(&this).unwrap_err().to_string();
+        let error = count_over_rtt(&this).unwrap_err().to_string();
         assert!(error.contains("found no log strings"), "{error}");
     }
 }
