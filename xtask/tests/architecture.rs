@@ -41,9 +41,7 @@ const ALL: &[&str] = &[
     "newtau-session",
     "joint-io",
     "actuator-model",
-    "explore",
     "arm",
-    "tick-gate",
     "probe",
     "firmware",
     "sim",
@@ -51,12 +49,10 @@ const ALL: &[&str] = &[
     "studies",
     "host-sim",
     "fuzz",
-    "clearance",
     "firmware-image",
     "identification",
     "report",
     "chip-image",
-    "chip-log",
     "chip-budget",
     "campaign",
     "bench",
@@ -64,7 +60,7 @@ const ALL: &[&str] = &[
     "bench-peers",
 ];
 
-const ROWS: [Row; 30] = [
+const ROWS: [Row; 26] = [
     row("dynamics-core", "dynamics-core", &[], &[]),
     row("robot-compiler", "robot-compiler", &["dynamics-core"], &[]),
     row("kernel-tests", "robot-compiler/kernel-tests", &["dynamics-core", "robot-compiler"], &[]),
@@ -74,15 +70,7 @@ const ROWS: [Row; 30] = [
     row("newtau-session", "link/session", &["dynamics-core", "newtau-link"], &["robot-compiler"]),
     row("joint-io", "link/joint-io", &["dynamics-core", "newtau-session"], &["actuator-model", "newtau-link"]),
     row("actuator-model", "link/actuators", &[], &[]),
-    // Tests alone: everything between frames and a shaft, in a model checker.
-    row(
-        "explore",
-        "link/explore",
-        &["actuator-model", "dynamics-core", "joint-io", "newtau-link", "newtau-session"],
-        &[],
-    ),
     row("arm", "firmware/arm", &["dynamics-core"], &[]),
-    row("tick-gate", "firmware/tick-gate", &["arm", "dynamics-core"], &[]),
     // A program that `cargo xtask bench` runs; it shares the states and arms of the other measurements.
     row("probe", "firmware/probe", &["bench", "dynamics-core"], &[]),
     row("firmware", "firmware", &["arm", "dynamics-core", "joint-io", "newtau-link", "newtau-session"], &[]),
@@ -123,7 +111,6 @@ const ROWS: [Row; 30] = [
         "host-sim/studies",
         &[
             "board",
-            "clearance",
             "dynamics-core",
             "identification",
             "joint-io",
@@ -153,11 +140,9 @@ const ROWS: [Row; 30] = [
         &[],
     ),
     row("firmware-image", "host-sim/firmware-image", &["dynamics-core", "robot-compiler"], &[]),
-    row("clearance", "host-sim/clearance", &["dynamics-core"], &["identification", "robot-compiler"]),
     row("identification", "host-sim/identification", &["dynamics-core"], &["robot-compiler"]),
     row("report", "host-sim/report", &[], &[]),
     row("chip-image", "xtask/image", &[], &[]),
-    row("chip-log", "xtask/log", &[], &[]),
     row("chip-budget", "xtask/budget", ALL, ALL),
     row("campaign", "xtask/campaign", ALL, ALL),
     row("fuzz", "xtask/fuzz", ALL, ALL),

@@ -1,14 +1,17 @@
-//! Searches with two and three events, each for a stated time: `cargo run --release -p explore --example search -- [NAME] [SECONDS] [PERIODS]`.
+//! Searches with two and three events, each for a stated time: `cargo run --release -p joint-io --example search -- [NAME] [SECONDS] [PERIODS]`.
 //!
 //! They go depth first, so that the states that wait fit into memory. With PERIODS, all events of a path happen within so many periods after its first
 //! one: all paths of that kind are looked at, from every moment of the session on. Exit code 1 if a rule is broken.
 
+#[path = "../tests/explore/checker/mod.rs"]
+mod checker;
+
 use actuator_model::mit::Language::{self, Damiao, MiniCheetah, RobStride};
+use checker::explorer::{Bounds, explore};
+use checker::scene::Setup;
+use checker::state::Kinds;
 use dynamics_core::drive;
 use dynamics_core::safety::SafeAction::{self, Brake, DampedStop};
-use explore::explorer::{Bounds, explore};
-use explore::scene::Setup;
-use explore::state::Kinds;
 use std::process::ExitCode;
 
 const LINK: Kinds = Kinds { requests: true, host: true, ..Kinds::NONE };

@@ -1,6 +1,6 @@
 //! The operator: a function from what the board reports to the next request.
 
-use crate::scene::{MOTION_TICKS, TOP};
+use super::scene::{MOTION_TICKS, TOP};
 use dynamics_core::safety::State;
 use link::{Frame, Point, Reference, Request};
 

@@ -1,8 +1,8 @@
 //! The transition system for the checker, and readable traces.
 
-use crate::judge::Rule;
-use crate::scene::{Numbers, Setup};
-use crate::state::{State, Step, TAIL, Uncounted};
+use super::judge::Rule;
+use super::scene::{Numbers, Setup};
+use super::state::{State, Step, TAIL, Uncounted};
 use core::fmt::{Debug, Write as _};
 use joint_io::frames::Frames;
 use session::meter::Meter;

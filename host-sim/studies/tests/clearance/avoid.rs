@@ -1,7 +1,6 @@
 //! Excitations that keep out of a box.
 
 use crate::motions::{block, links, model};
-use clearance::cell::Cell;
 use dynamics_core::control::trajectory::{Bounds, FourierSpec, HARMONICS_MAX, Motion};
 use dynamics_core::kinematics::tip_pose;
 use dynamics_core::trig::Libm;
@@ -10,6 +9,7 @@ use identification::arm::Chain;
 use identification::base::Base;
 use identification::excite::{Room, Search, Series, Subject, Unlimited, Workspace, excite};
 use nalgebra::Vector3;
+use studies::clearance::cell::Cell;
 
 const CENTRE: [f64; 6] = [0.0, 1.2, 1.2, 0.0, 0.0, 0.0];
 const SEARCH: Search = Search { harmonics: 3, period: 8.0, tries: 60, seed: 5 };

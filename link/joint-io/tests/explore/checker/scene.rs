@@ -3,8 +3,8 @@
 //! The arm's joints are independent: each carries [`WEIGHT`] upward from a table at position 0. One control period is 10 ms, and time limits are
 //! a few periods, so that a search of some tens of periods goes past every one of them.
 
-use crate::faulty::Mutant;
-use crate::state::Kinds;
+use super::faulty::Mutant;
+use super::state::Kinds;
 use actuator_model::mit::{Electronics, Language, Ranges};
 use core::fmt::Debug;
 use dynamics_core::control::{ControllerConfig, Encoder, Gains, Guard, Law, TrackingObserver};

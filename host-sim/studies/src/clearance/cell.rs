@@ -1,6 +1,6 @@
 //! An arm among boxes, above a floor.
 
-use crate::shape::{Shape, pose};
+use super::shape::{Shape, pose};
 use dynamics_core::joint::JointKind;
 use dynamics_core::kinematics::link_poses;
 use dynamics_core::trig::Libm;

@@ -1,6 +1,6 @@
 //! Everything around the board: bus, drives, power, brakes and joints.
 
-use crate::scene::{self, INERTIA, PERIOD, Setup, TURN, WEIGHT};
+use super::scene::{self, INERTIA, PERIOD, Setup, TURN, WEIGHT};
 use actuator_model::bus::Frame;
 use actuator_model::mit::{Electronics, Language, Memory, Shaft};
 use embedded_can::ErrorKind;

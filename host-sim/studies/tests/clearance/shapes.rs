@@ -1,9 +1,9 @@
 //! Gaps between shapes, against closed forms.
 
-use clearance::shape::Shape;
 use dynamics_core::geometry::from_rpy;
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::{FRAC_PI_4, PI};
+use studies::clearance::shape::Shape;
 
 fn at(x: f64, y: f64, z: f64) -> Vector3<f64> {
     Vector3::new(x, y, z)

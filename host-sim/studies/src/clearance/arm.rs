@@ -1,7 +1,7 @@
 //! Shapes of links that are known by their joints and mass centres alone.
 
-use crate::cell::Part;
-use crate::shape::Shape;
+use super::cell::Part;
+use super::shape::Shape;
 use dynamics_core::Model;
 use nalgebra::Vector3;
 

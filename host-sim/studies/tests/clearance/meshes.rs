@@ -1,7 +1,7 @@
 //! Meshes, good and damaged.
 
-use clearance::mesh::points;
 use nalgebra::Vector3;
+use studies::clearance::mesh::points;
 
 const CORNERS: [[f32; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]];
 const FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];

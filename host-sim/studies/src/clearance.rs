@@ -10,7 +10,6 @@
 //!
 //! Metres and radians throughout. The shapes are all that is known: what they do not contain (cables, a gripper, a mesh that is missing)
 //! can be hit.
-#![forbid(unsafe_code)]
 
 pub mod arm;
 pub mod cell;

@@ -1,11 +1,11 @@
 //! One state, its events, and the step by one control period.
 
-use crate::digest;
-use crate::faulty::{Faulty, Mutant};
-use crate::host::{Host, Presence};
-use crate::judge::{Judge, Period};
-use crate::scene::{self, Lift, Numbers, Setup};
-use crate::world::{Brake, CommandFate, ReplyFate, Wire, World};
+use super::digest;
+use super::faulty::{Faulty, Mutant};
+use super::host::{Host, Presence};
+use super::judge::{Judge, Period};
+use super::scene::{self, Lift, Numbers, Setup};
+use super::world::{Brake, CommandFate, ReplyFate, Wire, World};
 use core::borrow::{Borrow, BorrowMut};
 use core::cell::Cell;
 use core::fmt::Debug;

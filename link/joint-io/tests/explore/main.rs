@@ -1,14 +1,16 @@
-//! The quick part of the exploration: one or two events, each search to its end. Longer ones: `examples/search.rs`.
+//! The quick part of the exploration ([`checker`]): one or two events, each search to its end. Longer ones: `examples/search.rs`.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
+mod checker;
+
 use actuator_model::mit::Language;
+use checker::explorer::{Bounds, Explored, Explorer, explore};
+use checker::faulty::Mutant;
+use checker::judge::Rule;
+use checker::scene::Setup;
+use checker::state::Kinds;
 use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
 use dynamics_core::safety::{SafeAction, State};
-use explore::explorer::{Bounds, Explored, Explorer, explore};
-use explore::faulty::Mutant;
-use explore::judge::Rule;
-use explore::scene::Setup;
-use explore::state::Kinds;
 
 fn setup(language: Language, action: SafeAction) -> Setup {
     let absolute = language != Language::MiniCheetah;
@@ -58,7 +60,7 @@ fn the_undisturbed_session_goes_round_and_breaks_no_rule() {
         assert_eq!(disarms, action == SafeAction::Brake);
         let (mut known, mut now) = (states.clone(), states.last().unwrap().clone());
         let again = (0..100).any(|_| {
-            now = explorer.step(&now, explore::state::Step::Tick);
+            now = explorer.step(&now, checker::state::Step::Tick);
             let was_there = known.contains(&now);
             known.push(now.clone());
             was_there

@@ -1,9 +1,7 @@
 //! The control tick of one arm, bare and inside the safety state machine, as two functions: nothing else is linked, so every
 //! symbol that the linker keeps is reachable from a tick. `cargo xtask gate` links it and reads the symbols.
-// On the host it is compiled only to be checked, and takes the panic handler from std.
-#![cfg_attr(target_os = "none", no_std)]
 
-use arm::{ArmController, ArmSafety, N};
+use crate::{ArmController, ArmSafety, N};
 use dynamics_core::control::{Command, Measurement, Reference};
 use dynamics_core::safety::{Inputs, Output};
 

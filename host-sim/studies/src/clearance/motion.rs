@@ -5,7 +5,7 @@
 //! stretch of time whose gap, less that way, is still large enough is clear as a whole; otherwise it is halved (conservative advancement,
 //! Mirtich 1996).
 
-use crate::cell::Cell;
+use super::cell::Cell;
 use dynamics_core::control::trajectory::Motion;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;

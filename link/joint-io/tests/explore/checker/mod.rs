@@ -21,6 +21,8 @@
 //! down, disarms. From each of them the checker follows every interleaving of up to `budget` disturbing events. An event takes no time;
 //! several may come in one period. The operator is never disturbed by the budget: it goes on as what the board reports tells it to.
 #![forbid(unsafe_code)]
+#![allow(dead_code, unreachable_pub, reason = "`main.rs` uses one part, `examples/search.rs` another")]
+#![allow(clippy::disallowed_types, reason = "the plant and its bounds are in double precision")]
 
 pub mod digest;
 pub mod explorer;

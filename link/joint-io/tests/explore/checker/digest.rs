@@ -37,7 +37,7 @@ const LEFT_OUT: [(&str, &str); 12] = [
 ];
 
 /// Counters that act only up to a bound, and count on beyond it: the text has a word for all beyond. Each bound is above every limit of the
-/// scenes ([`crate::scene`]), and in so many periods a joint can go anywhere at the speed that a jump is judged by.
+/// scenes ([`super::scene`]), and in so many periods a joint can go anywhere at the speed that a jump is judged by.
 const BOUNDED: [(&str, &str, u64); 7] = [
     ("Inputs", "live_age", 30),
     ("Memory", "settled", 30),

@@ -1,8 +1,5 @@
 //! Clearances of motions: closed forms, and bounds against dense sampling.
 
-use clearance::arm::{capsules, length, usual_radius};
-use clearance::cell::{Cell, Part, Reason};
-use clearance::shape::Shape;
 use dynamics_core::Model;
 use dynamics_core::control::trajectory::{Bounds, FourierSpec, HARMONICS_MAX, Motion, Timing, Waypoint};
 use nalgebra::{Matrix3, Vector3};
@@ -10,6 +7,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use robot_compiler::Robot;
 use std::path::Path;
+use studies::clearance::arm::{capsules, length, usual_radius};
+use studies::clearance::cell::{Cell, Part, Reason};
+use studies::clearance::shape::Shape;
 
 pub(crate) fn model<const N: usize>(name: &str) -> Model<f64, N> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots").join(name);

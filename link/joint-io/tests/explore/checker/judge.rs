@@ -1,8 +1,8 @@
 //! The properties, judged from the simulated drives and the motion, never from what the board believes.
 
-use crate::scene::{AGE_MAX, INERTIA, LOWERING_SPEED, PERIOD, Setup, WEIGHT};
-use crate::state::Event;
-use crate::world::World;
+use super::scene::{AGE_MAX, INERTIA, LOWERING_SPEED, PERIOD, Setup, WEIGHT};
+use super::state::Event;
+use super::world::World;
 use actuator_model::mit::Language;
 use dynamics_core::control::Fault;
 use dynamics_core::safety::{SafeAction, State};
