@@ -16,7 +16,7 @@ const FOLDERS: [&str; 14] = [
     "host-sim/studies/src",
     "xtask/src",
     "xtask/image/src",
-    "xtask/bench/src",
+    "bench/src",
     "robots",
     "scenes",
     "dynamics-core/src",

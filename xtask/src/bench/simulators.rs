@@ -138,7 +138,7 @@ fn scene(name: &str, settings: &[(&str, &str)]) -> Result<PathBuf> {
 
 /// MuJoCo's times and errors.
 fn mujoco(folder: &Path, truth: &[errors::Truth; 2]) -> Result<Value> {
-    let tools = root().join("xtask/bench/simulators");
+    let tools = root().join("bench/simulators");
     let python = setup::python(&folder.join("venv"), &tools.join("requirements.txt"))?;
     let output = Command::new(python)
         .arg(tools.join("mujoco_steps.py"))
