@@ -1,7 +1,7 @@
 //! The project's workspaces: the product's, and that of what is built only to be measured. Each has a lock file of its own; both share one
-//! build folder.
+//! build folder (`.cargo/config.toml`).
 
-use crate::process::{self, target_directory};
+use crate::process;
 use std::fmt;
 use std::process::Command;
 
@@ -25,11 +25,11 @@ impl Workspace {
         }
     }
 
-    /// Cargo in it, with its first arguments. Another build folder than the project's own is given by `CARGO_TARGET_DIR`.
+    /// Cargo in it, with its first arguments.
     pub(crate) fn cargo<'a>(self, arguments: impl IntoIterator<Item = &'a str>) -> Command {
         let mut command = process::cargo(arguments);
         if self == Self::Bench {
-            command.args(["--manifest-path", self.manifest()]).env("CARGO_TARGET_DIR", target_directory());
+            command.args(["--manifest-path", self.manifest()]);
         }
         command
     }
