@@ -126,7 +126,9 @@ impl<const N: usize> SimulatedBoard<N> {
     fn take(&mut self, received: Result<link::Received, link::DecodeError>) {
         let now = self.seconds();
         match self.session.receive(received) {
-            Reaction::Reply(frame) | Reaction::Start(_, frame) | Reaction::Resume(frame) => self.to_host.send(now, frame),
+            Reaction::Reply(frame) | Reaction::Start(_, frame) | Reaction::Resume(frame) => {
+                self.to_host.send(now, frame)
+            }
             Reaction::Stop(hello, refusal) => {
                 self.to_host.send(now, hello);
                 self.to_host.send(now, refusal);
