@@ -1,4 +1,5 @@
 //! Gravity torques written by hand, with every trick that fits: the reference for a kernel of gravity alone.
+#![allow(clippy::disallowed_types, reason = "constants alone: the compiler gives each scalar its literal")]
 
 use dynamics_core::{Scalar, SinCos};
 

@@ -62,6 +62,8 @@ impl Default for States {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::disallowed_types, reason = "both precisions are compared, on the desk")]
+
     use super::{State, States};
 
     #[test]
