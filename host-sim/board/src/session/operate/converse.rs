@@ -14,7 +14,7 @@ enum Pending {
     FullRange,
 }
 
-/// Executes commands line by line, until the end. The arm is left as `docs/operate.md` says: see `Operator::release`.
+/// Executes commands line by line, until the end. The arm is left as `docs/operate/README.md` says: see `Operator::release`.
 pub fn converse(operator: &mut Operator, console: &mut Console) -> Result<(), Stop> {
     // In a drill, time stands still while a pipe is silent: the result does not depend on the speed of the writer.
     const PATIENCE: Duration = Duration::from_millis(20);
