@@ -48,7 +48,7 @@ pub(super) struct Sample {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Samples {
     all: VecDeque<Sample>,
-    /// Samples that are kept; 0 keeps those of one window.
+    /// Samples that are kept at least; 0 keeps those of one window.
     room: usize,
     /// Tick in which torque began to act, and the time since, s.
     first: Option<u32>,
@@ -57,8 +57,9 @@ pub(super) struct Samples {
 
 impl Samples {
     pub(super) fn push(&mut self, sample: Sample, period: f64) {
-        let window = (WINDOW / period).ceil() as usize;
-        while self.all.len() >= window.max(SAMPLES_MIN).max(self.room) {
+        // Statuses may come every tick or every twentieth: a window is a time, not a number of them.
+        let is_old = |first: &Sample| f64::from(sample.tick.wrapping_sub(first.tick)) * period >= WINDOW;
+        while self.all.len() >= SAMPLES_MIN.max(self.room) && self.all.front().is_some_and(is_old) {
             self.all.pop_front();
         }
         let first = self.first.get_or_insert(sample.tick);
@@ -66,7 +67,7 @@ impl Samples {
         self.all.push_back(sample);
     }
 
-    /// Keep so many from here on, and none of before; 0 keeps those of one window.
+    /// Keep at least so many from here on, and none of before; 0 keeps those of one window.
     pub(super) fn keep(&mut self, room: usize) {
         self.all.clear();
         self.room = room;
@@ -208,9 +209,16 @@ impl Operator {
             format!("is {factor:.2} times the commanded torque")
         };
         let cause = self.arm.drives.get(joint).map(|drive| drive.cause(factor, common)).unwrap_or_default();
+        // A wrong sign is never the load's.
+        let load = match factor {
+            ..0.0 => "",
+            0.0..1.0 => "the arm is heavier here than its model: an undeclared payload, or too small masses; or ",
+            _ => {
+                "the arm is lighter here than its model: a declared payload that is not there, or too large masses; or "
+            }
+        };
         format!(
-            "torque of {name} {what}: {acted:.2} {unit} by the model, {told:.2} {unit} commanded; likely cause: {cause}; if that is \
-             right, check the model's masses and the payload"
+            "torque of {name} {what}: {acted:.2} {unit} by the model, {told:.2} {unit} commanded; likely cause: {load}{cause}"
         )
     }
 
@@ -322,7 +330,7 @@ impl Operator {
             true => String::new(),
             false => {
                 let cause = self.arm.drives.get(joint).map(|drive| drive.cause(1.0 / share, false)).unwrap_or_default();
-                format!("  WRONG; likely cause: {cause}")
+                format!("  WRONG; likely cause, if masses and payload are right: {cause}")
             }
         };
         Some(format!(
