@@ -7,8 +7,8 @@ use actuator_model::mit::Language::{self, Damiao, MiniCheetah, RobStride};
 use dynamics_core::drive;
 use dynamics_core::safety::SafeAction::{self, Brake, DampedStop};
 use explore::explorer::{Bounds, explore};
+use explore::scene::Kinds;
 use explore::scene::Setup;
-use explore::state::Kinds;
 use std::process::ExitCode;
 
 const LINK: Kinds = Kinds { requests: true, host: true, ..Kinds::NONE };

@@ -1,8 +1,9 @@
 //! The transition system for the checker, and readable traces.
 
+use crate::event::{Step, TAIL};
 use crate::judge::Rule;
 use crate::scene::{Numbers, Setup};
-use crate::state::{State, Step, TAIL, Uncounted};
+use crate::state::{State, Uncounted};
 use core::fmt::{Debug, Write as _};
 use joint_io::frames::Frames;
 use session::meter::Meter;

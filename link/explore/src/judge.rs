@@ -1,7 +1,7 @@
 //! The properties, judged from the simulated drives and the motion, never from what the board believes.
 
+use crate::event::Event;
 use crate::scene::{AGE_MAX, INERTIA, LOWERING_SPEED, PERIOD, Setup, WEIGHT};
-use crate::state::Event;
 use crate::world::World;
 use actuator_model::mit::Language;
 use dynamics_core::control::Fault;

@@ -7,8 +7,8 @@ use dynamics_core::safety::{SafeAction, State};
 use explore::explorer::{Bounds, Explored, Explorer, explore};
 use explore::faulty::Mutant;
 use explore::judge::Rule;
+use explore::scene::Kinds;
 use explore::scene::Setup;
-use explore::state::Kinds;
 
 fn setup(language: Language, action: SafeAction) -> Setup {
     let absolute = language != Language::MiniCheetah;
@@ -58,7 +58,7 @@ fn the_undisturbed_session_goes_round_and_breaks_no_rule() {
         assert_eq!(disarms, action == SafeAction::Brake);
         let (mut known, mut now) = (states.clone(), states.last().unwrap().clone());
         let again = (0..100).any(|_| {
-            now = explorer.step(&now, explore::state::Step::Tick);
+            now = explorer.step(&now, explore::event::Step::Tick);
             let was_there = known.contains(&now);
             known.push(now.clone());
             was_there
