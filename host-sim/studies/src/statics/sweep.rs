@@ -7,8 +7,8 @@ use report::{Block, Figure, Page, Series};
 use robot_compiler::Robot;
 use serde::Serialize;
 use sim::failure::Failure;
+use sim::run::numbers::engineering;
 use sim::run::record::JointLabel;
-use sim::run::summary::engineering;
 use sim::table::table;
 
 /// Positions of the swept joint: half a degree over one turn.

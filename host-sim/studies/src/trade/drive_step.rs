@@ -7,7 +7,7 @@ use joint_io::mit::POSITION_BITS;
 use robot_compiler::SceneFile;
 use robot_compiler::drive::Protocol;
 use serde::Serialize;
-use sim::run::summary::engineering;
+use sim::run::numbers::engineering;
 use std::fmt::Write as _;
 
 /// Steps of one joint's drive, at the joint.
