@@ -1,7 +1,8 @@
 //! Holding torques and potential energy over the range of one joint, the others standing still.
 
 use super::search::{joint_index, joint_names};
-use super::{Question, Still, posture, wrong};
+use super::still::{Still, wrong};
+use super::{Question, posture};
 use crate::posture_search;
 use report::{Block, Figure, Page, Series};
 use robot_compiler::Robot;
