@@ -12,7 +12,9 @@ mod readme;
 mod report;
 mod robot_data;
 mod scale;
+mod scenes;
 mod setup;
+mod table;
 mod tally;
 mod test;
 
