@@ -1,6 +1,6 @@
 //! Case of a run: a fault in a state.
 
-use super::Target;
+use super::target::Target;
 use actuator_model::bus::{CommandFate, Fate};
 use actuator_model::frame::Order;
 use board::session::states;

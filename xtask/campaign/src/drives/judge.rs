@@ -4,7 +4,7 @@
 //! that it is homed. It reads no frame and calls none of the machine's rules.
 
 use crate::judge::{Law, Unsafe, broken};
-use crate::run::{Exemption, Motion};
+use crate::outcome::{Exemption, Motion};
 use board::session::states::{ARMED, ARMING, DISARMING, FAULT, HOLDING, HOMING, IDLE, LOWERING, RUNNING};
 use dynamics_core::Reference;
 use dynamics_core::safety::Rules;
