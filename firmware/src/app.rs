@@ -305,6 +305,8 @@ mod rtos {
                 });
                 service::send(channel, output, &hello);
             }
+            // Not as a reply, which may be dropped: the host waits for it.
+            Reaction::Resume(hello) => service::send(channel, output, &hello),
             Reaction::Stop(hello, refusal) => {
                 control.lock(|control| {
                     control.ticker.hold();

@@ -113,8 +113,8 @@ fn pack(frame: &Frame, number: u64, seal: Option<&SealKey>, packet: &mut Packet)
 pub struct Received {
     /// The frame.
     pub frame: Frame,
-    /// Packets lost between the last good one and this; 255 is that or more. A hello starts the count afresh.
-    pub missed: u8,
+    /// Packets lost between the last good one and this. A hello starts the count afresh.
+    pub missed: u32,
 }
 
 /// Half of the sequence numbers lie ahead, half behind. A packet from behind is [`DecodeError::Repeated`].
@@ -214,9 +214,9 @@ impl Decoder {
 }
 
 /// Full number of a packet whose low half the wire has carried, and how many are missing before it; `None` for an earlier one.
-fn place(sequence: u32, expected: u64) -> Option<(u64, u8)> {
+fn place(sequence: u32, expected: u64) -> Option<(u64, u32)> {
     let missed = sequence.wrapping_sub(expected as u32);
-    (missed < AHEAD).then(|| (expected + u64::from(missed), u8::try_from(missed).unwrap_or(u8::MAX)))
+    (missed < AHEAD).then(|| (expected + u64::from(missed), missed))
 }
 
 /// Sequence number and frame of a packet without its check sum.

@@ -287,7 +287,7 @@ pub enum Refusal {
     Undecodable(crate::packet::DecodeError),
     /// Packets were lost before this one.
     Lost {
-        /// Number of packets, modulo 256.
+        /// Number of packets; 255 is that or more.
         missed: u8,
     },
     /// A measurement, reference or live input before hellos were exchanged.
@@ -343,6 +343,8 @@ pub enum Refusal {
         /// Number of such frames since the hello; 65,535 is that or more.
         count: u16,
     },
+    /// A hello for another robot, rate or pacing came while the arm is driven; the session goes on.
+    Driven,
 }
 
 /// Request with a number that the host chooses.

@@ -97,7 +97,7 @@ fn run<const N: usize>(scene: &SceneFile, key: &Key, mut port: TTYPort, stop: &A
             });
             let Some(received) = received else { continue };
             match session.receive(received) {
-                Reaction::Reply(frame) | Reaction::Start(_, frame) => answers.push(frame),
+                Reaction::Reply(frame) | Reaction::Start(_, frame) | Reaction::Resume(frame) => answers.push(frame),
                 Reaction::Stop(hello, refusal) => answers.extend([hello, refusal]),
                 Reaction::None | Reaction::Tick => {}
             }

@@ -217,6 +217,35 @@ fn parameters_are_read_back_and_changed_where_no_torque_jumps_and_its_record_has
     assert!(lines[2].starts_with("payload: rejected: the scene has no live payload;"), "{out}");
 }
 
+/// A program that has died leaves an arm that is held. The next one continues: nothing falls, and what the arm holds is known.
+#[test]
+fn a_host_that_comes_back_to_an_arm_that_is_held_continues_its_session() {
+    let scene = SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(SCENE)).unwrap();
+    let board = LiveBoard::start::<2>(scene);
+    let key = board.key.to_str().unwrap();
+    let script = file("killed.txt");
+    std::fs::write(&script, "home\nconfirm\narm\njog elbow 0.2 0.3\nwait\nstatus\nwait 600\n").unwrap();
+    let mut first = at_the_top()
+        .args(["connect", SCENE, "--script"])
+        .arg(&script)
+        .args(["--port", &board.port, "--key", key])
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let out = std::io::BufReader::new(first.stdout.take().unwrap());
+    let armed = std::io::BufRead::lines(out).map_while(Result::ok).any(|line| line.contains("room for"));
+    first.kill().unwrap();
+    first.wait().unwrap();
+    assert!(armed);
+    let script = "status\njog elbow 0.1 0.3\nwait\nhold\ndisarm\n";
+    let (code, out, error) = connect("back", script, &["--port", &board.port, "--key", key]);
+    assert_eq!((code, error.as_str()), (0, ""), "{out}");
+    let lines: Vec<&str> = out.lines().collect();
+    assert!(lines[0].starts_with("the board was driving the arm and continues: "), "{out}");
+    assert!(lines.iter().any(|line| line.starts_with("wait: arrived")), "{out}");
+    assert_eq!(lines.last(), Some(&"disarm: idle, homed"), "{out}");
+}
+
 #[test]
 fn the_end_of_the_input_stops_and_disarms() {
     let log = file("end.log");

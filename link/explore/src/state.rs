@@ -161,7 +161,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
                 self.withheld = Some(frame);
                 Reaction::None
             }
-            _ => self.session.receive(Ok(Received { frame, missed })),
+            _ => self.session.receive(Ok(Received { frame, missed: missed.into() })),
         };
         let lost = matches!(reaction, Reaction::Reply(Frame::Refusal(link::Refusal::Lost { .. })));
         // After lost packets a request is refused, and the host is told; but never a stop.

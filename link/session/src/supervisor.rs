@@ -81,6 +81,19 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
         self.inputs.request = None;
     }
 
+    /// Another host has come: a motion of the previous one stops along its path, one that waits does not begin, and a request that waits is
+    /// dropped unless it stops the arm.
+    pub fn change_host(&mut self, trajectory: &mut Trajectory<N>) {
+        if self.inputs.request.is_none_or(|request| request.rank() < Request::Disarm.rank()) {
+            self.inputs.request = (self.state() == State::Running).then_some(Request::Hold);
+        }
+        if !self.runs_or_stops() {
+            trajectory.clear();
+            self.inputs.reference = None;
+        }
+        self.heard();
+    }
+
     /// The live inputs are new.
     pub fn live_came(&mut self) {
         self.inputs.live_age = 0;

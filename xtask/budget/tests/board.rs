@@ -163,7 +163,7 @@ fn run<const N: usize, M: Counter>(
                     session.tick(&meter);
                     std::iter::from_fn(|| session.say()).map(Report::frame).collect()
                 }
-                Reaction::Reply(frame) | Reaction::Start(_, frame) => vec![frame],
+                Reaction::Reply(frame) | Reaction::Start(_, frame) | Reaction::Resume(frame) => vec![frame],
                 Reaction::Stop(hello, refusal) => vec![hello, refusal],
                 Reaction::None => Vec::new(),
             };

@@ -141,7 +141,9 @@ impl<const N: usize> Desk<N> {
                 continue;
             }
             match self.session.receive(received) {
-                Reaction::Reply(frame) | Reaction::Start(_, frame) => self.answers.push(frame),
+                Reaction::Reply(frame) | Reaction::Start(_, frame) | Reaction::Resume(frame) => {
+                    self.answers.push(frame)
+                }
                 Reaction::Stop(hello, refusal) => self.answers.extend([hello, refusal]),
                 // The tick follows in `answers`: a drill's measurement comes last.
                 Reaction::Tick | Reaction::None => {}

@@ -40,7 +40,7 @@ pub(crate) fn decode(decoder: &mut Decoder, bytes: &[u8]) -> Vec<Result<Received
 #[derive(Debug, PartialEq)]
 pub(crate) struct Taken {
     pub(crate) bits: Vec<u8>,
-    pub(crate) missed: u8,
+    pub(crate) missed: u32,
 }
 
 /// The good packets among the decoder's results.
@@ -61,7 +61,7 @@ pub(crate) fn expected(stream: &[u8]) -> Vec<Taken> {
         // A sequence number half the range or more ahead is an old one, and refused.
         if missed <= i32::MAX as u32 {
             next = Some(sequence.wrapping_add(1));
-            all.push(Taken { bits: all_bits(&frame), missed: missed.min(255) as u8 });
+            all.push(Taken { bits: all_bits(&frame), missed });
         }
     }
     all

@@ -59,7 +59,7 @@ pub enum ChipError {
     #[error("{missed} packets from the chip were lost")]
     Lost {
         /// Number of lost packets; 255 is that or more.
-        missed: u8,
+        missed: u32,
     },
     /// The chip did not use what it received.
     #[error("the chip refused: {}", refusal(.0))]
@@ -161,6 +161,9 @@ pub(crate) fn refusal(refusal: &Refusal) -> String {
         Refusal::NoParameter => "no parameter has this number".into(),
         Refusal::Fixed => "the parameter is fixed by the scene that the firmware was built from".into(),
         Refusal::OutOfBounds => "the value is outside its bounds".into(),
+        Refusal::Driven => {
+            "the arm is driven: the board goes on with its session; `newtau connect` takes it over".into()
+        }
         Refusal::Busy => "another change waits for its tick".into(),
         Refusal::WouldJump { joint } => format!("the torque of joint {} would jump", joint + 1),
     }

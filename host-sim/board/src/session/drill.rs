@@ -108,7 +108,7 @@ impl<const N: usize> OnDesk<N> {
             Reaction::Reply(frame) => self.answers.push(frame),
             Reaction::Stop(hello, refusal) => self.answers.extend([hello, refusal]),
             // The hello in this reaction is no answer of a tick.
-            Reaction::Start(..) | Reaction::None => {}
+            Reaction::Start(..) | Reaction::Resume(_) | Reaction::None => {}
         }
         false
     }

@@ -166,6 +166,8 @@ pub struct Operator {
     /// True if anything was refused.
     refused: bool,
     agreed: bool,
+    /// The board continues the session of an earlier host, and the payload that it holds has not been read yet.
+    resumed: bool,
     /// Replies of each joint's drive that were too old in a status, and the statuses with readings.
     stale: (Vec<u64>, u64),
     /// Smallest age of each joint's reading, ticks.
@@ -230,6 +232,7 @@ impl Operator {
             urgent: None,
             refused: false,
             agreed: false,
+            resumed: false,
             stale: (Vec::new(), 0),
             age_min: Vec::new(),
             samples: Samples::default(),
@@ -308,12 +311,11 @@ impl Operator {
     /// Sends the live inputs again before the board counts them as old.
     fn renew_live(&mut self) -> Result<(), Stop> {
         let Some(every) = self.arm.live_every else { return Ok(()) };
-        if !self.agreed || self.silent_for(self.live_sent) < every {
+        if !self.agreed || self.resumed || self.silent_for(self.live_sent) < every {
             return Ok(());
         }
         self.live_sent = self.device.now();
-        let live = self.arm.limbs.live(self.arm.payload).map_err(ChipError::from)?;
-        self.send(&Frame::Live(live))
+        self.send_live()
     }
 
     /// The last status in the units of the arm.

@@ -14,6 +14,8 @@ pub enum Reaction {
     Reply(Frame),
     /// Start pacing like this, and send this hello.
     Start(Pacing, Frame),
+    /// Send this hello: the live session goes on.
+    Resume(Frame),
     /// Run one tick now.
     Tick,
 }
@@ -34,6 +36,8 @@ pub enum Outcome {
     Hello(Hello),
     /// Start pacing as this hello says.
     Start(Hello),
+    /// The live session goes on, for the host that sent this hello.
+    Resume(Hello),
     /// Ticks stop until the next agreed hello; this is the own one, and why.
     Stop(Hello, Refusal),
     /// Run one tick now.
@@ -50,6 +54,7 @@ impl Outcome {
             Self::Value(value) => Reaction::Reply(Frame::Value(value)),
             Self::Answer(answer) => Reaction::Reply(Frame::Answer(answer)),
             Self::Start(hello) => Reaction::Start(hello.pacing, Frame::Hello(hello)),
+            Self::Resume(hello) => Reaction::Resume(Frame::Hello(hello)),
             Self::Stop(hello, refusal) => Reaction::Stop(Frame::Hello(hello), Frame::Refusal(refusal)),
             Self::Tick => Reaction::Tick,
         }

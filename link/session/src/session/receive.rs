@@ -3,8 +3,8 @@
 //! A frame is read before the session is locked, so that a tick waits for its effect alone.
 
 use super::outcome::{Outcome, Reaction};
-use super::requests::Arrived;
-use super::{Buffers, Session};
+use super::requests::{Arrived, Requests};
+use super::{Buffers, QUIET, Session};
 use crate::readings::Lines;
 use crate::trajectory::{NotTaken, Way};
 use core::borrow::BorrowMut;
@@ -14,12 +14,12 @@ use dynamics_core::safety;
 use dynamics_core::scene::Live;
 use dynamics_core::trig::Trig;
 use link::codec::Received;
-use link::{DecodeError, Frame, NumberedRequest, Pacing, Refusal, Request, Verdict};
+use link::{DecodeError, Frame, Hello, NumberedRequest, Pacing, Refusal, Request, Verdict};
 
 /// A received frame in the types of the control loop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Message<const N: usize> {
-    missed: u8,
+    missed: u32,
     said: Said<N>,
 }
 
@@ -112,17 +112,15 @@ where
             return Outcome::Refused(Refusal::Undecodable(*error));
         }
         // Those that were lost before it are behind the host as well.
-        self.taken = self.taken.wrapping_add(1).wrapping_add(u16::from(*missed));
+        self.taken = self.taken.wrapping_add(1).wrapping_add(*missed as u16);
         // Even if packets were lost before it: a stop must not wait for the host to notice.
         let stops =
             matches!(said, Said::Other(Frame::Request(NumberedRequest { request: Request::Hold | Request::Stop, .. })));
         if *missed > 0 && !stops {
-            return Outcome::Refused(Refusal::Lost { missed: *missed });
+            return Outcome::Refused(Refusal::Lost { missed: u8::try_from(*missed).unwrap_or(u8::MAX) });
         }
         if let Said::Other(Frame::Hello(theirs)) = said {
-            self.left_live = self.is_live();
-            self.pacing = None;
-            return Outcome::Hello(*theirs);
+            return self.greeted(*theirs);
         }
         let Some(pacing) = self.pacing else { return Outcome::Refused(Refusal::NoHello) };
         if pacing.is_supervised() {
@@ -146,6 +144,32 @@ where
             _ => Err(Refusal::Unexpected),
         };
         outcome.unwrap_or_else(Outcome::Refused)
+    }
+
+    /// Takes a host's hello. While the arm is driven, the hello that the session has begun with lets it go on, and no other counts: an arm that
+    /// is held or lowered must not fall because its host has come back.
+    #[cold]
+    #[inline(never)]
+    fn greeted(&mut self, theirs: Hello) -> Outcome {
+        let state = self.supervisor.state();
+        if self.is_live() && (state.has_torque() || state == safety::State::Arming) {
+            if theirs != (Hello { pacing: Pacing::Live, ..self.own }) {
+                return Outcome::Refused(Refusal::Driven);
+            }
+            self.resume();
+            return Outcome::Resume(theirs);
+        }
+        self.left_live = self.is_live();
+        self.pacing = None;
+        Outcome::Hello(theirs)
+    }
+
+    /// Forgets the previous host, and nothing of the arm.
+    fn resume(&mut self) {
+        (self.taken, self.requests, self.foreign) = (0, Requests::NONE, 0);
+        (self.change, self.past, self.watch, self.until) = (None, None, QUIET, 0);
+        self.changed.clear();
+        self.supervisor.change_host(&mut self.buffers.borrow_mut().trajectory);
     }
 
     fn point(&mut self, ticks: u16, point: &Reference<f32, N>, way: Option<&Way<N>>) -> Result<Outcome, Refusal> {

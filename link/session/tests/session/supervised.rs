@@ -18,6 +18,10 @@ use newtau_session::readings::{JointFaults, Readings};
 use newtau_session::{Drives, Reaction, Session, State};
 use std::cell::Cell;
 
+fn refused(refusal: Refusal) -> Reaction {
+    Reaction::Reply(Frame::Refusal(refusal))
+}
+
 const SAFE: Drives<2> = Drives::Safe(SafeAction::DampedStop);
 
 /// A session whose host is heard before every tick.
@@ -320,7 +324,6 @@ fn a_status_has_the_parts_that_were_asked_for_at_the_rate_that_was_asked_for() {
 #[test]
 fn frames_of_the_bench_and_the_chip_s_own_are_refused_and_points_by_their_reason() {
     let mut arm = Arm::running();
-    let refused = |refusal| Reaction::Reply(Frame::Refusal(refusal));
     let still = Reference { q: [0.0; 2], qd: [0.0; 2], qdd: [0.0; 2] };
     assert_eq!(arm.receive(Frame::Reference(link::Reference::new(&still))), refused(Refusal::Unexpected));
     assert_eq!(arm.receive(Frame::Refusal(Refusal::NoHello)), refused(Refusal::Unexpected));
@@ -359,7 +362,7 @@ fn a_status_follows_a_hello_that_ends_a_live_session() {
         .into_iter()
         .chain([other])
     {
-        let mut arm = Arm::running();
+        let mut arm = Arm::live();
         arm.said();
         arm.receive(Frame::Hello(theirs));
         let said = arm.said();
@@ -369,7 +372,7 @@ fn a_status_follows_a_hello_that_ends_a_live_session() {
         arm.receive(Frame::Hello(theirs));
         assert_eq!(arm.said(), []);
     }
-    let mut arm = Arm::running();
+    let mut arm = Arm::live();
     arm.said();
     arm.receive(Frame::Hello(Hello { pacing: Pacing::Live, ..OWN }));
     assert_eq!(arm.said(), [], "ticks of the new session say it");
@@ -398,13 +401,124 @@ fn a_drill_is_the_same_with_the_host_in_the_place_of_board_and_joints_and_drives
 }
 
 #[test]
-fn a_hello_takes_everything_away() {
-    let mut arm = Arm::running();
+fn a_hello_takes_everything_away_from_an_arm_that_is_not_driven() {
+    let mut arm = Arm::armed();
+    assert_eq!(arm.asked(Request::Disarm), SAFE);
+    assert!(arm.session.homed());
     arm.receive(Frame::Hello(Hello { pacing: Pacing::Live, ..OWN }));
     assert_eq!(arm.tick(), SAFE);
     assert_eq!(arm.state(), safety::State::Idle);
     assert_eq!(arm.asked(Request::Arm), SAFE, "not homed any more");
     assert_eq!(arm.watched().tick, 3, "ticks are counted from 1 again");
+}
+
+/// A host that comes back to an arm that is driven, and its hello as often as it needs to be sent.
+#[test]
+fn the_same_hello_keeps_an_arm_that_is_driven_and_stops_its_motion() {
+    let live = Hello { pacing: Pacing::Live, ..OWN };
+    for hellos in 1..=3 {
+        let mut arm = Arm::with(config(), true).arm();
+        answers(&mut arm, set(16, 99.0));
+        arm.point(0, arm.q);
+        arm.point(100, arm.q.map(|q| q + 0.1));
+        arm.asked(Request::Run);
+        (0..5).for_each(|_| {
+            arm.follow();
+        });
+        let tick = arm.watched().tick;
+        for _ in 0..hellos {
+            assert_eq!(arm.receive(Frame::Hello(live)), Reaction::Resume(Frame::Hello(live)));
+            assert_eq!(arm.state(), safety::State::Running, "a hello does nothing that a tick does");
+        }
+        for _ in 0..100 {
+            assert!(matches!(arm.tick(), Drives::Drive(_)), "torque acts in each tick");
+        }
+        assert_eq!(arm.state(), safety::State::Holding(HoldCause::Requested));
+        let status = arm.watched();
+        assert_eq!((status.tick, status.homed), (tick + 101, true), "its ticks go on");
+        // An alive before each tick, and one that asked for this status.
+        assert!((100..110).contains(&status.taken), "frames are counted from the hello: {}", status.taken);
+        let value = Frame::Value(Value { index: 16, value: 99.0, low: 25.0, high: 400.0 });
+        assert_eq!(answers(&mut arm, Frame::Get(16)).first(), Some(&value), "parameters are kept");
+        // Requests of the host before may come again with their numbers: they are new ones.
+        assert!(matches!(arm.asked(Request::Disarm), Drives::Drive(_) | Drives::Safe(_)));
+    }
+}
+
+/// The previous host has asked for a motion that has not begun: it does not begin.
+#[test]
+fn a_motion_that_waits_does_not_begin_for_another_host() {
+    let live = Hello { pacing: Pacing::Live, ..OWN };
+    let mut arm = Arm::armed();
+    arm.point(0, arm.q);
+    arm.point(100, arm.q.map(|q| q + 0.1));
+    arm.ask(Request::Run);
+    arm.receive(Frame::Hello(live));
+    arm.tick();
+    assert_eq!(arm.state(), safety::State::Armed);
+    arm.asked(Request::Run);
+    assert_ne!(arm.state(), safety::State::Running, "its points are gone");
+    // A stop is no motion.
+    let mut arm = Arm::running();
+    arm.ask(Request::Stop);
+    arm.receive(Frame::Hello(live));
+    arm.tick();
+    assert_eq!(arm.state(), safety::State::Fault(Fault::EmergencyStop));
+}
+
+/// Nothing else that calls itself a host drops the arm.
+#[test]
+fn no_other_hello_counts_while_the_arm_is_driven() {
+    let strangers = [
+        Hello { pacing: Pacing::Drill, ..OWN },
+        Hello { pacing: Pacing::LockStep, ..OWN },
+        Hello { pacing: Pacing::Timer, ..OWN },
+        Hello { robot: 8, pacing: Pacing::Live, ..OWN },
+        Hello { joints: 3, pacing: Pacing::Live, ..OWN },
+        Hello { rate_hz: f32::NAN, pacing: Pacing::Live, ..OWN },
+    ];
+    for theirs in strangers {
+        for mut arm in [Arm::armed(), Arm::running()] {
+            let before = arm.state();
+            assert_eq!(arm.receive(Frame::Hello(theirs)), refused(Refusal::Driven), "{theirs:?}");
+            assert!(matches!(arm.tick(), Drives::Drive(_)));
+            assert_eq!(arm.state(), before);
+        }
+    }
+}
+
+/// The host has gone, and comes back before the arm is lowered or let go.
+#[test]
+fn an_arm_that_holds_because_its_host_went_is_held_when_it_comes_back() {
+    let live = Hello { pacing: Pacing::Live, ..OWN };
+    let mut arm = Arm::armed();
+    arm.heard = false;
+    let mut ticks = 0;
+    while arm.state() != safety::State::Holding(HoldCause::HeartbeatLost) {
+        arm.tick();
+        ticks += 1;
+        assert!(ticks < 1000);
+    }
+    arm.receive(Frame::Hello(live));
+    arm.heard = true;
+    for _ in 0..1000 {
+        assert!(matches!(arm.tick(), Drives::Drive(_)));
+    }
+    assert!(matches!(arm.state(), safety::State::Holding(_)));
+}
+
+/// Thousands of packets are lost: the count that the host waits for is still right.
+#[test]
+fn frames_taken_are_counted_right_however_many_were_lost() {
+    for missed in [1, 254, 255, 256, 1000, 70_000] {
+        let mut arm = Arm::live();
+        let before = arm.watched().taken;
+        let lost = Received { frame: Frame::Alive, missed };
+        let told = u8::try_from(missed).unwrap_or(u8::MAX);
+        assert_eq!(arm.session.receive(Ok(lost)), refused(Refusal::Lost { missed: told }));
+        arm.tick();
+        assert_eq!(arm.watched().taken, before.wrapping_add(missed as u16).wrapping_add(4), "{missed}");
+    }
 }
 
 /// Answers of the session to a frame, the ones of the next tick too.

@@ -43,7 +43,7 @@ impl<const N: usize> Bench<N> {
             Ok(received) => received,
             Err(error) => return self.is_refused(&reaction, Refusal::Undecodable(error), before),
         };
-        self.taken = self.taken.wrapping_add(1).wrapping_add(u16::from(missed));
+        self.taken = self.taken.wrapping_add(1).wrapping_add(missed as u16);
         let last = core::mem::replace(&mut self.last, number);
         if let Frame::Hello(theirs) = &frame {
             return self.greeted(*theirs, &reaction, before);
@@ -57,6 +57,7 @@ impl<const N: usize> Bench<N> {
             assert!(missed > 0, "packet {number} was taken behind {last}");
         }
         if missed > 0 && !stops {
+            let missed = u8::try_from(missed).unwrap_or(u8::MAX);
             return self.is_refused(&reaction, Refusal::Lost { missed }, before);
         }
 
@@ -114,6 +115,11 @@ impl<const N: usize> Bench<N> {
     fn greeted(&mut self, theirs: Hello, reaction: &Reaction, before: State) {
         let own = Hello { pacing: theirs.pacing, ..self.own };
         let answer = Frame::Hello(own);
+        if let State::Supervised(Pacing::Live, state) = before
+            && (state.has_torque() || state == dynamics_core::safety::State::Arming)
+        {
+            return self.greeted_while_driven(theirs, reaction, state);
+        }
         let state = if own != theirs {
             assert_eq!(*reaction, Reaction::Stop(answer, Frame::Refusal(Refusal::OtherRobot)));
             State::Waiting
@@ -154,12 +160,31 @@ impl<const N: usize> Bench<N> {
     }
 }
 
+impl<const N: usize> Bench<N> {
+    /// Check the reaction to a hello while the arm is driven: the same session goes on, and any other hello is refused.
+    fn greeted_while_driven(&mut self, theirs: Hello, reaction: &Reaction, state: dynamics_core::safety::State) {
+        let other = self.twin.receive(Ok(Received { frame: Frame::Hello(theirs), missed: 0 }));
+        assert_eq!(*reaction, other);
+        let before = State::Supervised(Pacing::Live, state);
+        if theirs != (Hello { pacing: Pacing::Live, ..self.own }) {
+            return self.is_refused(reaction, Refusal::Driven, before);
+        }
+        assert_eq!(*reaction, Reaction::Resume(Frame::Hello(theirs)));
+        assert_eq!((self.session.state(), self.twin.state()), (before, before), "a hello did what a tick does");
+        if !matches!(self.asked, Some(Request::Stop | Request::Hold | Request::Disarm)) {
+            self.asked = (state == dynamics_core::safety::State::Running).then_some(Request::Hold);
+        }
+        (self.taken, self.changes, self.spoke) = (0, false, true);
+        self.twin.receive(Ok(Received { frame: EVERYTHING, missed: 0 }));
+    }
+}
+
 /// A reaction as bytes, because `==` fails for NaN.
 fn bits(reaction: &Reaction) -> Vec<u8> {
     match reaction {
         Reaction::None => vec![0],
         Reaction::Tick => vec![1],
-        Reaction::Reply(frame) => all_bits(frame),
+        Reaction::Reply(frame) | Reaction::Resume(frame) => all_bits(frame),
         Reaction::Stop(first, second) => [all_bits(first), all_bits(second)].concat(),
         Reaction::Start(_, frame) => all_bits(frame),
     }

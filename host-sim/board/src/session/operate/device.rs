@@ -155,12 +155,12 @@ impl Tap {
     }
 
     /// Record a received frame.
-    pub(super) fn hear_received(&mut self, missed: u8, at: Duration, frame: &Frame) -> io::Result<()> {
+    pub(super) fn hear_received(&mut self, missed: u32, at: Duration, frame: &Frame) -> io::Result<()> {
         if let Frame::Refusal(link::Refusal::Lost { missed }) = frame {
             self.lost.0 += u64::from(*missed);
         }
         self.lost.1 += u64::from(missed);
-        self.keep(Way::Received, missed, at, frame)
+        self.keep(Way::Received, u8::try_from(missed).unwrap_or(u8::MAX), at, frame)
     }
 
     fn keep(&mut self, way: Way, missed: u8, at: Duration, frame: &Frame) -> io::Result<()> {

@@ -88,7 +88,8 @@ impl Operator {
     pub(super) fn get(&mut self, numbers: &[u8]) -> Result<(), Stop> {
         let mut lines = Vec::new();
         // The payload is one body: moving a part of it to the tip frame needs all of it.
-        let payload = if numbers.iter().any(|number| PAYLOAD.contains(number)) { self.payload_at_tip()? } else { None };
+        let asks = numbers.iter().any(|number| PAYLOAD.contains(number));
+        let payload = if asks { self.payload_at_tip()?.as_ref().map(parameters) } else { None };
         for some in numbers.chunks(AT_ONCE) {
             let ask: Vec<_> = some.iter().map(|number| Frame::Get(*number)).collect();
             for answer in self.answers(&ask)? {
@@ -123,8 +124,8 @@ impl Operator {
         Ok(())
     }
 
-    /// The ten parameters of the board's payload in the tip frame, in their order; `None` if the board rejects one.
-    fn payload_at_tip(&mut self) -> Result<Option<[f64; 10]>, Stop> {
+    /// The board's payload in the tip frame; `None` if the board does not report one.
+    fn payload_at_tip(&mut self) -> Result<Option<Inertia<f64>>, Stop> {
         let mut found = Vec::new();
         let numbers: Vec<u8> = PAYLOAD.collect();
         for some in numbers.chunks(AT_ONCE) {
@@ -138,10 +139,18 @@ impl Operator {
             first_moment: Vector3::new(hx, hy, hz),
             about_origin: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
         };
-        let Inertia { mass, first_moment: h, about_origin: i } = self.arm.limbs.in_tip(&body);
-        // The board's numbers are single precision: what is left of a zero after the way to the link and back is not shown.
-        let shown = |x: f64| if x.abs() < ROUNDING * mass.abs() { 0.0 } else { x };
-        Ok(Some([mass, h.x, h.y, h.z, i.m11, i.m22, i.m33, i.m12, i.m13, i.m23].map(shown)))
+        Ok(Some(self.arm.limbs.in_tip(&body)))
+    }
+
+    /// Takes over the payload that an earlier host has declared, so that live inputs that are sent again do not change it.
+    pub(super) fn learn_payload(&mut self) -> Result<(), Stop> {
+        if self.arm.payload_is_live
+            && let Some(payload) = self.payload_at_tip()?
+        {
+            self.arm.payload = Some(payload.cast().symmetric());
+        }
+        self.resumed = false;
+        Ok(())
     }
 
     /// Change a parameter and print its new value. The control law changes as by the command `law`, with its checks.
@@ -230,6 +239,14 @@ impl Operator {
         };
         format!("{joint}{name} {value} {} ({bounds})", unit(index, place, force))
     }
+}
+
+/// A payload's ten parameters, in the order of their numbers.
+fn parameters(payload: &Inertia<f64>) -> [f64; 10] {
+    let Inertia { mass, first_moment: h, about_origin: i } = payload;
+    // The board's numbers are single precision: the remainder of a zero after two changes of frame is not shown.
+    let shown = |x: f64| if x.abs() < ROUNDING * mass.abs() { 0.0 } else { x };
+    [*mass, h.x, h.y, h.z, i.m11, i.m22, i.m33, i.m12, i.m13, i.m23].map(shown)
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use super::requests::{Rejection, name_of};
 use super::{Operator, SILENCE, Stop, has_taken, table};
 use crate::chip::ChipError;
 use crate::session::frame_log::recorder::Recorder;
-use crate::session::states::RUNNING;
+use crate::session::states::{ARMING, RUNNING};
 use link::{Denial, Frame, Hello, Parts, Request, Watch};
 use sim::output::Output;
 use std::io;
@@ -34,12 +34,23 @@ const PARTS: Parts = Parts::SENSED.and(Parts::TORQUE).and(Parts::EXTERNAL);
 const NOT_AT_REST: u8 = 6;
 
 impl Operator {
-    /// Send a hello: from then on the board idles, and both sides have agreed on the same robot.
+    /// Send a hello: both sides agree on the same robot. Then the board idles, or goes on holding an arm that it drives.
     ///
     /// # Errors
     /// A board that is silent, or was built for another robot or scene.
     pub fn begin(&mut self) -> Result<(), Stop> {
         self.agree()?;
+        self.resumed = self.is_live() && (self.drives() || self.state() == Some(ARMING));
+        if self.resumed {
+            self.learn_payload()?;
+            let text = format!(
+                "the board was driving the arm and continues: {}; payload and parameters are as they were set before",
+                self.doing()
+            );
+            self.say("resumed", &text)?;
+        } else if self.is_live() {
+            self.send_live()?;
+        }
         self.learn_law()?;
         if self.status.as_ref().is_some_and(|status| status.kept) {
             self.say(
@@ -62,7 +73,7 @@ impl Operator {
                 // A record can be replayed only from the first tick on.
                 Some(1) => return Ok(()),
                 Some(_) if !self.device.tap().is_recording() => return Ok(()),
-                Some(first) if attempt == HELLOS => {
+                Some(first) if attempt == HELLOS || self.drives() => {
                     let text = format!(
                         "the board's first ticks were missed: the record begins at tick {first} and cannot be replayed"
                     );
@@ -93,6 +104,13 @@ impl Operator {
                 self.send(&Frame::Watch(Watch { every: 1, parts: PARTS.and(Parts::COST) }))?;
             }
         }
+        self.resumed = false;
+        // A board may be holding something that this program does not know: its live inputs follow when its state is known.
+        if self.is_live() { Ok(()) } else { self.send_live() }
+    }
+
+    /// Sends the live inputs.
+    pub(super) fn send_live(&mut self) -> Result<(), Stop> {
         let live = self.arm.limbs.live(self.arm.payload).map_err(ChipError::from)?;
         self.send(&Frame::Live(live))
     }

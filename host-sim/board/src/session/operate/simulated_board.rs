@@ -126,7 +126,9 @@ impl<const N: usize> SimulatedBoard<N> {
     fn take(&mut self, received: Result<link::Received, link::DecodeError>) {
         let now = self.seconds();
         match self.session.receive(received) {
-            Reaction::Reply(frame) | Reaction::Start(_, frame) => self.to_host.send(now, frame),
+            Reaction::Reply(frame) | Reaction::Start(_, frame) | Reaction::Resume(frame) => {
+                self.to_host.send(now, frame)
+            }
             Reaction::Stop(hello, refusal) => {
                 self.to_host.send(now, hello);
                 self.to_host.send(now, refusal);
@@ -138,6 +140,11 @@ impl<const N: usize> SimulatedBoard<N> {
     fn tick(&mut self) -> Result<(), DeviceError> {
         let (readings, temperature) = self.readings();
         self.session.sense(readings.as_ref(), &Lines { temperature, ..self.lines });
+        if self.session.clears()
+            && let Some(drives) = &mut self.world.drives
+        {
+            drives.clear();
+        }
         self.disturb();
         let moved = match self.session.tick(&self.meter) {
             Drives::Drive(torque) => self.world.drive(&torque.map(f64::from)),

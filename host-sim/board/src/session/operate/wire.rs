@@ -81,7 +81,7 @@ impl Wire {
         self.under_way.front().filter(|(due, ..)| *due <= now + 1e-9)?;
         let (_, number, frame) = self.under_way.pop_front()?;
         let Some(frame) = frame else { return Some(Err(DecodeError::BadCrc)) };
-        let missed = u8::try_from(number - self.expected).unwrap_or(u8::MAX);
+        let missed = (number - self.expected) as u32;
         self.expected = number + 1;
         Some(Ok(Received { frame, missed }))
     }
@@ -99,7 +99,7 @@ mod tests {
             wire.send(f64::from(frame) * 1e-3, Frame::Alive);
             while let Some(received) = wire.receive(f64::from(frame) * 1e-3) {
                 arrived += usize::from(received.is_ok());
-                missed += received.map_or(0, |received| u32::from(received.missed));
+                missed += received.map_or(0, |received| received.missed);
             }
         }
         (wire, arrived, missed)

@@ -75,7 +75,9 @@ fn session(happens: &[Happens], has_joints: bool) -> Vec<Entry> {
             entries.push(entry(Way::Sent, frame.clone()));
             match board.receive(Ok(Received { frame, missed: 0 })) {
                 Reaction::None => {}
-                Reaction::Start(_, frame) | Reaction::Reply(frame) => entries.push(entry(Way::Received, frame)),
+                Reaction::Start(_, frame) | Reaction::Resume(frame) | Reaction::Reply(frame) => {
+                    entries.push(entry(Way::Received, frame))
+                }
                 other => panic!("{other:?}"),
             }
         }
