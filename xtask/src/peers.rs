@@ -3,6 +3,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`harness`] | its arms, and where its files are |
+//! | `arm` | the measurements of an arm |
 //! | [`install`] | the peers' packages, from PyPI and Debian |
 //! | [`build`] | compiler runs, several at a time and only after a change |
 //! | [`contestants`] | the contestants, and how each is built |
@@ -14,6 +15,7 @@
 //! function over the same states. The peers get their model from the robot file by `xtask/bench/peers/arm.py`, which shares
 //! nothing with our reader. A torque that differs ends the run without a figure.
 
+mod arm;
 mod build;
 mod chip;
 mod contestants;
@@ -25,8 +27,9 @@ mod report;
 use crate::measured;
 use crate::process::root;
 use anyhow::Result;
+use arm::Measured;
 use harness::ARMS;
-use report::{Measured, PLACE};
+use report::PLACE;
 use robot_compiler::emit::page::Page;
 use std::path::Path;
 

@@ -1,5 +1,6 @@
 //! Results: ratios, tables for people, JSON for programs.
 
+use super::arm::Measured;
 use super::chip::{Count, Cycles};
 use super::contestants::{Family, GENERATORS, ORDINARY, Task, generated};
 use super::desk::{Time, best};
@@ -13,13 +14,6 @@ use std::process::Command;
 
 /// Name of the markers around the tables in the document.
 pub(super) const PLACE: &str = "peers";
-
-/// Measurements of an arm.
-pub(super) struct Measured {
-    pub(super) arm: &'static str,
-    pub(super) desk: Vec<Time>,
-    pub(super) chip: Vec<Count>,
-}
 
 /// A number of ours and that of the strongest peer of the same kind: traced code against traced code, a model at run time against a model
 /// at run time, many states a call against many states a call.
