@@ -5,8 +5,13 @@
 use std::path::{Path, PathBuf};
 
 /// Packages whose tests are one program.
-const FOLDERS: [&str; 4] =
-    ["dynamics-core/tests", "robot-compiler/tests", "host-sim/tests/desk", "link/session/tests/session"];
+const FOLDERS: [&str; 5] = [
+    "dynamics-core/tests",
+    "robot-compiler/tests",
+    "host-sim/tests/desk",
+    "link/session/tests/session",
+    "xtask/tests/circles",
+];
 
 fn top() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_owned()
