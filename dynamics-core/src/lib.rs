@@ -33,7 +33,7 @@
 //! frame, statics, reactions, rotors, work.
 //!
 //! Frames are named so that products read: `parent_from_link * x_link = x_parent`. Equation numbers are those of the
-//! robot-dynamics chapter that this crate implements, in the corrected form that `docs/dynamics.md` derives.
+//! robot-dynamics chapter that this crate implements, in the corrected form that `docs/theory/dynamics.md` derives.
 //!
 //! # Example
 //! A pendulum of one link, and the torque that holds it out level:

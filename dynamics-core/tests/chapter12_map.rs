@@ -1,4 +1,4 @@
-//! `docs/chapter12.md` leads from every equation, example and exercise of the robot-dynamics chapter to code and tests: nothing is
+//! `docs/theory/chapter12.md` leads from every equation, example and exercise of the robot-dynamics chapter to code and tests: nothing is
 //! left out, and everything that it names is there.
 //!
 //! Rows are `| numbers | what | code and files | tests |` under the headings `Equations`, `Examples` and `Exercises`. In the
@@ -198,25 +198,25 @@ fn uncalled(rows: &[Row]) -> Vec<String> {
 
 #[test]
 fn every_function_of_the_map_is_called_by_a_test_of_its_row() {
-    let text = read("docs/chapter12.md");
+    let text = read("docs/theory/chapter12.md");
     let found = uncalled(&rows(&text).unwrap());
     assert!(found.is_empty(), "{}:\n{}", found.len(), found.join("\n"));
 }
 
 #[test]
 fn every_equation_example_and_exercise_has_a_row() {
-    let text = read("docs/chapter12.md");
+    let text = read("docs/theory/chapter12.md");
     assert_eq!(missing(&rows(&text).unwrap()), Vec::<String>::new());
 }
 
 #[test]
 fn every_entry_of_the_map_is_there() {
-    let text = read("docs/chapter12.md");
+    let text = read("docs/theory/chapter12.md");
     let found = unresolved(&rows(&text).unwrap());
     assert!(found.is_empty(), "not found:\n{}", found.join("\n"));
 }
 
-/// Names of tests in `docs/errata.md` are long and have underscores; no formula there looks like that.
+/// Names of tests in `docs/theory/errata.md` are long and have underscores; no formula there looks like that.
 #[test]
 fn every_test_that_the_errata_name_is_there() {
     let folders = ["dynamics-core/tests", "dynamics-core/tests/chapter12"].map(|folder| root().join(folder));
@@ -227,7 +227,7 @@ fn every_test_that_the_errata_name_is_there() {
         .filter(|path| path.extension().is_some_and(|e| e == "rs"))
         .map(|path| std::fs::read_to_string(path).unwrap())
         .collect();
-    let text = read("docs/errata.md");
+    let text = read("docs/theory/errata.md");
     let is_test = |name: &&str| name.matches('_').count() > 2 && !name.contains([' ', '/', '=']);
     let named: BTreeSet<&str> = quoted(&text).filter(is_test).collect();
     assert!(named.len() > 30, "{named:?}");
@@ -286,7 +286,7 @@ fn a_broken_table_is_refused() {
 | 323-347 | leads nowhere | none: not an exercise | |
 ## Exercises
 | 1-37 | in words | none: asked for in words | |
-| 38 | gone | `robots/gone.toml`, `dynamics_core::gone::motion`, `dynamics_core::chapter::posture` | `docs/dynamics.md` |
+| 38 | gone | `robots/gone.toml`, `dynamics_core::gone::motion`, `dynamics_core::chapter::posture` | `docs/theory/dynamics.md` |
 ";
     let broken = rows(table).unwrap();
     let found = missing(&broken);

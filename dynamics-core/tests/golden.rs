@@ -94,7 +94,7 @@ fn assert_double<const N: usize>(golden: &Golden, model: &Model<f64, N>, name: &
     }
 }
 
-/// In f32: the measured errors of torques, mass matrix and forward dynamics (`docs/numerics.md` has the greatest), held from
+/// In f32: the measured errors of torques, mass matrix and forward dynamics (`docs/theory/numerics.md` has the greatest), held from
 /// both sides so that an unexplained gain is looked at too.
 fn assert_single<const N: usize>(golden: &Golden, model: &Model<f64, N>, name: &str, pinned: [f64; 3]) -> Errors {
     let e = errors::<f32, N>(golden, model);

@@ -146,7 +146,9 @@ mod rtos {
         let access = crate::key::access();
         match access {
             Access::Key(_) => {}
-            Access::NoKey => defmt::warn!("no link key: the bench alone; `cargo newtau firmware key write`"),
+            Access::NoKey => {
+                defmt::warn!("no link key: the bench alone; `cargo newtau firmware key write FILE --board BOARD`")
+            }
             Access::Insecure => defmt::warn!("built without a link key: anybody on the wire can drive"),
         }
         let session = session.write(Session::with_buffers(super::hello(), arm::controller(), arm::Settings, buffers));

@@ -9,7 +9,7 @@
 //! | [`kernels`] | source of the kernels that are counted on the chip |
 //! | [`counts`] | instructions on the desk, by callgrind |
 //! | [`desk`] | times on the desk, and the kernel compiler's |
-//! | [`baseline`] | the gate: counts compared with `xtask/bench/baseline.toml` |
+//! | [`baseline`] | the gate: counts compared with `bench/baseline.toml` |
 //! | [`simulators`] | the simulator's speed, alone and side by side, beside MuJoCo's |
 //! | [`report`] | the tables of `docs/measured/kernels.md` |
 

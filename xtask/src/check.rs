@@ -1,7 +1,8 @@
 //! `cargo xtask check`: the quick loop while working. Format, lints and unit tests of the packages that have changed.
 
-use crate::process::{cargo, output, root, run};
+use crate::process::{output, root, run};
 use crate::setup;
+use crate::workspace::Workspace;
 use anyhow::{Context as _, Result};
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -10,18 +11,26 @@ use std::process::Command;
 
 /// Checks the files that differ from the last commit; if none do, those that the last commit changed.
 pub(crate) fn changed() -> Result<()> {
-    run(&mut cargo(["fmt", "--all", "--check"]))?;
-    let (files, folders) = (changed_files()?, packages()?);
-    let packages = packages_of(&files, &folders);
-    if packages.is_empty() {
-        println!("check: the format is right; no package has changed");
-        return Ok(());
+    let files = changed_files()?;
+    let mut any = false;
+    for workspace in Workspace::ALL {
+        run(&mut workspace.cargo(["fmt", "--all", "--check"]))?;
+        let folders = packages(workspace)?;
+        let packages = packages_of(&files, &folders);
+        if packages.is_empty() {
+            continue;
+        }
+        any = true;
+        println!("check: {}", packages.iter().copied().collect::<Vec<_>>().join(", "));
+        let named: Vec<&str> = packages.iter().flat_map(|package| ["--package", package]).collect();
+        run(workspace.cargo(["clippy"]).args(&named).args(["--lib", "--bins", "--", "-D", "warnings"]))?;
+        setup::nextest()?;
+        run(workspace.cargo(["nextest", "run", "--no-tests", "pass", "--lib", "--bins"]).args(&named))?;
     }
-    println!("check: {}", packages.iter().copied().collect::<Vec<_>>().join(", "));
-    let named: Vec<&str> = packages.iter().flat_map(|package| ["--package", package]).collect();
-    run(cargo(["clippy"]).args(&named).args(["--lib", "--bins", "--", "-D", "warnings"]))?;
-    setup::nextest()?;
-    run(cargo(["nextest", "run", "--no-tests", "pass", "--lib", "--bins"]).args(&named))
+    if !any {
+        println!("check: the format is right; no package has changed");
+    }
+    Ok(())
 }
 
 /// Paths below the workspace's folder.
@@ -37,10 +46,10 @@ fn changed_files() -> Result<Vec<PathBuf>> {
     Ok(names.lines().filter(|line| !line.is_empty()).map(PathBuf::from).collect())
 }
 
-/// Every package of the workspace and its folder, relative to the workspace's.
-pub(crate) fn packages() -> Result<Vec<(String, PathBuf)>> {
-    let text =
-        output(&mut cargo(["metadata", "--no-deps", "--format-version", "1"])).context("cargo metadata failed")?;
+/// Every package of a workspace and its folder, relative to the project's.
+pub(crate) fn packages(workspace: Workspace) -> Result<Vec<(String, PathBuf)>> {
+    let mut metadata = workspace.cargo(["metadata", "--no-deps", "--format-version", "1"]);
+    let text = output(&mut metadata).context("cargo metadata failed")?;
     let metadata: Value = serde_json::from_str(&text)?;
     let packages = metadata["packages"].as_array().context("cargo metadata names no packages")?;
     let folder = |package: &Value| {

@@ -70,10 +70,10 @@ fn offences(scene: &Path, feature: Option<&str>) -> Result<Vec<String>> {
 
 fn link(scene: &Path, feature: Option<&str>) -> Result<PathBuf> {
     let toolchain = Toolchain::find_or_install()?;
-    let mut cargo = toolchain.cargo("build");
-    cargo.args(["--quiet", "--package", "tick-gate"]).env("NEWTAU_ARM", emitted::arm(scene, Choices::default())?);
-    cargo.args(feature.map(|feature| format!("--features={feature}")));
-    let library = toolchain::build(&mut cargo, toolchain::product("libtick_gate.a"))?;
+    let mut cargo = toolchain.cargo("rustc");
+    cargo.args(["--quiet", "--package", "arm", "--crate-type", "staticlib", "--features", feature.unwrap_or("gate")]);
+    cargo.env("NEWTAU_ARM", emitted::arm(scene, Choices::default())?);
+    let library = toolchain::build(&mut cargo, toolchain::product("libarm.a"))?;
     let linked = toolchain::product(&format!("tick-gate-{}.elf", feature.unwrap_or("tick")));
     let linker = toolchain.linker().context("no linker for the chip: `cargo xtask setup`")?;
     let mut command = Command::new(&linker);

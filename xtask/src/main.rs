@@ -17,6 +17,8 @@ mod setup;
 mod table;
 mod tally;
 mod test;
+mod trials;
+mod workspace;
 
 use clap::{Parser, Subcommand};
 use firmware_image::board::SCENE_DEFAULT;
@@ -178,7 +180,7 @@ fn run(task: Task) -> anyhow::Result<()> {
         Task::Measured { options } => measured::run(&options),
         Task::Report { options } => report::run_task(&options),
         Task::Scale { options } => scale::run_all(&options),
-        Task::Campaign { arguments } => process::become_command(process::cargo_run("campaign").args(arguments)),
+        Task::Campaign { arguments } => process::become_command(trials::program("campaign").args(arguments)),
         Task::Gate { scene } => gate::check(&scene),
         Task::Firmware { task } => match task {
             FirmwareTask::Run { what, seconds } => qemu::run(&what.build()?, seconds.map(Duration::from_secs)),

@@ -11,8 +11,8 @@
 //! | [`chip`] | instructions in the emulator |
 //! | [`report`] | targets, tables, JSON, `docs/measured/peers.md` |
 //!
-//! The harness is C and C++ in `xtask/bench/peers`, our side of it the crate `bench-peers`. Every contestant is the same C
-//! function over the same states. The peers get their model from the robot file by `xtask/bench/peers/arm.py`, which shares
+//! The harness is C and C++ in `bench/peers`, our side of it the crate `bench-peers`. Every contestant is the same C
+//! function over the same states. The peers get their model from the robot file by `bench/peers/arm.py`, which shares
 //! nothing with our reader. A torque that differs ends the run without a figure.
 
 mod arm;

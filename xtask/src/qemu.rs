@@ -1,14 +1,14 @@
 //! The firmware in the emulator, its log decoded.
 
-use crate::process::{self, cargo_run, run as run_command};
+use crate::process::{cargo, run as run_command};
 use anyhow::{Context as _, Result, bail, ensure};
 use firmware_image::log_strings;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// The package that decodes logs.
-const LOG: &str = "chip-log";
+/// Arguments of cargo for the program that decodes logs.
+const LOG: [&str; 6] = ["--quiet", "--locked", "--release", "--package=chip-image", "--features=log", "--bin=chip-log"];
 
 /// Start the emulator on a program, print its log, and stop after `limit` or when the program ends.
 pub(crate) fn run(elf: &Path, limit: Option<Duration>) -> Result<()> {
@@ -16,7 +16,7 @@ pub(crate) fn run(elf: &Path, limit: Option<Duration>) -> Result<()> {
     // Over semihosting; only a probe needs RTT.
     log_strings::count(elf)?;
     // Built before the emulator starts, because the emulator does not wait for a reader of its log.
-    run_command(&mut process::cargo(["build", "--quiet", "--locked", "--release", "--package", LOG]))?;
+    run_command(cargo(["build"]).args(LOG))?;
     let mut child = Command::new("qemu-system-arm")
         .args(["-M", "netduinoplus2", "-icount", "shift=0", "-display", "none", "-monitor", "none"])
         .args(["-serial", "null", "-serial", "null", "-semihosting-config", "enable=on,target=native", "-kernel"])
@@ -26,7 +26,7 @@ pub(crate) fn run(elf: &Path, limit: Option<Duration>) -> Result<()> {
         .spawn()
         .context("cannot start qemu-system-arm")?;
     let log = child.stdout.take().context("the emulator's output is piped")?;
-    let mut words = cargo_run(LOG).arg(elf).stdin(log).spawn().context("cannot start cargo")?;
+    let mut words = cargo(["run"]).args(LOG).arg("--").arg(elf).stdin(log).spawn().context("cannot start cargo")?;
     let end = limit.map(|limit| Instant::now() + limit);
     let printed = loop {
         if let Some(status) = words.try_wait()? {

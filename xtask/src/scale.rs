@@ -107,7 +107,7 @@ fn many_shards(work: &Work) -> Result<Cost> {
     for number in 1..=shards {
         let folder = all.join(format!("shards/{number}"));
         let mut sweep = Command::new(&work.program);
-        sweep.arg("sweep").arg(root().join("xtask/scale/study.toml"));
+        sweep.arg("sweep").arg(root().join("bench/scale/study.toml"));
         sweep.args(["--quiet", "--jobs", "1", "--runs", &(shards * runs).to_string()]);
         run(sweep.args(["--shard", &format!("{number}/{shards}"), "--out"]).arg(&folder))?;
     }

@@ -64,7 +64,7 @@ pub(crate) fn nextest() -> Result<()> {
     Ok(())
 }
 
-/// Callgrind, and gungraun's runner in the version of `Cargo.lock`; gungraun refuses any other.
+/// Callgrind, and gungraun's runner in the version of `bench/Cargo.lock`; gungraun refuses any other.
 pub(crate) fn gungraun() -> Result<()> {
     if which("valgrind").is_none() {
         install::apt(&["valgrind"])?;
@@ -111,9 +111,9 @@ pub(crate) fn viewers() -> Option<PathBuf> {
     made.inspect_err(|why| eprintln!("setup: {why:#}; the tests that need these packages are skipped")).ok()
 }
 
-/// The version of a package in `Cargo.lock`.
+/// The version of a package in `bench/Cargo.lock`.
 fn locked_version(package: &str) -> Result<String> {
-    let path = root().join("Cargo.lock");
+    let path = root().join("bench/Cargo.lock");
     let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
     let mut lines = text.lines().skip_while(|line| *line != format!("name = {package:?}"));
     let version = lines.nth(1).and_then(|line| line.strip_prefix("version = \"")?.strip_suffix('"'));

@@ -3,6 +3,7 @@
 use crate::process::{cargo, run, target_directory};
 use crate::tally::Tally;
 use crate::toolchain::Toolchain;
+use crate::workspace::Workspace;
 use crate::{bench, budget, check, gate, readme, report, robot_data, setup};
 use anyhow::Result;
 use firmware_image::board::SCENE_DEFAULT;
@@ -27,18 +28,26 @@ pub(crate) fn all() -> Result<()> {
 
 /// Format, lints, documentation.
 fn static_checks(tally: &mut Tally) {
-    tally.command("format", &mut cargo(["fmt", "--all", "--check"]));
-    tally.command("lints", &mut cargo(["clippy", "--workspace", "--all-targets", "--locked", "--", "-D", "warnings"]));
-    let mut doc = cargo(["doc", "--workspace", "--no-deps", "--locked"]);
-    tally.command("documentation", doc.env("RUSTDOCFLAGS", "-D warnings"));
+    for workspace in Workspace::ALL {
+        tally.command(&format!("format{workspace}"), &mut workspace.cargo(["fmt", "--all", "--check"]));
+        let mut lints = workspace.cargo(["clippy", "--workspace", "--all-targets", "--locked"]);
+        if workspace == Workspace::Product {
+            lints.arg("--features=chip-image/log");
+        }
+        tally.command(&format!("lints{workspace}"), lints.args(["--", "-D", "warnings"]));
+        let mut doc = workspace.cargo(["doc", "--workspace", "--no-deps", "--locked"]);
+        tally.command(&format!("documentation{workspace}"), doc.env("RUSTDOCFLAGS", "-D warnings"));
+    }
     tally.step("each package alone", each_alone);
 }
 
 /// Each package with the features that it asks for itself: in the workspace another one may have asked for what it lacks. What the
 /// board shares with the desk also for the chip, where nothing of a standard library hides what they need.
 fn each_alone() -> Result<()> {
-    for (package, _) in check::packages()? {
-        run(cargo(["check", "--locked", "--quiet", "--all-targets", "--package"]).arg(package))?;
+    for workspace in Workspace::ALL {
+        for (package, _) in check::packages(workspace)? {
+            run(workspace.cargo(["check", "--locked", "--quiet", "--all-targets"]).args(["--package", &package]))?;
+        }
     }
     let toolchain = Toolchain::find_or_install()?;
     for package in ["dynamics-core", "newtau-link", "newtau-session", "joint-io"] {
@@ -57,6 +66,8 @@ fn host_tests(tally: &mut Tally, urdfs: &Path) {
         tests.env("NEWTAU_VIEWERS_PYTHON", python);
     }
     tally.tests("host tests", tests.env("NEWTAU_URDF_DIR", urdfs).env("INSTA_UPDATE", "no"));
+    let mut tests = Workspace::Bench.cargo(["nextest", "run", "--workspace", "--locked", "--no-fail-fast"]);
+    tally.tests("tests of bench", tests.args(["--run-ignored", "all"]));
     for example in ["torques", "control_loop", "kernel"] {
         // Built with the tests; asking cargo for one package alone would build it again, with that package's features.
         let program = target_directory().join("debug/examples").join(example);
@@ -67,7 +78,10 @@ fn host_tests(tally: &mut Tally, urdfs: &Path) {
     } else {
         eprintln!("scripts of the report: not compared with their sources, which takes npm");
     }
-    tally.tests("documentation examples", &mut cargo(["test", "--workspace", "--doc", "--locked"]));
+    for workspace in Workspace::ALL {
+        let mut tests = workspace.cargo(["test", "--workspace", "--doc", "--locked"]);
+        tally.tests(&format!("documentation examples{workspace}"), &mut tests);
+    }
 }
 
 /// The firmware: built for every board, measured against its budgets, its tick checked for forbidden symbols, and run in

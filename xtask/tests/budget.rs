@@ -1,5 +1,5 @@
 //! `budget --port` up to the program that talks to the board: its arguments, and the handling of its output. A scripted
-//! cargo replaces that program. The board itself: `xtask/budget/tests/board.rs`.
+//! cargo replaces that program. The board itself: `xtask/trials/tests/budget_board.rs`.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
@@ -43,7 +43,10 @@ fn the_board_is_asked_for_the_emulators_ticks_and_its_cycles_are_printed() {
     assert!(printed.contains("fewest 2,790, most 2,831, mean 2805.5"), "{printed}");
     assert!(printed.contains("1.69 % of 168,000 cycles at 1,000 Hz") && printed.contains("estimated"), "{printed}");
     let calls = cargo.calls();
-    assert!(calls.contains("--package chip-budget -- board --scene ") && calls.lines().count() == 1, "{calls}");
+    assert!(
+        calls.contains("--package trials --bin chip-budget -- board --scene ") && calls.lines().count() == 1,
+        "{calls}"
+    );
     assert!(calls.contains("scenes/puma560_pick.toml --port /dev/ttyACM0 --ticks 10000 --instructions "), "{calls}");
 
     let (code, printed, _) = cargo.budget(&[&arguments[..], &["--json", "--ticks", "250"]].concat());

@@ -16,7 +16,7 @@ const FOLDERS: [&str; 14] = [
     "host-sim/studies/src",
     "xtask/src",
     "xtask/image/src",
-    "xtask/bench/src",
+    "bench/src",
     "robots",
     "scenes",
     "dynamics-core/src",
@@ -219,6 +219,18 @@ fn no_page_of_prose_has_a_measured_count_of_instructions_or_cycles_typed_by_hand
             .collect();
         assert!(typed.is_empty(), "{page}: {typed:?} of docs/measured, which a command writes");
     }
+}
+
+#[test]
+fn the_decision_table_leads_to_a_page_for_each_control_law() {
+    let source = text("robot-compiler/src/describe/scene/names.rs");
+    let laws = source.split("impl Named for Law").nth(1).and_then(|rest| rest.split("];").next()).unwrap();
+    // A name has no space; what help says of it has some.
+    let laws: Vec<_> = laws.split('"').skip(1).step_by(2).filter(|word| !word.contains(' ')).collect();
+    assert!(laws.len() >= 8, "{laws:?}");
+    let page = text("docs/control/README.md");
+    let missing: Vec<_> = laws.iter().filter(|law| !page.contains(&format!("[`{law}`]("))).collect();
+    assert!(missing.is_empty(), "docs/control/README.md has no link for {missing:?}");
 }
 
 /// The anchor of a heading in links.

@@ -21,7 +21,7 @@
 //! The integral follows the momentum (it is `p - r/k`), so it does not grow with time and single precision does not
 //! drift. Everything that the model lacks counts as external: a wrong payload, stiction and friction without
 //! feedforward, torque that the drive does not give, the lag of an estimated velocity. The thresholds must lie above
-//! all of these; `docs/collision.md` says how to find them. (De Luca et al., IROS 2006; Haddadin et al., T-RO 2017,
+//! all of these; `docs/control/collisions.md` says how to find them. (De Luca et al., IROS 2006; Haddadin et al., T-RO 2017,
 //! section IV.)
 
 use super::momentum_observer::{MomentumFilter, MomentumObserver};

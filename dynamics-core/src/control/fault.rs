@@ -3,7 +3,7 @@
 use core::fmt;
 
 /// The one list of faults: number, name, the joint where it is one joint's; its text, what raises it, and what to check. Enum, numbers, texts,
-/// advice of the operator's screen and the table of `docs/safety.md` come from it.
+/// advice of the operator's screen and the table of `docs/operate/faults.md` come from it.
 macro_rules! faults {
     ($($code:literal $name:ident $({ $joint:ident })? $text:literal, raised: $raised:literal, check: $check:literal;)*) => {
         /// Why the controller stopped. Numbers are stable: they are what telemetry carries.

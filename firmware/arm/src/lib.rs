@@ -2,6 +2,10 @@
 //! out from a scene file. `cargo newtau firmware build --scene FILE` writes them; `build.rs` sets their path.
 #![no_std]
 
+// With the tests, so that the lints see it.
+#[cfg(any(feature = "gate", test))]
+pub mod gate;
+
 use dynamics_core::control::{Configuration, Controller, ControllerConfig};
 use dynamics_core::safety::{self, Rules, Safety};
 

@@ -7,11 +7,20 @@
 //! | `probe-micro`, `micro` | instructions of one class each, for `cargo xtask cycles`; on a board, cycles |
 //!
 //! With `-icount shift=0` QEMU runs an instruction in 1 ns of its time, and TIM2 without prescaler counts them (as in
-//! `firmware/src/boards/netduinoplus2.rs`). On anything but the chip there is nothing here.
+//! `firmware/src/boards/netduinoplus2.rs`).
+//!
+//! What is counted here and measured elsewhere is the same, so the desk's measurements (the workspace `bench`) take these from here:
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`states`] | random states, the same in every run, on every machine and in both precisions |
+//! | [`hand`] | gravity torques written by hand, to compare with |
 #![no_std]
 
-#[cfg(target_os = "none")]
+#[cfg(all(target_os = "none", feature = "counter"))]
 mod counter;
+pub mod hand;
+pub mod states;
 
-#[cfg(target_os = "none")]
+#[cfg(all(target_os = "none", feature = "counter"))]
 pub use counter::{Counter, give_up, run};

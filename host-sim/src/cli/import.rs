@@ -5,16 +5,17 @@ use crate::cli::force::ForceArgs;
 use clap::Args;
 use robot_compiler::UrdfArm;
 use robot_compiler::check::Draft;
-use robot_compiler::emit::robot_file;
-use sim::failure::Failure;
+use robot_compiler::emit::{first_scene, robot_file};
+use sim::failure::{Failure, in_file};
 use sim::terminal::print;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-const EXAMPLE: &str = "Example:\n  newtau import arm.urdf --out robots/arm.toml";
+const EXAMPLE: &str = "Example:\n  newtau import arm.urdf --out arm.toml --scene move.toml";
 
 const EXAMPLES: &str = "\
 Examples:
   newtau import arm.urdf > robots/arm.toml
+  newtau import arm.urdf --out arm.toml --scene move.toml && newtau run move.toml
   newtau import arm.urdf --tip gripper_base --out robots/arm.toml
   newtau import two_arms.urdf --base left_base --tip left_flange > robots/left.toml
 
@@ -28,7 +29,9 @@ they mimic is at zero. Numbers read back exactly;
 rotations are roll, pitch and yaw, exact to rounding. A reduction of a <transmission> is
 written into the `# ?` of the rotor.
 
-A file that exists is not overwritten by --out, unless --force is given: what was filled in by hand would be lost.";
+--scene writes a first scene for `run`: every joint moves a little and comes back.
+
+A file that exists is not overwritten by --out or --scene, unless --force is given: what was filled in by hand would be lost.";
 
 /// Options of `import`.
 #[derive(Clone, Debug, Args)]
@@ -42,6 +45,9 @@ pub struct ImportArgs {
     /// A file for the robot; standard output otherwise.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    /// A file for a first scene of the arm.
+    #[arg(long, value_name = "FILE", requires = "out")]
+    pub scene: Option<PathBuf>,
     /// Overwriting.
     #[command(flatten)]
     pub force: ForceArgs,
@@ -57,6 +63,19 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
     let text = robot_file(&arm);
     // A name may be allowed in XML and not here: better said now than when the file is used.
     Draft::from_toml_str(&text, "the imported robot").map_err(Failure::input)?;
-    let write = |path: &PathBuf| args.force.output().reads(&args.urdf).write(path, &text);
-    args.out.as_ref().map_or_else(|| print(&text), write)
+    let Some(out) = &args.out else { return print(&text) };
+    let mut output = args.force.output().reads(&args.urdf);
+    let scene = args.scene.as_ref().map(|scene| (scene, first_scene(&arm.robot, &seen_from(scene, out))));
+    let files: Vec<_> = [(out, text)].into_iter().chain(scene).collect();
+    // All are claimed before one is written.
+    files.iter().try_for_each(|(path, _)| output.file(path))?;
+    files.iter().try_for_each(|(path, text)| std::fs::write(path, text).map_err(|error| in_file(path, &error)))?;
+    output.finish()
+}
+
+/// The robot file's path as a scene in this file names it: without folders if both are in one, else from the root.
+fn seen_from(scene: &Path, robot: &Path) -> String {
+    let name = robot.file_name().map(Path::new).filter(|_| scene.parent() == robot.parent());
+    let path = name.map_or_else(|| std::path::absolute(robot).unwrap_or_else(|_| robot.to_owned()), Path::to_owned);
+    path.display().to_string()
 }

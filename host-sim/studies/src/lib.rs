@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`bound`] | error of single precision: a proven bound, and the largest error found |
 //! | [`check`] | rules about the numbers of a robot file, with the loads that they compare with |
+//! | [`clearance`] | distances of an arm from itself and its surroundings, along motions |
 //! | [`compare`] | two runs on one page |
 //! | [`contact`] | the wrench at the tip, felt through a sensor in the base |
 //! | [`dynamics`] | inverse and forward dynamics of given states |
@@ -24,6 +25,7 @@
 
 pub mod bound;
 pub mod check;
+pub mod clearance;
 pub mod compare;
 pub mod contact;
 pub mod dynamics;

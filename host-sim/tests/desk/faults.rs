@@ -28,7 +28,7 @@ fn numbers_are_stable_and_lead_back_to_their_faults() {
 fn the_table_of_the_documentation_is_the_list() {
     const BEGIN: &str = "<!-- generated: faults -->\n";
     const END: &str = "<!-- end generated: faults -->";
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/safety.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/operate/faults.md");
     let mut table = "\n| code | fault | raised when | check |\n|---|---|---|---|\n".to_owned();
     for fault in Fault::ALL {
         let _ = writeln!(table, "| {} | {} | {} | {} |", fault.code(), fault.text(), fault.raised(), fault.check());
@@ -41,5 +41,22 @@ fn the_table_of_the_documentation_is_the_list() {
         std::fs::write(&path, format!("{head}{BEGIN}{table}{END}{tail}")).unwrap();
         return;
     }
-    assert_eq!(found, table, "docs/safety.md: UPDATE_EMITTED=1 cargo nextest run -p host-sim writes it");
+    assert_eq!(found, table, "docs/operate/faults.md: UPDATE_EMITTED=1 cargo nextest run -p host-sim writes it");
+}
+
+/// The entries below the table are written by hand; their headings are the list's.
+#[test]
+fn every_fault_has_an_entry_under_its_number_and_text() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/operate/faults.md");
+    let page = std::fs::read_to_string(&path).unwrap();
+    let mut entries = page.split("\n## Fault ").skip(1);
+    for fault in Fault::ALL {
+        let entry = entries.next().unwrap_or_else(|| panic!("docs/operate/faults.md has no entry for {fault}"));
+        let (heading, body) = entry.split_once('\n').unwrap();
+        assert_eq!(heading, format!("{}: {}", fault.code(), fault.text()), "docs/operate/faults.md");
+        for part in ["**Likely causes**", "**Check**", "**To clear it**"] {
+            assert!(body.contains(part), "docs/operate/faults.md: fault {}: {part}", fault.code());
+        }
+    }
+    assert_eq!(entries.next(), None, "docs/operate/faults.md has an entry too many");
 }

@@ -76,11 +76,11 @@ fn a_robot_with_several_scenes_names_them_and_one_with_none_says_so() {
 fn drives_that_the_board_has_no_lines_for_are_refused_with_file_line_and_kinds() {
     let (code, printed, error) = flash(&["--board", "f405-can", "--scene", "scenes/examples/pwm2_swing.toml"]);
     assert_eq!((code, printed.as_str()), (2, ""));
-    assert!(error.contains("pwm2_swing.toml:3: robot: found drives of the kind pwm"), "{error}");
-    assert!(error.contains("expected drives of the kind mit, which f405-can has lines for"), "{error}");
+    assert!(error.contains("pwm2_swing.toml:3: robot: found PWM power stages"), "{error}");
+    assert!(error.contains("expected CAN drives (MIT mode), which f405-can has lines for"), "{error}");
     let (code, _, error) = flash(&["--board", "f405-pwm", "--scene", "scenes/puma560_pick.toml"]);
     assert_eq!(code, 2);
-    assert!(error.contains("found drives over the link") && error.contains("kind pwm"), "{error}");
+    assert!(error.contains("found joints over the link") && error.contains("expected PWM power stages"), "{error}");
     let (code, _, error) = flash(&["--board", "f405-pwm", "--robot", "robots/examples/mit6.toml"]);
     assert_eq!(code, 2);
     assert!(error.contains("none of its scenes fits f405-pwm") && error.contains("mit6_wave.toml"), "{error}");

@@ -306,16 +306,16 @@ fn bad_options_are_named() {
 fn the_help_names_the_equations() {
     let output = host_sim(&["help", "model", "linkage"]);
     let text = String::from_utf8(output.stdout).unwrap();
-    for words in ["12.44-12.46", "12.41 with m3 a3", "12.47", "12.216", "docs/linkages.md"] {
+    for words in ["12.44-12.46", "12.41 with m3 a3", "12.47", "12.216", "docs/theory/linkages.md"] {
         assert!(text.contains(words), "{words} in {text}");
     }
 }
 
-/// The program prints the numbers in `docs/linkages.md`, to the last digit.
+/// The program prints the numbers in `docs/theory/linkages.md`, to the last digit.
 #[test]
 fn the_documents_examples_are_real() {
     let top = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-    let text = std::fs::read_to_string(top.join("docs/linkages.md")).unwrap();
+    let text = std::fs::read_to_string(top.join("docs/theory/linkages.md")).unwrap();
     let here = folder("document");
     std::fs::create_dir_all(&here).unwrap();
     let commands: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("$ newtau ")).collect();

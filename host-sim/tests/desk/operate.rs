@@ -431,3 +431,59 @@ fn a_script_parks_an_arm_without_brakes_and_disarms_it() {
         assert_eq!(after, ["hold: holding: as requested", "disarm: idle, homed"], "{name}: {out}");
     }
 }
+
+/// More frames are lost than a report counts: the host still knows which of its frames the board has taken.
+#[test]
+fn a_cable_that_was_cut_for_long_is_plugged_in_and_the_arm_is_armed_again() {
+    let script =
+        "home\nconfirm\narm\ncut host\nwait 25\nstatus\nplug host\nstatus\nhold\ndisarm!\narm\nstatus\ndisarm!\n";
+    let (_, out, error) = connect_to("scenes/yam_move.toml", "cut", script, &["--target", "desk", "--simulate-link"]);
+    assert_eq!(error, "", "{out}");
+    let lines: Vec<&str> = out.lines().collect();
+    let old =
+        lines.iter().position(|line| line.starts_with("the board is not heard: this is its last report, ")).unwrap();
+    let plugged = lines.iter().position(|line| *line == "plug: host").unwrap();
+    assert!(old < plugged, "{out}");
+    // What `status` prints after that is the state of now: the board lowers the arm.
+    assert!(lines[plugged..].iter().any(|line| line.starts_with("lowering; homed")), "{out}");
+    assert!(out.contains("host link: at least 255 frames lost"), "{out}");
+    assert!(lines[plugged..].contains(&"arm: armed") && lines.last() == Some(&"disarm: idle, homed"), "{out}");
+}
+
+/// A drive that was off the bus has latched an error of its own; the host's `clear` clears it too.
+#[test]
+fn a_drive_that_was_cut_off_is_cleared_by_the_host_s_clear() {
+    let script = "home\nconfirm\narm\ncut drive elbow\nwait 1\nplug drive elbow\nwait 0.5\nclear\nwait 0.5\nclear\n";
+    let (_, out, error) =
+        connect_to("scenes/yam_move.toml", "cut_drive", script, &["--target", "desk", "--simulate-link"]);
+    assert_eq!(error, "", "{out}");
+    let lines: Vec<&str> = out.lines().collect();
+    let plugged = lines.iter().position(|line| *line == "plug: drive of elbow").unwrap();
+    let clears: Vec<_> = lines[plugged..].iter().filter(|line| line.starts_with("clear: ")).collect();
+    assert!(clears[0].contains("fault 11: the drive reports a fault (joint 3)"), "{out}");
+    // The arm fell beyond its limits meanwhile.
+    assert!(clears[1].contains("fault 4: position out of bounds"), "{out}");
+}
+
+/// Beyond a limit, but not beyond the guard: the arm is held where it is, and may be moved back inside.
+#[test]
+fn an_arm_that_was_armed_beyond_a_limit_is_moved_inward_and_not_outward() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let robot = std::fs::read_to_string(root.join("robots/planar2r.toml")).unwrap();
+    let elbow = "position = [-6.283185307179586, 6.283185307179586], velocity = 10.0";
+    assert!(robot.contains(elbow));
+    std::fs::write(file("beyond_arm.toml"), robot.replace(elbow, "position = [-0.03, 3.0], velocity = 10.0")).unwrap();
+    let scene = "name = \"beyond\"\nrobot = \"beyond_arm.toml\"\nduration = 1.0\n\n\
+                 [model]\ngravity = [0.0, -9.81, 0.0]\n[plant]\nstart = [0.0, -0.03]\npayload = { mass = 0.1, com = [0.9, 0.0, 0.0] }\n\
+                 [motion]\nkind = \"quintic\"\npoints = [{ q = [0.0, 0.1] }, { q = [0.0, 0.2], duration = 0.5 }]\n";
+    std::fs::write(file("beyond.toml"), scene).unwrap();
+    let script = "home\nconfirm\narm\nwait 0.5\njog elbow -0.01 0.3\n";
+    let (code, out, error) =
+        connect_to(file("beyond.toml").to_str().unwrap(), "outward", script, &["--target", "desk"]);
+    assert_eq!(code, 2, "{out}");
+    assert!(out.contains("arm: armed") && error.contains("outside its limits"), "{out}{error}");
+    let script = "home\nconfirm\narm\nwait 0.5\njog elbow 0.1 0.5\nwait\nrun\nwait\nstatus\nhold\ndisarm!\n";
+    let (code, out, error) = connect_to(file("beyond.toml").to_str().unwrap(), "inward", script, &["--target", "desk"]);
+    assert_eq!((code, error.as_str()), (0, ""), "{out}");
+    assert_eq!(out.matches("wait: arrived").count(), 2, "{out}");
+}

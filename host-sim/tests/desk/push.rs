@@ -1,6 +1,6 @@
 //! The time of a push is counted from the start of the simulated arm, in `run` and on the board of `connect` alike: also while brakes hold it.
 
-use board::session::operate::device::Device as _;
+use board::session::operate::device::{Device as _, Pace};
 use board::session::operate::simulated_board::{Places, SimulatedBoard};
 use board::session::operate::wire::Disturbance;
 use indicatif::ProgressBar;
@@ -45,7 +45,7 @@ fn measured(pushed: bool, arm: u32) -> Vec<(u32, SensedLines)> {
     let scene = scene(pushed);
     let model = scene.robot.model::<2>().unwrap();
     let (world, nowhere) = (simulate::world::<2>(&scene).unwrap(), Places { host: false, buses: false });
-    let mut board = SimulatedBoard::new((&scene, &model), world, Disturbance::default(), nowhere, false);
+    let mut board = SimulatedBoard::new((&scene, &model), world, Disturbance::default(), nowhere, Pace::default());
     board.send(&Frame::Hello(board::chip::hello(&scene, &model, Pacing::Live))).unwrap();
     board.send(&Frame::Watch(Watch { every: 1, parts: Parts::SENSED })).unwrap();
     let mut measured = Vec::new();

@@ -102,6 +102,30 @@ fn an_imported_robot_answers_as_its_urdf() {
     assert!(toml.2.contains("a robot file in TOML") && toml.2.contains("expected a URDF file"), "{}", toml.2);
 }
 
+#[test]
+fn import_writes_a_first_scene_that_runs_and_loses_no_file_for_it() {
+    for (name, urdf, tip) in [("gripper", GRIPPER, "palm"), ("crane", "../robot-compiler/tests/data/crane.urdf", "")] {
+        let [arm, scene] = ["toml", "scene.toml"].map(|end| new_file(&format!("first_{name}.{end}")));
+        let [arm_path, scene_path] = [&arm, &scene].map(|path| path.to_str().unwrap());
+        let mut import = vec!["import", urdf, "--out", arm_path, "--scene", scene_path];
+        if !tip.is_empty() {
+            import.extend(["--tip", tip]);
+        }
+        assert_eq!(told(simulator(&import).output().unwrap()), (0, String::new(), String::new()));
+        let report = new_file(&format!("first_{name}_run"));
+        let (code, out, error) =
+            told(simulator(&["run", scene_path, "--out", report.to_str().unwrap()]).output().unwrap());
+        assert_eq!(code, 0, "{out}{error}");
+        std::fs::remove_file(&arm).unwrap();
+        let again = told(simulator(&import).output().unwrap());
+        assert!(again.0 == 2 && again.2.contains("the file exists"), "{}", again.2);
+        assert!(!arm.exists(), "nothing is written if one of the two cannot be");
+    }
+    let (code, _, error) = told(simulator(&["run", GRIPPER]).output().unwrap());
+    assert_eq!(code, 2);
+    assert!(error.contains("found XML") && error.contains("newtau import ARM.urdf --out arm.toml"), "{error}");
+}
+
 /// A scene finds the URDF on another path than the command line does.
 #[test]
 fn a_scene_is_about_the_same_cut_of_the_urdf() {

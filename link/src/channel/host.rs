@@ -23,9 +23,9 @@ pub enum Distrust {
 impl fmt::Display for Distrust {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::KeyNeeded => "the board asks for a key: `--key FILE`, the one that it was given by `cargo newtau firmware key write`",
+            Self::KeyNeeded => "the board asks for a key: `--key FILE`, the one that it was given by `cargo newtau firmware key write FILE --board BOARD`",
             Self::WrongProof => "the board does not have this key: it has another one, or is not the board that it seems",
-            Self::BoardHasNoKey => "the board has no key, or is not the board that it seems; `cargo newtau firmware key write FILE` gives it one",
+            Self::BoardHasNoKey => "the board has no key, or is not the board that it seems; `cargo newtau firmware key write FILE --board BOARD` gives it one",
             Self::BoardIsInsecure => "the board was built to trust anybody, or is not the board that it seems; without `--key` it can be used",
         })
     }

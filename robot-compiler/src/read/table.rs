@@ -35,6 +35,15 @@ pub(crate) struct Value<'a> {
 pub(crate) fn parse(source: &Source) -> Result<Spanned<DeTable<'_>>, FileError> {
     DeTable::parse(&source.text).map_err(|error| {
         let span = error.span().unwrap_or(0..0);
+        if source.text.trim_start().starts_with('<') {
+            let problem = "found XML, such as a URDF has".to_owned();
+            return source.error(
+                0..1,
+                "",
+                problem,
+                "a robot file or a scene in TOML: `newtau import ARM.urdf --out arm.toml` makes a robot file",
+            );
+        }
         source.error(span, "", format!("not valid TOML: {}", error.message()), "a TOML document (https://toml.io)")
     })
 }

@@ -15,7 +15,7 @@ const TOLERANCE_PERCENT: u64 = 3;
 type Baselines = BTreeMap<String, Counts>;
 
 fn path() -> PathBuf {
-    crate::process::root().join("xtask/bench/baseline.toml")
+    crate::process::root().join("bench/baseline.toml")
 }
 
 /// Compares counts with the baseline of this name; with `bless`, makes them the baseline.

@@ -2,7 +2,8 @@
 
 use super::baseline::Counts;
 use super::json::from_json;
-use crate::process::{cargo, run, target_directory};
+use crate::process::{run, target_directory};
+use crate::workspace::Workspace;
 use anyhow::{Context as _, Result, bail};
 use std::path::{Path, PathBuf};
 
@@ -14,9 +15,10 @@ pub(crate) fn count() -> Result<Counts> {
     if home.exists() {
         std::fs::remove_dir_all(&home)?;
     }
-    let mut command = cargo(["bench", "--quiet", "--locked", "--package", "bench", "--bench", "counts", "--"]);
+    let mut command =
+        Workspace::Bench.cargo(["bench", "--quiet", "--locked", "--package", "bench", "--bench", "counts"]);
     run(command
-        .args(["--save-summary=json", "--nosummary"])
+        .args(["--", "--save-summary=json", "--nosummary"])
         .env("GUNGRAUN_HOME", &home)
         .stdout(std::process::Stdio::null()))?;
     let mut files = Vec::new();

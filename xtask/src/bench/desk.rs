@@ -1,7 +1,8 @@
 //! Times on the desk, measured by criterion, and the kernel compiler's own.
 
 use super::json::from_json;
-use crate::process::{cargo, output, run, target_directory};
+use crate::process::{output, run, target_directory};
+use crate::workspace::Workspace;
 use anyhow::{Context as _, Result};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -19,10 +20,10 @@ pub(crate) fn measure(native: bool) -> Result<Times> {
     if home.exists() {
         std::fs::remove_dir_all(&home)?;
     }
-    let mut command = cargo(["bench", "--quiet", "--locked", "--package", "bench", "--bench", "desk"]);
+    let mut command = Workspace::Bench.cargo(["bench", "--quiet", "--locked", "--package", "bench", "--bench", "desk"]);
     command.env("CRITERION_HOME", &home);
     if native {
-        command.env("RUSTFLAGS", "-C target-cpu=native").arg("--target-dir").arg(target_directory().join("native"));
+        command.env("RUSTFLAGS", "-C target-cpu=native").env("CARGO_TARGET_DIR", target_directory().join("native"));
     }
     run(command.args(["--", "--quiet", "--noplot"]))?;
     let mut times = Times::new();
@@ -50,7 +51,8 @@ fn least(samples: &Path) -> Result<f64> {
 
 /// Milliseconds of the kernel compiler, by level. Every profile optimises it alike, including that of build scripts.
 pub(crate) fn compile_times() -> Result<BTreeMap<String, f64>> {
-    let mut program = cargo(["run", "--quiet", "--locked", "--release", "--package", "bench", "--bin", "compile-time"]);
+    let run = ["run", "--quiet", "--locked", "--release", "--package", "bench", "--bin", "compile-time"];
+    let mut program = Workspace::Bench.cargo(run);
     let text = output(&mut program).with_context(|| format!("{program:?} failed"))?;
     let rows = text.lines().filter_map(|line| line.split_once(','));
     rows.map(|(level, ms)| Ok((level.to_owned(), ms.parse::<f64>()?))).collect()

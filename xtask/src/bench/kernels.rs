@@ -14,8 +14,8 @@ use std::error::Error;
 use std::fmt::Write;
 use std::path::PathBuf;
 
-#[path = "../../bench/src/plain.rs"]
-#[allow(unreachable_pub, reason = "a module of the package that measures on the desk, read here too")]
+#[allow(unreachable_pub, reason = "a public module of the package that measures on the desk, which reads it too")]
+#[path = "plain.rs"]
 mod plain;
 
 /// Write the kernels and their list into a folder.

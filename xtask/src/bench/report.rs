@@ -28,7 +28,7 @@ pub(crate) struct Clock {
     pub(crate) compile: BTreeMap<String, f64>,
 }
 
-/// Number of states in callgrind's counts (`xtask/bench/benches/counts.rs`).
+/// Number of states in callgrind's counts (`bench/benches/counts.rs`).
 const COUNTED_STATES: u64 = 64;
 
 pub(super) const ARMS: [(&str, &str); 3] = [("ur5", "UR5"), ("puma560", "Puma 560"), ("stanford", "Stanford")];

@@ -129,7 +129,7 @@ pub(super) fn run() -> Result<()> {
 
 /// MuJoCo's times and errors.
 fn mujoco(folder: &Path, truth: &[errors::Truth; 2]) -> Result<Value> {
-    let tools = root().join("xtask/bench/simulators");
+    let tools = root().join("bench/simulators");
     let python = crate::setup::python(&folder.join("venv"), &tools.join("requirements.txt"))?;
     let output = Command::new(python)
         .arg(tools.join("mujoco_steps.py"))

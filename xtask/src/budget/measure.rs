@@ -3,8 +3,9 @@
 use super::image::Image;
 use super::row::{EMULATED, Field, Row};
 use super::variant;
-use crate::process::{cargo_run, root};
+use crate::process::root;
 use crate::scene_keys::SceneKeys;
+use crate::trials;
 use anyhow::{Context as _, Result, bail};
 use firmware_image::{Board, Build};
 use serde_json::Value;
@@ -116,7 +117,7 @@ pub(super) fn supervised_trace(scene: &Path, elf: &Path) -> Result<Value> {
 /// Ticks of [`interrupt`], all of them traced.
 const TRACED: &str = "24";
 
-/// The trace of a scene's supervised ticks on the emulated board, as `chip_budget::report::Traced` has it.
+/// The trace of a scene's supervised ticks on the emulated board, as `trials::budget::report::Traced` has it.
 pub(crate) fn interrupt(scene: &Path) -> Result<Value> {
     firmware_image::install::qemu()?;
     let scene = root().join(scene);
@@ -179,7 +180,7 @@ fn build(scene: &Path, board: Board) -> Result<PathBuf> {
 
 /// Command that runs `chip-budget` for a scene.
 pub(super) fn chip_budget(what: &str, scene: &Path) -> Command {
-    let mut command = cargo_run("chip-budget");
+    let mut command = trials::program("chip-budget");
     command.args([what, "--scene"]).arg(scene);
     command
 }

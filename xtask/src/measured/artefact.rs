@@ -51,8 +51,14 @@ impl Artefact {
 }
 
 /// Where everything is that an emitted program or kernel depends on.
-const COMPILED_FROM: [&str; 6] =
-    ["robot-compiler/src", "dynamics-core/src", "robots", "scenes", "xtask/bench/src", "xtask/src/bench/kernels.rs"];
+const COMPILED_FROM: [&str; 6] = [
+    "robot-compiler/src",
+    "dynamics-core/src",
+    "robots",
+    "scenes",
+    "xtask/src/bench/plain.rs",
+    "xtask/src/bench/kernels.rs",
+];
 
 impl Artefact {
     /// Checks that the present programs give the artefact of an earlier commit, whose files are in this folder.
@@ -198,21 +204,25 @@ fn fresh(name: &str) -> Result<PathBuf> {
     Ok(folder)
 }
 
+/// The programs whose output is an artefact.
+const NEWTAU: &str = "newtau";
+const CAMPAIGN: &str = "campaign";
+
 /// The standard output of `newtau` or `campaign`, in the profile of this program.
-fn output_of(package: &str, arguments: &[&str]) -> Result<String> {
-    let done = program(package)?.args(arguments).output().with_context(|| format!("cannot start {package}"))?;
+fn output_of(name: &str, arguments: &[&str]) -> Result<String> {
+    let done = program(name)?.args(arguments).output().with_context(|| format!("cannot start {name}"))?;
     // A fault is a result too.
     let ended = matches!(done.status.code(), Some(0 | 3));
-    ensure!(ended, "{package} {}: {}", arguments.join(" "), String::from_utf8_lossy(&done.stderr));
+    ensure!(ended, "{name} {}: {}", arguments.join(" "), String::from_utf8_lossy(&done.stderr));
     Ok(String::from_utf8(done.stdout)?)
 }
 
-/// A package's program. A test takes the program that was built with it: cargo, asked for this package alone, would build it again.
-fn program(package: &str) -> Result<Command> {
-    let built = target_directory().join("debug").join(if package == "host-sim" { "newtau" } else { package });
+/// A program. A test takes the program that was built with it: cargo, asked for its package alone, would build it again.
+fn program(name: &str) -> Result<Command> {
+    let built = target_directory().join("debug").join(name);
     let made = built.metadata().and_then(|data| data.modified()).ok();
     let newer = |folder: &str| newest(&root().join(folder)).map(|time| made.is_none_or(|made| made < time));
-    let sources = ["host-sim", "dynamics-core/src", "robot-compiler/src", "link", "xtask/campaign/src"];
+    let sources = ["host-sim", "dynamics-core/src", "robot-compiler/src", "link", "xtask/trials/src"];
     if cfg!(debug_assertions)
         && !sources.iter().map(|folder| newer(folder)).collect::<Result<Vec<_>>>()?.contains(&true)
     {
@@ -221,7 +231,8 @@ fn program(package: &str) -> Result<Command> {
         return Ok(command);
     }
     let profile: &[&str] = if cfg!(debug_assertions) { &[] } else { &["--release"] };
-    let mut command = cargo(["run", "--quiet", "--locked", "--package", package]);
+    let package = if name == CAMPAIGN { "trials" } else { "host-sim" };
+    let mut command = cargo(["run", "--quiet", "--locked", "--package", package, "--bin", name]);
     command.args(profile).arg("--");
     Ok(command)
 }
@@ -239,22 +250,22 @@ fn newest(folder: &Path) -> Result<SystemTime> {
 fn log(scene: &str) -> Result<String> {
     let folder = fresh(&format!("log-{}", scene.replace('/', "-")))?;
     let (path, out) = (format!("scenes/{scene}.toml"), folder.display().to_string());
-    output_of("host-sim", &["run", &path, "--duration", DURATION, "--quiet", "--no-report", "--out", &out])?;
+    output_of(NEWTAU, &["run", &path, "--duration", DURATION, "--quiet", "--no-report", "--out", &out])?;
     let file = folder.join("log.csv");
     std::fs::read_to_string(&file).with_context(|| file.display().to_string())
 }
 
 fn printed(arguments: &str) -> Result<String> {
     let mut words: Vec<&str> = arguments.split_whitespace().chain(["--json"]).collect();
-    let package = if words.first() == Some(&"campaign") { words.remove(0) } else { "host-sim" };
+    let name = if words.first() == Some(&CAMPAIGN) { words.remove(0) } else { NEWTAU };
     let out = fresh("printed")?.display().to_string();
     if words.first() == Some(&"sweep") {
         words.extend(["--out", &out]);
     }
-    let text = output_of(package, &words)?;
+    let text = output_of(name, &words)?;
     let values = serde_json::Deserializer::from_str(&text).into_iter::<Value>();
     let values = values.map(|value| Ok(timeless(value?))).collect::<Result<Vec<Value>>>();
-    Ok(serde_json::to_string(&values.with_context(|| format!("{package} {arguments} --json"))?)?)
+    Ok(serde_json::to_string(&values.with_context(|| format!("{name} {arguments} --json"))?)?)
 }
 
 /// JSON without times of this machine.

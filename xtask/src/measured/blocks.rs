@@ -60,10 +60,10 @@ const ESTIMATOR: Artefact =
     Files("sources of the cycle estimate", &["xtask/image/src/cycles", "xtask/image/src/decode"]);
 const PICK: Artefact = Programs(&["puma560_pick"]);
 const CAMPAIGNS: Artefact = Programs(&["campaign/encoders", "campaign/states", "campaign/yam"]);
-const PEERS: Artefact = Files("sources of the peers' harness", &["xtask/bench/peers"]);
-const MUJOCO: Artefact = Files("sources of MuJoCo's side", &["xtask/bench/simulators"]);
+const PEERS: Artefact = Files("sources of the peers' harness", &["bench/peers"]);
+const MUJOCO: Artefact = Files("sources of MuJoCo's side", &["bench/simulators"]);
 const BATCH: Artefact =
-    Files("sources of the batch", &["xtask/bench/batch/src", "dynamics-core/src/trig", "dynamics-core/src/dynamics"]);
+    Files("sources of the batch", &["bench/batch/src", "dynamics-core/src/trig", "dynamics-core/src/dynamics"]);
 
 const ARMS: &[Artefact] = &[Log("yam_move"), Log("rebot_move"), Log("yam_split")];
 const BUDGET: &[Artefact] = &[Programs(&[]), CHIP, ESTIMATOR];
@@ -84,7 +84,12 @@ const fn block(page: &'static str, name: &'static str, command: &'static str, ar
 pub(super) const BLOCKS: &[Block] = &[
     block("arms", "arms", ARM_COMMAND, ARMS),
     block("arms", "arms, torque from outside", ARM_COMMAND, ARMS),
-    block("batch", "batch", "cargo bench -p dynamics-batch, once for each -C target-cpu", &[BATCH]),
+    block(
+        "batch",
+        "batch",
+        "cargo bench --manifest-path bench/Cargo.toml -p dynamics-batch, once for each -C target-cpu",
+        &[BATCH],
+    ),
     block("bound", "bound", "cargo newtau choose bound robots/*.toml --write docs/measured/bound.md", BOUND),
     block("budget", "budget", BUDGET_COMMAND, BUDGET),
     block("budget", "tick start", BUDGET_COMMAND, FLOOD),
@@ -119,7 +124,7 @@ pub(super) const BLOCKS: &[Block] = &[
 
 const FLOOD: &[Artefact] = &[Programs(&["puma560_collision"]), CHIP];
 const DRIVES: &[Artefact] = &[Printed("campaign --target drives --runs 700")];
-const QEMU: &[Artefact] = &[CAMPAIGNS, CHIP, Files("sources of the campaign", &["xtask/campaign/src"])];
+const QEMU: &[Artefact] = &[CAMPAIGNS, CHIP, Files("sources of the campaign", &["xtask/trials/src/campaign"])];
 const BOUND: &[Artefact] = &[Printed("choose bound robots/scara.toml --samples 100 --boxes 20")];
 const SCALE: &[Artefact] = &[Printed("sweep scenes/studies/pick_payload_friction.toml --runs 32")];
 

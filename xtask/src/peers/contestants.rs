@@ -5,6 +5,7 @@ use super::harness::{ARMS, folder, source};
 use super::install::{self, CLANG};
 use crate::process::{cargo, root, run, target_directory};
 use crate::toolchain::{self, Toolchain};
+use crate::workspace::Workspace;
 use anyhow::{Result, bail};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -115,9 +116,9 @@ impl Ours {
     /// Builds it.
     pub(super) fn build() -> Result<Self> {
         let desk = |flags: &str, target: PathBuf| -> Result<PathBuf> {
-            let mut cargo = cargo(["rustc", "--quiet", "--locked", "--package", "bench-peers"]);
+            let mut cargo = Workspace::Bench.cargo(["rustc", "--quiet", "--locked", "--package", "bench-peers"]);
             // One codegen unit, as a C compiler sees the peers: the profile of the chip's programs.
-            cargo.args(["--profile", "firmware", "--crate-type", "cdylib", "--target-dir"]).arg(&target);
+            cargo.args(["--profile", "firmware", "--crate-type", "cdylib"]).env("CARGO_TARGET_DIR", &target);
             run(cargo.env_remove("CARGO_ENCODED_RUSTFLAGS").env("RUSTFLAGS", flags))?;
             let library = target.join("firmware/libbench_peers.so");
             if library.is_file() { Ok(library) } else { bail!("cargo left no {}", library.display()) }
@@ -125,6 +126,7 @@ impl Ours {
         let ordinary = desk("", target_directory())?;
         let native = desk("-C target-cpu=native", folder().join("native"))?;
         let mut cargo = Toolchain::find_or_install()?.cargo("rustc");
+        cargo.args(["--manifest-path", Workspace::Bench.manifest()]);
         cargo.args(["--quiet", "--locked", "--package", "bench-peers", "--crate-type", "staticlib"]);
         // A kernel has one caller in a firmware, and is inlined there, as a C compiler inlines the peers' static functions; here it has two.
         cargo.args(["--", "-Cllvm-args=-inline-threshold=10000"]);

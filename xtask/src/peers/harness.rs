@@ -16,5 +16,5 @@ pub(super) fn folder() -> PathBuf {
 
 /// A file of the harness.
 pub(super) fn source(name: &str) -> PathBuf {
-    root().join("xtask/bench/peers").join(name)
+    root().join("bench/peers").join(name)
 }

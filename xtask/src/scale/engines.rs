@@ -20,7 +20,7 @@ pub(super) fn install() -> Result<PathBuf> {
     }
     let folder = target_directory().join("scale-venv");
     let (python, stamp) = (folder.join("bin/python"), folder.join("requirements.txt"));
-    let file = root().join("xtask/scale/requirements.txt");
+    let file = root().join("bench/scale/requirements.txt");
     let wanted = fs::read_to_string(&file).with_context(|| file.display().to_string())?;
     if python.is_file() && fs::read_to_string(&stamp).is_ok_and(|found| found == wanted) {
         return Ok(python);
@@ -41,7 +41,7 @@ pub(super) fn install() -> Result<PathBuf> {
 pub(super) fn hyperqueue(work: &Work) -> Result<f64> {
     let folder = work.submit("hyperqueue")?;
     let mut cluster = Command::new(&work.python);
-    cluster.arg(root().join("xtask/scale/hyperqueue.py")).arg(&folder).args([&work.shards.to_string(), WORKERS]);
+    cluster.arg(root().join("bench/scale/hyperqueue.py")).arg(&folder).args([&work.shards.to_string(), WORKERS]);
     cluster.stderr(std::process::Stdio::null()).stdout(std::process::Stdio::null());
     let start = Instant::now();
     let mut first = cluster.spawn().context("HyperQueue does not start")?;

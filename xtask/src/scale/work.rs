@@ -18,7 +18,7 @@ impl Work {
     /// `newtau sweep` of the study.
     pub(super) fn sweep(&self) -> Command {
         let mut command = Command::new(&self.program);
-        command.arg("sweep").arg(root().join("xtask/scale/study.toml"));
+        command.arg("sweep").arg(root().join("bench/scale/study.toml"));
         command.args(["--quiet", "--runs", &self.runs.to_string()]);
         command
     }

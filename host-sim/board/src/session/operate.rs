@@ -114,8 +114,10 @@ pub struct Operator {
     announcement: Option<&'static str>,
     stopped: bool,
     status: Option<Status>,
-    /// Time of the last status, on the device's clock.
+    /// Time since which the board has to be heard: of the last status, of a hello, or of a cable that was cut or plugged in.
     heard: Duration,
+    /// Time of the last status.
+    reported: Duration,
     /// Statuses received.
     statuses: u64,
     /// Time when the live inputs were sent last by the clock.
@@ -187,6 +189,7 @@ impl Operator {
             feed: MotionQueue::new(arm.period),
             report,
             heard: device.now(),
+            reported: device.now(),
             device,
             arm,
             seen: presses.load(Ordering::Relaxed),
@@ -367,7 +370,7 @@ impl Operator {
     }
 
     fn told(&mut self, status: Status) -> Result<(), Stop> {
-        self.heard = self.device.now();
+        (self.heard, self.reported) = (self.device.now(), self.device.now());
         self.statuses += 1;
         while self.under_way.front().is_some_and(|&sent| has_taken(&status, sent)) {
             self.under_way.pop_front();
@@ -425,7 +428,10 @@ impl Operator {
         let mut text = String::new();
         let (to_board, to_host) = self.device.tap().lost();
         if to_board > 0 || to_host > 0 {
-            text += &format!("\nhost link: {to_board} frames lost on the way to the board, {to_host} on the way back");
+            let least = if self.device.tap().lost_more() { "at least " } else { "" };
+            text += &format!(
+                "\nhost link: {least}{to_board} frames lost on the way to the board, {to_host} on the way back"
+            );
         }
         let (counts, statuses) = &self.stale;
         if counts.iter().any(|count| *count > 0) {

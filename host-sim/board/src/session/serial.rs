@@ -57,9 +57,18 @@ pub enum SerialError {
 }
 
 impl SerialError {
-    /// True if the port exists but this user may not open it.
+    /// Advice for a port that cannot be opened or does not answer.
     #[must_use]
-    pub fn is_forbidden(&self) -> bool {
+    pub fn advice(&self) -> &'static str {
+        if self.is_forbidden() {
+            "give this user the right to it: on most Linux systems `sudo usermod -aG dialout $USER`, then log in again"
+        } else {
+            "is it plugged in, and not open in another program? `newtau doctor` lists the ports that there are"
+        }
+    }
+
+    /// True if the port exists but this user may not open it.
+    fn is_forbidden(&self) -> bool {
         let Self::Open { source, .. } = self else { return false };
         source.kind() == ErrorKind::Io(io::ErrorKind::PermissionDenied)
     }

@@ -39,9 +39,18 @@ pub(super) enum Drives {
 impl fmt::Display for Drives {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Link => f.write_str("over the link"),
-            Self::Kind(kind) => write!(f, "of the kind {kind}"),
+            Self::Link => f.write_str("joints over the link"),
+            Self::Kind(kind) => f.write_str(in_words(kind)),
         }
+    }
+}
+
+/// A family of drives, as the robot file's reader names it, in words.
+fn in_words(family: &'static str) -> &'static str {
+    match family {
+        "mit" => "CAN drives (MIT mode)",
+        "pwm" => "PWM power stages",
+        other => other,
     }
 }
 
@@ -75,9 +84,9 @@ fn scene(path: &Path, board: Board) -> Result<Choice, String> {
     let drives = Drives::of(&file);
     if !drives.fit(board) {
         let line = line_of_robot(path).map_or_else(String::new, |line| format!(":{line}"));
-        let expected = board.drives().unwrap_or_default();
+        let expected = in_words(board.drives().unwrap_or_default());
         return Err(format!(
-            "{}{line}: robot: found drives {drives} ({}), expected drives of the kind {expected}, which {board} has lines for",
+            "{}{line}: robot: found {drives} ({}), expected {expected}, which {board} has lines for",
             path.display(),
             file.robot.name,
         ));

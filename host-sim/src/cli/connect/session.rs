@@ -8,14 +8,14 @@ use board::session::drill::{OnChip, OnDesk};
 use board::session::frame_log::Head;
 use board::session::operate::console::Console;
 use board::session::operate::converse::converse;
-use board::session::operate::device::{Device, DeviceError};
+use board::session::operate::device::{Device, DeviceError, Pace};
 use board::session::operate::drill_device::DrillDevice;
 use board::session::operate::on_wire::OnWire;
 use board::session::operate::report::Report;
 use board::session::operate::simulated_board::{Places, SimulatedBoard};
 use board::session::operate::wire::Disturbance;
 use board::session::operate::{Operator, Presses, Stop};
-use board::session::serial::{BAUD, SerialLink};
+use board::session::serial::{BAUD, SerialError, SerialLink};
 use clap::{ArgGroup, Args};
 use console::style;
 use link::{Pacing, Trust};
@@ -34,8 +34,8 @@ Examples:
   printf 'home\\nconfirm\\narm\\nrun\\nwait\\n' | newtau connect scenes/planar2r_swing.toml --target desk
 
 Commands, one a line: status, home, confirm, arm, stop, park, disarm, run, hold, clear, jog, goto, wait, watch, dump, quit and more; `help`
-lists all of them with their arguments. With --target the scene's simulated arm replaces the joints, and its time passes only while a
-command or a motion needs it. Ctrl-C holds the arm, waits until it rests, and disarms; a second one ends the program. While a script's arm
+lists all of them with their arguments. With --target the scene's simulated arm replaces the joints. In a script its time passes only while a command or a
+motion needs it; at a terminal it passes at the pace of the clock. Ctrl-C holds the arm, waits until it rests, and disarms; a second one ends the program. While a script's arm
 parks, Ctrl-C stops and holds it instead, and another one disarms it. The end of a script or a pipe parks or disarms the arm and ends the
 program; Ctrl-D at a terminal is `quit`.
 
@@ -182,6 +182,7 @@ fn run_arm<const N: usize>(
     let head = Head { hash: scene.hash(&model), scene: path, text };
     let report = Report::new(args.json);
     let world = || simulate::world::<N>(scene);
+    let pace = || Pace::new(console.is_a_person());
     let wrong = |stop| failure(stop, &args.scene.display().to_string());
     let disturbance = args.disturbance();
     if disturbance.is_some() && args.target == Some(Target::Qemu) {
@@ -204,12 +205,12 @@ fn run_arm<const N: usize>(
             let bench = hello(scene, &model, Pacing::LockStep);
             let start = || OnChip::start(Chip::start(&build_firmware(&scene.path)?, bench)?, bench);
             let target = start().map_err(|error| Failure::Target(miette::miette!("{error}")))?;
-            Box::new(DrillDevice::new(target, world()?))
+            Box::new(DrillDevice::new(target, world()?, pace()))
         }
         (None, _, Some((disturbance, places))) => {
-            Box::new(SimulatedBoard::new((scene, &model), world()?, disturbance, places, console.is_a_person()))
+            Box::new(SimulatedBoard::new((scene, &model), world()?, disturbance, places, pace()))
         }
-        (None, _, None) => Box::new(DrillDevice::new(OnDesk::start(scene, &model), world()?)),
+        (None, _, None) => Box::new(DrillDevice::new(OnDesk::start(scene, &model), world()?, pace())),
     };
     // The board was built from the scene's own motion; only `run` plays another.
     let mut plays = scene.clone();
@@ -224,6 +225,9 @@ fn run_arm<const N: usize>(
 fn failure(stop: Stop, place: &str) -> Failure {
     match stop {
         Stop::Board(DeviceError::Record(error)) | Stop::Output(error) => Failure::Output(error),
+        Stop::Board(DeviceError::Serial(error @ SerialError::Open { .. })) => {
+            Failure::Target(miette::miette!(help = error.advice(), "{error}"))
+        }
         Stop::Board(error) => Failure::Target(miette::miette!("{error}")),
         Stop::Input(problem) => Failure::Input(miette::miette!("{place}: {problem}")),
         Stop::Interrupted | Stop::Pressed => Failure::Interrupted,

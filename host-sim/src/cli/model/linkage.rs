@@ -38,7 +38,7 @@ Files, in the folder given by --out:
   free.csv, report.html     over time, with --simulate
   summary.json                                                            what --json prints
 
-Units: SI, radians. Angles count from the ground or the guide; see docs/linkages.md.";
+Units: SI, radians. Angles count from the ground or the guide; see docs/theory/linkages.md.";
 
 /// Options of `linkage`.
 #[derive(Clone, Debug, Args)]

@@ -17,7 +17,7 @@ use studies::statics::{Axes, Question, answer, sweep};
 const EXAMPLE: &str = "Example:\n  newtau model statics robots/ur5.toml --minimise total";
 
 const EXAMPLES: &str = "\
-What is computed, with the equations of the chapter in docs/dynamics.md:
+What is computed, with the equations of the chapter in docs/theory/dynamics.md:
   wrench    F_{i-1} = F_i - sum F_e,  M_{i-1} = M_i - sum M_e + d x F_i, from the tip inward       12.455-12.456
             with every moment of a load moved to the joint it is felt at; 12.465 gives weight another
   torque    the component along the joint's axis, which its actuator carries: G(q) - J^T w         12.503-12.504, index i-1

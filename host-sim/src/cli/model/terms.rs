@@ -19,7 +19,7 @@ Printed, for  D(q) qdd + C(q, qd) qd + G(q) = tau + J^T w  (eq. 12.217):
   H   velocity coupling, C qd                                   12.238 (lagrange), 12.394 (trace)
   G   torques that hold the weight                              12.239 (lagrange), 12.395 (trace)
   Gamma^i_jk   Christoffel symbols of the first kind            12.281
-12.229 is taken without its factor 1/2 and 12.239 with the other sign: docs/dynamics.md says why.
+12.229 is taken without its factor 1/2 and 12.239 with the other sign: docs/theory/dynamics.md says why.
 
 Methods, which agree to rounding:
   lagrange   Jacobians of the links and their derivatives       12.223-12.241, 12.281

@@ -2,7 +2,7 @@
 
 use super::motion::{REST, fastest_ramp, quintic};
 use super::surroundings::{Judged, Surroundings};
-use clearance::cell::Reason;
+use crate::clearance::cell::Reason;
 use dynamics_core::Model;
 use dynamics_core::control::trajectory::Motion;
 use identification::excite::Workspace;

@@ -1,9 +1,9 @@
 //! Shapes of an arm and of what stands around it.
 
-use clearance::arm::{capsules, length, usual_radius};
-use clearance::cell::{Cell, Part};
-use clearance::mesh::points;
-use clearance::shape::Shape;
+use crate::clearance::arm::{capsules, length, usual_radius};
+use crate::clearance::cell::{Cell, Part};
+use crate::clearance::mesh::points;
+use crate::clearance::shape::Shape;
 use dynamics_core::Model;
 use dynamics_core::joint::JointKind;
 use nalgebra::{Matrix3, Vector3};

@@ -103,7 +103,7 @@ fn the_page_sums_up_the_tables() {
     let page = format!(
         "# The extremes\n\n\
         Dynamics, controller and simulated arm at the edges of their range. `cargo nextest run -p studies --test extremes` measures all \
-        of it again; a number that leaves its pin by more than 2 % fails, in either direction. [What this says, in short](../numerics.md#the-extremes).\n\n\
+        of it again; a number that leaves its pin by more than 2 % fails, in either direction. [What this says, in short](../theory/numerics.md#the-extremes).\n\n\
         A requirement has a bound from theory or from use, or a documented outcome. A record is a number that nothing requires. Each group's \
         cells, with what is done, stand in its table.\n\n{counts}\n\
         ## What fails\n\n{failing}\n\

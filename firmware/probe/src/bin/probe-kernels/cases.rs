@@ -76,7 +76,7 @@ fn trig_libm(i: &Inputs, out: &mut Outputs) {
 
 #[inline(never)]
 fn puma560_gravity_by_hand(i: &Inputs, out: &mut Outputs) {
-    put(bench::hand::puma560(&i.turn), out);
+    put(probe::hand::puma560(&i.turn), out);
 }
 
 #[inline(always)]

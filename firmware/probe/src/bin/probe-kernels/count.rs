@@ -1,13 +1,13 @@
 //! The program on the chip.
 
 use crate::cases::{self, Case, Inputs, Outputs};
-use bench::states::States;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::hprintln;
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{Dynamics, Inertia, Live, Trig, Wrench};
 use nalgebra::{Matrix3, Vector3};
 use probe::Counter;
+use probe::states::States;
 
 /// Random states that each function is counted in.
 const STATES: usize = 200;

@@ -28,22 +28,14 @@ enum Heard {
 pub fn checks(path: &str, scene: Option<&Hello>, key: Option<Key>) -> Vec<Check> {
     let mut link = match SerialLink::open(path, BAUD) {
         Ok(link) => link,
-        Err(error) => return vec![Check::wrong("port", true, error.to_string(), advice(&error))],
+        Err(error) => return vec![Check::wrong("port", true, error.to_string(), error.advice())],
     };
     let mut checks = vec![Check::ok("port", format!("{path}, {BAUD} baud"))];
     match ask(&mut link, key) {
         Ok(heard) => checks.extend(judge(&heard, scene, key.is_some())),
-        Err(error) => checks.push(Check::wrong("firmware", true, error.to_string(), advice(&error))),
+        Err(error) => checks.push(Check::wrong("firmware", true, error.to_string(), error.advice())),
     }
     checks
-}
-
-fn advice(error: &SerialError) -> &'static str {
-    if error.is_forbidden() {
-        "give this user the right to it: on most Linux systems `sudo usermod -aG dialout $USER`, then log in again"
-    } else {
-        "is it plugged in, and not open in another program? `newtau doctor` lists the ports that there are"
-    }
 }
 
 fn ask(link: &mut SerialLink, key: Option<Key>) -> Result<Heard, SerialError> {

@@ -12,6 +12,6 @@ use robot_compiler::drive::JointDrive;
 #[must_use]
 pub fn check(scene: &SceneFile, hello: &Hello) -> Check {
     let drive = scene.robot.joints.first().and_then(|joint| joint.drive.as_ref()).map(JointDrive::kind);
-    let drives = drive.map_or("joints over the link".to_owned(), |kind| format!("drives of the kind {kind}"));
+    let drives = drive.map_or("joints over the link".to_owned(), |kind| format!("{kind} drives"));
     Check::ok("scene", format!("{}: {}, {drives}", scene.name, described(hello)))
 }

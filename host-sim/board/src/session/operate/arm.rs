@@ -111,7 +111,13 @@ impl<const N: usize> Joints for OfScene<N> {
     }
 
     fn way(&self, from: &[f64], to: &[f64], time: Option<f64>) -> Result<Rc<dyn Course>, MotionError> {
-        Ok(Rc::new(way::<N>(joints(from), joints(to), time, &self.bounds)?))
+        let from: [f64; N] = joints(from);
+        // An arm that was armed beyond a limit may move inward from there.
+        let position = core::array::from_fn(|i| {
+            let (low, high) = self.bounds.position[i];
+            (low.min(from[i]), high.max(from[i]))
+        });
+        Ok(Rc::new(way::<N>(from, joints(to), time, &Bounds { position, ..self.bounds })?))
     }
 
     fn live(&self, payload: Option<Inertia<f32>>) -> Result<link::Live, AsymmetricInertia> {
@@ -247,6 +253,11 @@ impl Arm {
             hidden(joint.friction.map_or(0.0, |friction| friction.starting()), joint.spec.limits.torque)
         };
         let rubs = |joint: &RobotJoint| joint.friction.map_or((0.0, 0.0), |rubs| (rubs.viscous, rubs.coulomb));
+        // What the plant holds is not declared to a board whose model has no place for it.
+        let mut declared: Live<f32, N> = scene.live(model).cast();
+        if !matches!(scene.model.payload, Term::Live) {
+            declared.payload = Inertia::zero();
+        }
         let bounds = Bounds::from_limits(&limits).with_acceleration(deceleration);
         Ok(Self {
             recorded: Recorded { head, robot: scene.robot.clone(), encoders: encoder.to_vec() },
@@ -258,7 +269,7 @@ impl Arm {
             motion: Rc::new(motion),
             times,
             limbs: Box::new(OfScene {
-                live: scene.live(model).cast(),
+                live: declared,
                 payload: scene.plant.payload.map_or_else(Inertia::zero, |body| {
                     Inertia::from_mass_centre(body.mass, &body.com, &body.inertia).cast().symmetric()
                 }),

@@ -14,7 +14,7 @@ enum Pending {
     FullRange,
 }
 
-/// Executes commands line by line, until the end. The arm is left as `docs/operate.md` says: see `Operator::release`.
+/// Executes commands line by line, until the end. The arm is left as `docs/operate/README.md` says: see `Operator::release`.
 pub fn converse(operator: &mut Operator, console: &mut Console) -> Result<(), Stop> {
     // In a drill, time stands still while a pipe is silent: the result does not depend on the speed of the writer.
     const PATIENCE: Duration = Duration::from_millis(20);
@@ -104,6 +104,7 @@ mod tests {
     use crate::session::drill::OnDesk;
     use crate::session::frame_log::Head;
     use crate::session::operate::console::Console;
+    use crate::session::operate::device::Pace;
     use crate::session::operate::drill_device::DrillDevice;
     use crate::session::operate::report::Report;
     use crate::session::operate::{Operator, Presses};
@@ -116,7 +117,8 @@ mod tests {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/yam_move.toml");
         let scene = SceneFile::load(&path).unwrap();
         let model = scene.robot.model::<6>().unwrap();
-        let device = DrillDevice::new(OnDesk::start(&scene, &model), simulate::world::<6>(&scene).unwrap());
+        let device =
+            DrillDevice::new(OnDesk::start(&scene, &model), simulate::world::<6>(&scene).unwrap(), Pace::default());
         let head = Head { hash: scene.hash(&model), scene: path, text: String::new() };
         let report = Report::new(false);
         let mut operator =

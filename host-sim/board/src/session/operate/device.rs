@@ -8,7 +8,7 @@ use crate::session::serial::SerialError;
 use link::{Frame, Pacing, Sensed, Trouble};
 use sim::plant::Diverged;
 use std::io;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Timeout for an answer or a status of the board.
 pub const SILENCE: Duration = Duration::from_secs(2);
@@ -72,6 +72,31 @@ pub trait Device {
     fn tap(&mut self) -> &mut Tap;
 }
 
+/// Lets simulated time pass no faster than the clock, for a person at a terminal.
+#[derive(Debug, Default)]
+pub struct Pace(Option<Instant>);
+
+impl Pace {
+    /// The pace of the clock, or none.
+    #[must_use]
+    pub fn new(is_wanted: bool) -> Self {
+        Self(is_wanted.then(Instant::now))
+    }
+
+    /// Waits until the clock has reached this simulated time. Time that was lost to something longer than [`CATCH_UP`] is not caught up.
+    pub(super) fn keep(&mut self, simulated: Duration) {
+        let Some(begun) = &mut self.0 else { return };
+        let passed = begun.elapsed();
+        if passed > simulated + CATCH_UP {
+            *begun += passed.saturating_sub(simulated);
+        }
+        std::thread::sleep(simulated.saturating_sub(passed));
+    }
+}
+
+/// Longest delay after which simulated time still catches up with the clock.
+const CATCH_UP: Duration = Duration::from_millis(50);
+
 /// A cable that can be cut in a simulation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cut {
@@ -117,6 +142,8 @@ pub struct Tap {
     sent: u16,
     /// Frames that the board reported as lost, and frames of the board that were lost.
     lost: (u64, u64),
+    /// The board lost more frames than it could report.
+    lost_more: bool,
     log: Option<Recorder>,
 }
 
@@ -157,10 +184,17 @@ impl Tap {
         self.lost
     }
 
+    /// True if the board lost more frames than [`Tap::lost`] says: a report counts to 255.
+    #[must_use]
+    pub fn lost_more(&self) -> bool {
+        self.lost_more
+    }
+
     /// Record a received frame.
     pub(super) fn hear_received(&mut self, missed: u32, at: Duration, frame: &Frame) -> io::Result<()> {
         if let Frame::Refusal(link::Refusal::Lost { missed }) = frame {
             self.lost.0 += u64::from(*missed);
+            self.lost_more |= *missed == u8::MAX;
         }
         self.lost.1 += u64::from(missed);
         self.keep(Way::Received, u8::try_from(missed).unwrap_or(u8::MAX), at, frame)

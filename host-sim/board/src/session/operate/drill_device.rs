@@ -2,11 +2,11 @@
 //! lines.
 //!
 //! Time is simulated: it passes only while the operator waits, one control period at a time, so that a script has the
-//! same result on every machine. Behind ideal drives the simulated arm is driven while torque acts, and braked otherwise, for any safe
+//! same result on every machine; for a person at a terminal it passes at the pace of the clock. Behind ideal drives the simulated arm is driven while torque acts, and braked otherwise, for any safe
 //! action. Simulated drives begin switched off, are switched on by the first torque, and do the safe action otherwise; their faults and
 //! temperature are told to the target beside the operator's lines.
 
-use super::device::{Device, DeviceError, Tap};
+use super::device::{Device, DeviceError, Pace, Tap};
 use crate::chip::ChipError;
 use crate::session::drill::Drill;
 use joint_io::higher;
@@ -28,16 +28,18 @@ pub struct DrillDevice<const N: usize, D> {
     past: Vec<Frame>,
     /// Last report of a simulated drive with a fault.
     trouble: Option<Trouble>,
+    pace: Pace,
     tap: Tap,
 }
 
 impl<const N: usize, D: Drill> DrillDevice<N, D> {
     /// A target that has agreed on a hello, and the simulated arm for it.
     #[must_use]
-    pub fn new(target: D, mut world: World<N>) -> Self {
+    pub fn new(target: D, mut world: World<N>, pace: Pace) -> Self {
         world.ask();
         let lines = (Lines::CALM, Lines::CALM);
-        Self { target, world, tick: 0, reading: None, lines, past: Vec::new(), trouble: None, tap: Tap::default() }
+        let (past, tap) = (Vec::new(), Tap::default());
+        Self { target, world, tick: 0, reading: None, lines, past, trouble: None, pace, tap }
     }
 
     /// Apply the action of the drives to the simulated arm.
@@ -110,6 +112,7 @@ impl<const N: usize, D: Drill> Device for DrillDevice<N, D> {
         self.act(&answers)?;
         let mut past = core::mem::take(&mut self.past);
         past.extend(answers);
+        self.pace.keep(now);
         Ok(past)
     }
 

@@ -201,7 +201,8 @@ impl Operator {
     }
 
     fn with_consent(&mut self, consent: Consent, text: &str) -> Result<Released, Stop> {
-        let park = self.can_park() && !self.stopped;
+        // After a stop nothing moves unless a person asks for it.
+        let park = self.can_park() && (!self.stopped || consent == Consent::Ask);
         match (consent, park) {
             (Consent::Ask, true) => {
                 self.say("disarm", &format!("{text}\ndisarm? y: yes, p: park first, n: no, keep holding"))?;

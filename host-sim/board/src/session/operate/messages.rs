@@ -26,7 +26,8 @@ pub const HOLDS: [&str; 7] = [
 pub const REFUSALS: [(&str, &str); 15] = [
     (
         "this state does not allow it",
-        "`status` prints the state; idle allows home, confirm and arm; armed allows run, jog and goto; running allows hold",
+        "`status` prints the state; idle allows home and arm, homing allows confirm; armed and holding allow run, jog, goto, park and disarm; \
+         running and lowering allow hold",
     ),
     ("a fault is active", "remove its cause, then `clear`"),
     ("the arm has not been homed", "`home`, check that every joint is at its zero, `confirm`"),

@@ -20,7 +20,7 @@ pub(super) struct Sample {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Samples {
     pub(super) all: VecDeque<Sample>,
-    /// Samples that are kept; 0 keeps those of one window.
+    /// Samples that are kept at least; 0 keeps those of one window.
     room: usize,
     /// Tick in which torque began to act, and the time since, s.
     first: Option<u32>,
@@ -29,8 +29,9 @@ pub(super) struct Samples {
 
 impl Samples {
     pub(super) fn push(&mut self, sample: Sample, period: f64) {
-        let window = (WINDOW / period).ceil() as usize;
-        while self.all.len() >= window.max(SAMPLES_MIN).max(self.room) {
+        // Statuses may come every tick or every twentieth: a window is a time, not a number of them.
+        let is_old = |first: &Sample| f64::from(sample.tick.wrapping_sub(first.tick)) * period >= WINDOW;
+        while self.all.len() >= SAMPLES_MIN.max(self.room) && self.all.front().is_some_and(is_old) {
             self.all.pop_front();
         }
         let first = self.first.get_or_insert(sample.tick);
@@ -38,7 +39,7 @@ impl Samples {
         self.all.push_back(sample);
     }
 
-    /// Keep so many from here on, and none of before; 0 keeps those of one window.
+    /// Keep at least so many from here on, and none of before; 0 keeps those of one window.
     pub(super) fn keep(&mut self, room: usize) {
         self.all.clear();
         self.room = room;

@@ -21,6 +21,9 @@ const SHOWN: f64 = 50.0;
 /// Number of hellos sent to a board that does not answer, or whose first tick was missed.
 const HELLOS: u32 = 8;
 
+/// Age from which a report is old: a board that is heard reports at least every 20 ms.
+const OLD: Duration = Duration::from_millis(200);
+
 /// Time limit for the arm to come to rest before it is disarmed, s, and the interval of the checks, s.
 const REST: f64 = 10.0;
 const LOOK: f64 = 0.05;
@@ -311,6 +314,7 @@ impl Operator {
                 self.say("help", &lines.join("\n"))?;
             }
             Command::Status => {
+                self.until_fresh()?;
                 let losses = self.losses();
                 let text = self.seen_now().map(|seen| seen.text()).unwrap_or_default();
                 self.say("status", &format!("{text}{losses}"))?;
@@ -340,6 +344,22 @@ impl Operator {
             Command::EmergencyStop(pressed) => self.emergency_stop(pressed)?,
         }
         Ok(())
+    }
+
+    /// Waits for a report if the last one is old, and says so if none comes.
+    fn until_fresh(&mut self) -> Result<(), Stop> {
+        if self.silent_for(self.reported) <= OLD {
+            return Ok(());
+        }
+        let (before, end) = (self.statuses, self.device.now() + OLD);
+        while self.statuses == before && self.device.now() < end {
+            self.pass()?;
+        }
+        if self.statuses != before {
+            return Ok(());
+        }
+        let age = self.silent_for(self.reported).as_secs_f64();
+        self.say("status", &format!("the board is not heard: this is its last report, {age:.1} s old"))
     }
 
     fn cut(&mut self, what: Cut, cut: bool) -> Result<(), Stop> {

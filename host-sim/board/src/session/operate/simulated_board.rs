@@ -8,7 +8,7 @@
 //!
 //! Time is simulated, one control period at a time; for a user at a terminal it runs at the pace of the clock.
 
-use super::device::{Cut, Device, DeviceError, Tap};
+use super::device::{Cut, Device, DeviceError, Pace, Tap};
 use super::on_wire::ALIVE_EVERY;
 use super::wire::{Chance, Disturbance, Wire};
 use crate::session::drill::{DeskSession, Uncounted, desk_session};
@@ -49,8 +49,7 @@ pub struct SimulatedBoard<const N: usize> {
     lines: Lines,
     /// Joints whose drive is cut off, and the buses that are cut at the board.
     cut_drives: [bool; N],
-    /// True if a period takes as long as on a real board.
-    paced: bool,
+    pace: Pace,
     tap: Tap,
 }
 
@@ -62,7 +61,7 @@ impl<const N: usize> SimulatedBoard<N> {
         mut world: World<N>,
         disturbance: Disturbance,
         places: Places,
-        paced: bool,
+        pace: Pace,
     ) -> Self {
         world.ask();
         let none = Disturbance { seed: disturbance.seed, ..Disturbance::default() };
@@ -79,7 +78,7 @@ impl<const N: usize> SimulatedBoard<N> {
             chance: Chance::new(disturbance.seed, 2),
             lines: Lines::NONE,
             cut_drives: [false; N],
-            paced,
+            pace,
             tap: Tap::default(),
         }
     }
@@ -193,9 +192,7 @@ impl<const N: usize> Device for SimulatedBoard<N> {
             self.tap.hear_received(received.missed, self.now(), &received.frame)?;
             frames.push(received.frame);
         }
-        if self.paced {
-            std::thread::sleep(Duration::from_secs_f64(self.world.period));
-        }
+        self.pace.keep(self.now());
         Ok(frames)
     }
 

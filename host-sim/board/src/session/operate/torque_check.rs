@@ -150,9 +150,16 @@ impl Operator {
             format!("is {factor:.2} times the commanded torque")
         };
         let cause = self.arm.drives.get(joint).map(|drive| drive.cause(factor, common)).unwrap_or_default();
+        // A wrong sign is never the load's.
+        let load = match factor {
+            ..0.0 => "",
+            0.0..1.0 => "the arm is heavier here than its model: an undeclared payload, or too small masses; or ",
+            _ => {
+                "the arm is lighter here than its model: a declared payload that is not there, or too large masses; or "
+            }
+        };
         format!(
-            "torque of {name} {what}: {acted:.2} {unit} by the model, {told:.2} {unit} commanded; likely cause: {cause}; if that is \
-             right, check the model's masses and the payload"
+            "torque of {name} {what}: {acted:.2} {unit} by the model, {told:.2} {unit} commanded; likely cause: {load}{cause}"
         )
     }
 
@@ -264,7 +271,7 @@ impl Operator {
             true => String::new(),
             false => {
                 let cause = self.arm.drives.get(joint).map(|drive| drive.cause(1.0 / share, false)).unwrap_or_default();
-                format!("  WRONG; likely cause: {cause}")
+                format!("  WRONG; likely cause, if masses and payload are right: {cause}")
             }
         };
         Some(format!(

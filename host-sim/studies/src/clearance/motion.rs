@@ -1,0 +1,178 @@
+//! A guaranteed lower bound on the clearance of a whole motion.
+//!
+//! Between samples no gap shrinks faster than its parts can approach. In a time `h` about a sample a joint moves by at most
+//! `|qd| h + A h^2 / 2`, with `A` its greatest acceleration, and each radian moves a point of a link by at most its longest lever. A
+//! stretch of time whose gap, less that way, is still large enough is clear as a whole; otherwise it is halved (conservative advancement,
+//! Mirtich 1996).
+
+use super::cell::Cell;
+use dynamics_core::control::trajectory::Motion;
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+/// Longest stretch to begin with, s.
+const STRETCH: f64 = 0.2;
+/// A stretch this short is not halved any more, s: the gap is taken as too small.
+const SHORTEST: f64 = 1e-6;
+/// Peaks of a series are sampled: what is added to them.
+const PEAKS: f64 = 1.01;
+/// Most stretches that are looked at for the smallest gap; then the bound is as it is.
+const LOOKS: usize = 200_000;
+
+/// Smallest gap of a motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clearance {
+    /// No gap is smaller at any time, m.
+    pub bound: f64,
+    /// Smallest gap at a time looked at, m.
+    pub found: f64,
+    /// That time, s from the start.
+    pub time: f64,
+    /// Its pair.
+    pub(crate) pair: usize,
+}
+
+/// A stretch of time about its middle, with a lower bound on all gaps in it.
+struct Stretch {
+    middle: f64,
+    half: f64,
+    bound: f64,
+}
+
+impl PartialEq for Stretch {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Stretch {}
+
+impl PartialOrd for Stretch {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Stretch {
+    /// The least bound is the greatest: a heap gives it first.
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.bound.total_cmp(&self.bound)
+    }
+}
+
+/// A motion with its peaks.
+struct Course<'a, const N: usize> {
+    motion: &'a Motion<f64, N>,
+    velocity: [f64; N],
+    acceleration: [f64; N],
+}
+
+impl<'a, const N: usize> Course<'a, N> {
+    fn new(motion: &'a Motion<f64, N>) -> Self {
+        let peaks = motion.peaks();
+        Self {
+            motion,
+            velocity: peaks.velocity.map(|v| PEAKS * v),
+            acceleration: peaks.acceleration.map(|a| PEAKS * a),
+        }
+    }
+
+    /// Position at a time, and upper bounds on how far each joint gets from it within `half`, s.
+    fn about(&self, middle: f64, half: f64) -> ([f64; N], [f64; N]) {
+        let state = self.motion.sample(middle);
+        let way = core::array::from_fn(|i| {
+            let by_acceleration = state.qd[i].abs() * half + 0.5 * self.acceleration[i] * half * half;
+            by_acceleration.min(self.velocity[i] * half)
+        });
+        (state.q, way)
+    }
+
+    /// Even stretches from start to end.
+    fn stretches(&self) -> impl Iterator<Item = (f64, f64)> {
+        let count = (self.motion.duration() / STRETCH).ceil().max(1.0);
+        let half = 0.5 * self.motion.duration() / count;
+        (0..count as usize).map(move |k| ((2 * k + 1) as f64 * half, half))
+    }
+}
+
+impl<const N: usize> Cell<N> {
+    /// True if every gap is at least `required` (m) at every time of the motion: guaranteed for the shapes, also between samples.
+    #[must_use]
+    pub fn keeps(&self, motion: &Motion<f64, N>, required: f64) -> bool {
+        let course = Course::new(motion);
+        let mut open: Vec<(f64, f64)> = course.stretches().collect();
+        while let Some((middle, half)) = open.pop() {
+            let (q, way) = course.about(middle, half);
+            let poses = self.poses(&q);
+            let mut sure = true;
+            for pair in self.pairs() {
+                let nearer = approach(&pair.per_joint, &way);
+                let gap = self.gap_if_below(pair, &poses, required + nearer);
+                if gap < required {
+                    return false;
+                }
+                sure &= gap - nearer >= required;
+            }
+            if !sure {
+                if half < SHORTEST {
+                    return false;
+                }
+                open.extend([(middle - 0.5 * half, 0.5 * half), (middle + 0.5 * half, 0.5 * half)]);
+            }
+        }
+        true
+    }
+
+    /// Smallest gap of the motion to within `tolerance`, m; `None` if no pair is judged.
+    #[must_use]
+    pub fn least(&self, motion: &Motion<f64, N>, tolerance: f64) -> Option<Clearance> {
+        let start = self.posture(&motion.sample(0.0).q)?;
+        let course = Course::new(motion);
+        let mut best = Clearance { bound: f64::INFINITY, found: start.gap, time: 0.0, pair: start.pair };
+        let mut open: BinaryHeap<Stretch> = BinaryHeap::new();
+        for (middle, half) in course.stretches() {
+            let bound = self.look(&course, middle, half, &mut best);
+            open.push(Stretch { middle, half, bound });
+        }
+        let mut looks = open.len();
+        while let Some(Stretch { middle, half, bound }) = open.pop() {
+            if bound >= best.found - tolerance || looks > LOOKS || half < SHORTEST {
+                // The least of all that is open: nothing else is smaller.
+                return Some(Clearance { bound: bound.min(best.found), ..best });
+            }
+            for middle in [middle - 0.5 * half, middle + 0.5 * half] {
+                let bound = self.look(&course, middle, 0.5 * half, &mut best);
+                open.push(Stretch { middle, half: 0.5 * half, bound });
+            }
+            looks += 2;
+        }
+        Some(best)
+    }
+
+    /// Lower bound on all gaps in a stretch; keeps the smallest gap seen in its middle.
+    fn look(&self, course: &Course<'_, N>, middle: f64, half: f64, best: &mut Clearance) -> f64 {
+        let (q, way) = course.about(middle, half);
+        let poses = self.poses(&q);
+        let mut bound = f64::INFINITY;
+        for (index, pair) in self.pairs().iter().enumerate() {
+            let nearer = approach(&pair.per_joint, &way);
+            let gap = self.gap_if_below(pair, &poses, best.found + nearer);
+            if gap < best.found {
+                (best.found, best.time, best.pair) = (gap, middle, index);
+            }
+            bound = bound.min(gap - nearer);
+        }
+        bound
+    }
+
+    /// Names of the two parts that come nearest.
+    #[must_use]
+    pub fn nearest(&self, clearance: &Clearance) -> (&str, &str) {
+        self.names(clearance.pair)
+    }
+}
+
+/// Upper bound of how much closer two parts can get while the joints move by at most this far, m.
+fn approach<const N: usize>(per_joint: &[f64; N], way: &[f64; N]) -> f64 {
+    per_joint.iter().zip(way).map(|(lever, way)| lever * way).sum()
+}

@@ -1,0 +1,309 @@
+//! The properties, judged from the simulated drives and the motion, never from what the board believes.
+
+use super::event::Event;
+use super::scene::{AGE_MAX, INERTIA, LOWERING_SPEED, PERIOD, Setup, WEIGHT};
+use super::world::World;
+use actuator_model::mit::Language;
+use dynamics_core::control::Fault;
+use dynamics_core::safety::{SafeAction, State};
+use joint_io::can::WEAK_MAX;
+use link::{Answer, NumberedRequest, Request, Verdict};
+
+/// A property of every period.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rule {
+    /// Brakes open only if every drive was really on at the end of the period before.
+    BrakesOpenOnlyWhenAllDrivesAreOn,
+    /// Brakes close at the latest [`off_max`] periods after a drive has gone off.
+    BrakesCloseWhenADriveIsOff,
+    /// After a hold that was received the arm does not run; after a stop it is in the fault state.
+    StopWinsWithinOnePeriod,
+    /// An arm whose drive may have come back with another zero does not count as homed.
+    HomingEndsWithTheZero,
+    /// An arm runs only along points that were sent after the last fault, stop, disarming or homing.
+    NoOldTrajectoryRuns,
+    /// While torque is to act, no joint falls by more than [`fall_max`].
+    NoJointFallsWhileArmed,
+    /// Every request is answered exactly once; sent again, it gets the same answer again.
+    EveryRequestIsAnsweredOnce,
+    /// Of several requests for one period the strongest is judged, the first of equal ones, and all others are superseded.
+    TheStrongestRequestWins,
+    /// Without a host, and with drives that hear the board, an arm with brakes is caught by them, and one with a rest pose is let go there only.
+    NobodyFallsWithoutAHost,
+    /// In the period in which the brakes open every joint is carried: its drive's torque is within [`JUMP_MAX`] of its weight.
+    TorqueCarriesTheArmWhenBrakesOpen,
+}
+
+impl Rule {
+    /// All of them.
+    pub const ALL: [Self; 10] = [
+        Self::EveryRequestIsAnsweredOnce,
+        Self::TheStrongestRequestWins,
+        Self::NobodyFallsWithoutAHost,
+        Self::BrakesOpenOnlyWhenAllDrivesAreOn,
+        Self::BrakesCloseWhenADriveIsOff,
+        Self::StopWinsWithinOnePeriod,
+        Self::HomingEndsWithTheZero,
+        Self::NoOldTrajectoryRuns,
+        Self::NoJointFallsWhileArmed,
+        Self::TorqueCarriesTheArmWhenBrakesOpen,
+    ];
+
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::EveryRequestIsAnsweredOnce => "every request is answered once",
+            Self::TheStrongestRequestWins => "the strongest request wins",
+            Self::NobodyFallsWithoutAHost => "nobody falls without a host",
+            Self::BrakesOpenOnlyWhenAllDrivesAreOn => "brakes open only when all drives are on",
+            Self::BrakesCloseWhenADriveIsOff => "brakes close when a drive is off",
+            Self::StopWinsWithinOnePeriod => "stop wins within one period",
+            Self::HomingEndsWithTheZero => "homing ends with the zero",
+            Self::NoOldTrajectoryRuns => "no old trajectory runs",
+            Self::NoJointFallsWhileArmed => "no joint falls while armed",
+            Self::TorqueCarriesTheArmWhenBrakesOpen => "torque carries the arm when brakes open",
+        }
+    }
+
+    const fn bit(self) -> u16 {
+        1 << self as u16
+    }
+}
+
+/// Periods that brakes may stay open over a drive that is off.
+///
+/// Replies may be missing for [`AGE_MAX`] periods, the next is late by one, and the brakes close in the period that sees it. A mini-cheetah's
+/// replies carry no state: its torque has to be missing in more than [`WEAK_MAX`] of them.
+#[must_use]
+pub const fn off_max(setup: &Setup) -> u8 {
+    let replies = if matches!(setup.language, Language::MiniCheetah) { WEAK_MAX + 1 } else { 0 };
+    replies + AGE_MAX as u8 + 2
+}
+
+/// Greatest fall of a joint, rad, while torque is to act: free fall for [`off_max`] periods from the operator's greatest speed.
+#[must_use]
+pub fn fall_max(setup: &Setup) -> f64 {
+    let time = PERIOD * f64::from(off_max(setup));
+    time * (SPEED_MAX + 0.5 * time * WEIGHT / INERTIA)
+}
+
+/// Greatest speed of the operator's motion, rad/s.
+const SPEED_MAX: f64 = 0.25;
+
+/// Position at which a joint counts as at its rest pose, rad.
+const REST_MAX: f64 = 0.006;
+
+/// Greatest distance of a drive's torque from the weight when brakes open, N m.
+pub const JUMP_MAX: f64 = 1.0;
+
+/// Periods with power after which a drive's other zero must have ended the homing: its first reply is one period old, and may be late or lost.
+const SHIFTED_MAX: u8 = 4;
+
+/// Memory of the judge.
+#[derive(Clone, Copy, Debug)]
+pub struct Judge<const N: usize> {
+    /// Rules that were broken, as bits.
+    broken: u16,
+    /// A trajectory was sent after the last fault, stop, disarming or homing.
+    pub fresh_points: bool,
+    /// Requests that were received since the last period.
+    asked: [Option<Asked>; ASKED],
+    /// More requests than that.
+    overflow: bool,
+    /// The last request that was received, and its verdict.
+    last: Option<NumberedRequest>,
+    verdict: Option<Verdict>,
+    /// Something other than the host's absence has happened.
+    disturbed: bool,
+    /// The brakes were open in the period before.
+    was_open: bool,
+    /// Drives that were on at the end of the period before.
+    was_on: [bool; N],
+    /// Periods that brakes are open over a drive that is off.
+    off_for: [u8; N],
+    /// Periods with power and a zero that has moved since the operator set it.
+    shifted: [u8; N],
+    /// Position from which a joint falls without torque that would carry it, rad.
+    falls_from: [Option<f64>; N],
+}
+
+/// Requests for one period, at most: the operator's and three events.
+const ASKED: usize = 5;
+
+/// A request that was received.
+#[derive(Clone, Copy, Debug)]
+struct Asked {
+    request: NumberedRequest,
+    /// It was sent again in the same period, after an earlier one, or both.
+    sent: u8,
+    /// Its verdict came in an earlier period.
+    before: bool,
+    /// The verdict, and how often it came.
+    verdict: Option<Verdict>,
+    answers: u8,
+}
+
+/// The board before and after a period.
+#[derive(Clone, Copy, Debug)]
+pub struct Period {
+    /// State before.
+    pub before: State,
+    /// State after.
+    pub after: State,
+    /// The brakes are open.
+    pub open: bool,
+    /// The joints count as homed.
+    pub homed: bool,
+    /// The host is there.
+    pub here: bool,
+}
+
+impl<const N: usize> Judge<N> {
+    /// Nothing is broken.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            broken: 0,
+            fresh_points: false,
+            asked: [None; ASKED],
+            overflow: false,
+            last: None,
+            verdict: None,
+            disturbed: false,
+            was_open: false,
+            was_on: [false; N],
+            off_for: [0; N],
+            shifted: [0; N],
+            falls_from: [None; N],
+        }
+    }
+
+    /// True if the rule holds.
+    #[must_use]
+    pub const fn holds(&self, rule: Rule) -> bool {
+        self.broken & rule.bit() == 0
+    }
+
+    /// True if every rule holds.
+    #[must_use]
+    pub const fn all_hold(&self) -> bool {
+        self.broken == 0
+    }
+
+    fn demand(&mut self, rule: Rule, holds: bool) {
+        if !holds {
+            self.broken |= rule.bit();
+        }
+    }
+
+    /// A request is received.
+    pub fn asked(&mut self, request: NumberedRequest) {
+        if let Some(asked) = self.asked.iter_mut().flatten().find(|asked| asked.request == request) {
+            asked.sent += 1;
+            return;
+        }
+        let before = self.verdict.is_some() && self.last == Some(request);
+        let verdict = if before { self.verdict } else { None };
+        (self.last, self.verdict) = (Some(request), verdict);
+        match self.asked.iter_mut().find(|place| place.is_none()) {
+            Some(place) => *place = Some(Asked { request, sent: 1, before, verdict, answers: 0 }),
+            None => self.overflow = true,
+        }
+    }
+
+    /// A verdict is sent to the host.
+    pub fn answered(&mut self, answer: Answer) {
+        if self.last.is_some_and(|last| last.number == answer.number) {
+            self.verdict = Some(answer.verdict);
+        }
+        let asked = self.asked.iter_mut().flatten().find(|asked| asked.request.number == answer.number);
+        let same = asked.is_some_and(|asked| {
+            asked.answers += 1;
+            asked.verdict.replace(answer.verdict).is_none_or(|verdict| verdict == answer.verdict)
+        });
+        self.demand(Rule::EveryRequestIsAnsweredOnce, same);
+    }
+
+    /// A new session: what was asked for in the old one is void.
+    pub fn hello(&mut self) {
+        (self.asked, self.fresh_points, self.last, self.verdict) = ([None; ASKED], false, None, None);
+    }
+
+    /// An event has happened.
+    pub fn happened(&mut self, event: Event) {
+        self.disturbed |= !matches!(event, Event::Away(_) | Event::Gone | Event::Hello | Event::LoseFrame(_));
+    }
+
+    fn judge_requests(&mut self, after: State) {
+        let asked = core::mem::replace(&mut self.asked, [None; ASKED]);
+        let new = || asked.iter().flatten().filter(|asked| !asked.before);
+        let rank = |asked: &Asked| asked.request.request.to_core().map_or(0, |request| request.rank());
+        let strongest = new().map(rank).max();
+        let first = new().position(|asked| Some(rank(asked)) == strongest);
+        for (i, asked) in new().enumerate() {
+            let wins = Some(i) == first;
+            let superseded = asked.verdict == Some(Verdict::Superseded);
+            self.demand(Rule::TheStrongestRequestWins, wins != superseded);
+        }
+        for asked in asked.iter().flatten() {
+            // Sent again while it waited, it is answered once; after its verdict, once more.
+            self.demand(Rule::EveryRequestIsAnsweredOnce, asked.answers >= 1 && asked.answers <= asked.sent);
+        }
+        let received = |request| new().any(|asked| asked.request.request == request);
+        let moves = matches!(after, State::Running | State::Lowering | State::Arming);
+        self.demand(Rule::StopWinsWithinOnePeriod, !received(Request::Hold) || !moves);
+        self.demand(Rule::StopWinsWithinOnePeriod, !received(Request::Stop) || matches!(after, State::Fault(_)));
+    }
+
+    /// The end of a period.
+    pub fn judge(&mut self, setup: &Setup, world: &World<N>, period: &Period) {
+        let Period { before, after, open, homed, here } = *period;
+        let opened = core::mem::replace(&mut self.was_open, open);
+        let brakes = setup.action == SafeAction::Brake;
+        let opens = brakes && open && !opened;
+        if opens {
+            self.demand(Rule::BrakesOpenOnlyWhenAllDrivesAreOn, self.was_on.iter().all(|on| *on));
+            let carried = world.axes.iter().all(|drive| {
+                let over = drive.torque - WEIGHT;
+                over <= JUMP_MAX && (over >= -JUMP_MAX || drive.q <= 0.0)
+            });
+            // A drive that goes off in this very period is another rule's.
+            let all_on = world.axes.iter().all(|drive| drive.is_on());
+            self.demand(Rule::TorqueCarriesTheArmWhenBrakesOpen, carried || !all_on);
+        }
+        self.judge_requests(after);
+        let falls = before.has_torque() && after == State::Fault(Fault::HeartbeatLost) && !self.disturbed;
+        let caught = if brakes { !open } else { !setup.rest || world.axes.iter().all(|axis| axis.q <= REST_MAX) };
+        self.demand(Rule::NobodyFallsWithoutAHost, here || !falls || caught);
+        let lowers = after == State::Lowering && !self.disturbed;
+        let slow = world.axes.iter().all(|axis| axis.qd >= -2.0 * f64::from(LOWERING_SPEED));
+        self.demand(Rule::NobodyFallsWithoutAHost, !lowers || slow);
+        let runs = after == State::Running && before != State::Running;
+        self.demand(Rule::NoOldTrajectoryRuns, !runs || self.fresh_points);
+        let code = after.code();
+        if code != before.code() && !after.drives() || matches!(after, State::Holding(_)) && before == State::Running {
+            self.fresh_points = false;
+        }
+        let (free, off_max) = (open || !brakes, off_max(setup));
+        for (i, drive) in world.axes.iter().enumerate() {
+            self.was_on[i] = drive.is_on();
+            let off = brakes && open && !drive.is_on();
+            self.off_for[i] = if off { (self.off_for[i] + 1).min(off_max + 1) } else { 0 };
+            self.demand(Rule::BrakesCloseWhenADriveIsOff, self.off_for[i] <= off_max);
+            let shifted = drive.dark == 0 && drive.turns != 0;
+            self.shifted[i] = if shifted { (self.shifted[i] + 1).min(SHIFTED_MAX + 1) } else { 0 };
+            self.demand(Rule::HomingEndsWithTheZero, !homed || self.shifted[i] <= SHIFTED_MAX);
+            let sinks = free && drive.qd < 0.0 && drive.torque < 0.5 * WEIGHT;
+            self.falls_from[i] = if sinks { self.falls_from[i].or(Some(drive.q)) } else { None };
+            let fallen = self.falls_from[i].map_or(0.0, |from| from - drive.q);
+            self.demand(Rule::NoJointFallsWhileArmed, !after.drives() || fallen <= fall_max(setup));
+        }
+    }
+}
+
+impl<const N: usize> Default for Judge<N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}

@@ -1,0 +1,141 @@
+//! Stack depth, from RAM that is filled with a pattern before the program starts and read back afterwards.
+//!
+//! All of it happens from outside: the emulator loads the pattern as it loads the program, and its monitor writes RAM to a
+//! file. The measured program is the flashed one.
+
+use crate::budget::Failure;
+use serde_json::{Value, json};
+use std::ffi::OsString;
+use std::io::{BufRead as _, BufReader, Write as _};
+use std::ops::Range;
+use std::os::unix::net::UnixStream;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// The pattern: a byte that no program keeps writing to its stack.
+const PAINT: u8 = 0xa5;
+
+/// Pattern for the free RAM of the stack, and its files; they are deleted with it.
+#[derive(Debug)]
+pub struct StackPaint {
+    room: Range<u32>,
+    paint: PathBuf,
+    monitor: PathBuf,
+    read_back: PathBuf,
+}
+
+impl StackPaint {
+    /// Pattern for these addresses.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn new(room: Range<u32>) -> Result<Self, Failure> {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let file =
+            |what: &str| std::env::temp_dir().join(format!("newtau-paint-{}-{count}.{what}", std::process::id()));
+        let paint = Self { room, paint: file("bin"), monitor: file("monitor"), read_back: file("ram") };
+        // Leftover of a killed process with the same number.
+        std::fs::remove_file(&paint.monitor).ok();
+        std::fs::write(&paint.paint, vec![PAINT; paint.size()])?;
+        Ok(paint)
+    }
+
+    fn size(&self) -> usize {
+        (self.room.end - self.room.start) as usize
+    }
+
+    /// Arguments for starting the emulator.
+    #[must_use]
+    pub fn arguments(&self) -> Vec<OsString> {
+        let loader = format!("loader,file={},addr={:#x},force-raw=on", self.paint.display(), self.room.start);
+        let monitor = format!("unix:{},server=on,wait=off", self.monitor.display());
+        ["-device", &loader, "-qmp", &monitor].map(OsString::from).to_vec()
+    }
+
+    /// Bytes of the stack's room that were written since the program started, counted from the stack's top.
+    ///
+    /// # Errors
+    /// The monitor does not answer; or the whole pattern is gone, or none of it.
+    pub fn deepest(&self) -> Result<u64, Failure> {
+        let mut monitor = Monitor::connect(&self.monitor)?;
+        monitor.ask("qmp_capabilities", &json!({}))?;
+        let file = self.read_back.display().to_string();
+        monitor.ask("pmemsave", &json!({ "val": self.room.start, "size": self.size(), "filename": file }))?;
+        high_water(&std::fs::read(&self.read_back)?).ok_or_else(|| {
+            Failure::NotSeen(format!(
+                "the stack of {} bytes: either nothing was painted, or the program used none or all of it",
+                self.size()
+            ))
+        })
+    }
+}
+
+impl Drop for StackPaint {
+    fn drop(&mut self) {
+        for file in [&self.paint, &self.monitor, &self.read_back] {
+            // A file that was never made is no error.
+            std::fs::remove_file(file).ok();
+        }
+    }
+}
+
+/// Bytes from the lowest overwritten one to the end; `None` if all or none are overwritten.
+///
+/// A word at the very bottom that happens to hold the pattern is missed, but its neighbour is seen.
+fn high_water(room: &[u8]) -> Option<u64> {
+    let untouched = room.iter().position(|byte| *byte != PAINT)?;
+    (untouched > 0).then_some((room.len() - untouched) as u64)
+}
+
+/// The emulator's monitor.
+struct Monitor {
+    to: UnixStream,
+    from: BufReader<UnixStream>,
+}
+
+impl Monitor {
+    fn connect(path: &PathBuf) -> Result<Self, Failure> {
+        let to = UnixStream::connect(path)?;
+        to.set_read_timeout(Some(std::time::Duration::from_secs(10)))?;
+        let from = BufReader::new(to.try_clone()?);
+        Ok(Self { to, from })
+    }
+
+    fn ask(&mut self, command: &str, arguments: &Value) -> Result<(), Failure> {
+        writeln!(self.to, "{}", json!({ "execute": command, "arguments": arguments }))?;
+        let mut line = String::new();
+        // The greeting and events may come before the answer.
+        while self.from.read_line(&mut line)? > 0 {
+            let said: Value = serde_json::from_str(&line).unwrap_or_default();
+            if said.get("return").is_some() {
+                return Ok(());
+            }
+            if let Some(error) = said.get("error") {
+                return Err(Failure::NotSeen(format!("the emulator's monitor refuses {command}: {error}")));
+            }
+            line.clear();
+        }
+        Err(Failure::NotSeen(format!("the emulator's monitor ended before it answered {command}")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{PAINT, high_water};
+
+    #[test]
+    fn the_lowest_byte_that_is_not_paint_counts_whatever_is_above_it() {
+        let mut room = [PAINT; 64];
+        room[40] = 0;
+        room[60] = 1;
+        assert_eq!(high_water(&room), Some(24));
+    }
+
+    #[test]
+    fn no_paint_left_or_nothing_written_is_no_depth() {
+        assert_eq!(high_water(&[0; 8]), None);
+        assert_eq!(high_water(&[PAINT; 8]), None);
+        assert_eq!(high_water(&[]), None);
+    }
+}

@@ -1,0 +1,336 @@
+//! Results of the emulator's trace of a few ticks under the safety state machine, in lock step: the tick's interrupt and
+//! its estimated cycles, the time for which it is masked, and the cost of a byte of the link.
+
+use crate::budget::interrupts::{BYTE, Mask, SERVE, TICK};
+use crate::budget::random_motion::Tick;
+use crate::budget::report::{Cycles, Interrupt, Traced};
+use crate::budget::supervised::TICKS_BEFORE;
+use crate::budget::ticks::{PATIENCE, QEMU, hello};
+use crate::budget::{Failure, program, supervised};
+use ::board::chip::{Carried, Chip, Emulator};
+use ::board::session::drill::OnChip;
+use chip_image::Program;
+use chip_image::cycles::steps::{self, Detail, Event, Step};
+use chip_image::cycles::{Estimate, Estimator, Memory, Placement};
+use robot_compiler::SceneFile;
+use std::collections::BTreeMap;
+use std::io::BufReader;
+use std::path::Path;
+use std::process::ChildStderr;
+
+/// Homes, arms and runs a chip along a motion, and traces it.
+///
+/// # Errors
+/// A program that cannot be read, an unusable chip, or an incomplete trace.
+pub fn trace<const N: usize>(scene: &SceneFile, elf: &Path, motion: &[Tick<N>]) -> Result<Traced, Failure> {
+    let program = program::read(elf)?;
+    let stack = program.stack().map_err(|error| Failure::Program { path: elf.to_owned(), why: error.to_string() })?;
+    let open = stack.open;
+    let (found, carried) = follow(scene, elf, motion, move |log| {
+        let mut watch = Watch::new(&program);
+        steps::read(log, |event| watch.event(event)).map(|()| watch.found)
+    })?;
+    if u64::from(found.below_interrupts) > open {
+        let deep = found.below_interrupts;
+        return Err(Failure::NotSeen(format!(
+            "at most {open} bytes of stack below unmasked interrupts: it has {deep}"
+        )));
+    }
+    found.sum_up(carried.to_chip, carried.from_chip, (supervised::TICKS_BEFORE + motion.len()) as u64)
+}
+
+/// The emulator's log.
+pub(crate) type Log = BufReader<ChildStderr>;
+
+/// Homes, arms and runs a chip along a motion while `read` reads its log; returns what that has found, and the bytes that the link carried.
+pub(crate) fn follow<const N: usize, R: Send + 'static>(
+    scene: &SceneFile,
+    elf: &Path,
+    motion: &[Tick<N>],
+    read: impl FnOnce(Log) -> Result<R, chip_image::cycles::emulator::Error> + Send + 'static,
+) -> Result<(R, Carried), Failure> {
+    let arguments: Vec<_> = steps::arguments(Detail::Registers)?.into_iter().map(Into::into).collect();
+    let mut emulator = Emulator::start_with(QEMU.as_ref(), elf, PATIENCE, &arguments)?;
+    let log = emulator.take_log().ok_or_else(|| Failure::NotSeen("the emulator's log: it has none".into()))?;
+    let reader = std::thread::spawn(move || read(BufReader::with_capacity(1 << 16, log)));
+    let expect = hello::<N>(scene)?;
+    let mut chip = OnChip::start(Chip::over(emulator, expect)?, expect)?;
+    supervised::drive(&mut chip, scene, motion, |_| ())?;
+    let carried = chip.chip().carried();
+    // The log ends with the emulator.
+    drop(chip);
+    let found = reader.join().map_err(|_| Failure::NotSeen("the log: its reader stopped".into()))??;
+    Ok((found, carried))
+}
+
+/// Instructions of one exception.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Served {
+    /// Its first instruction.
+    start: u32,
+    /// Instructions since its last start.
+    now: u64,
+    /// Number of starts.
+    times: u64,
+    /// Instructions of all runs together.
+    total: u64,
+    /// Most instructions in one run.
+    most: u64,
+}
+
+impl Served {
+    fn step(&mut self, step: &Step) {
+        if self.times == 0 {
+            self.start = step.address;
+        }
+        // No instruction of a handler jumps back to its first, so this is a new start.
+        if step.address == self.start {
+            self.now = 0;
+            self.times += 1;
+        }
+        self.now += 1;
+        self.total += 1;
+        self.most = self.most.max(self.now);
+    }
+}
+
+/// Findings of a trace.
+#[derive(Clone, Debug, Default)]
+struct Found {
+    byte: Served,
+    tick: Served,
+    serve: Served,
+    masked: u64,
+    /// Most bytes of the stack outside of interrupts while these are not masked: what [`chip_image::Stack::open`] bounds.
+    below_interrupts: u32,
+    /// Estimates of the completed ticks.
+    estimates: Vec<Estimate>,
+}
+
+impl Found {
+    /// Compares the counts from both ends of the link, and makes one report.
+    fn sum_up(self, to_chip: u64, from_chip: u64, ticks: u64) -> Result<Traced, Failure> {
+        fn missing<T>(what: String) -> Result<T, Failure> {
+            Err(Failure::NotSeen(what))
+        }
+        if self.tick.times != ticks {
+            return missing(format!("{ticks} ticks in the trace: it has {}", self.tick.times));
+        }
+        // Each interrupt of the receiver takes one byte.
+        if self.byte.times != to_chip {
+            return missing(format!("{to_chip} received bytes in the trace: it has {}", self.byte.times));
+        }
+        // The first tick finds empty caches; in operation no tick is the first.
+        let after = |first: usize| {
+            let longest = self.estimates.iter().skip(first).max_by_key(|estimate| estimate.cycles.likely);
+            let Some(longest) = longest else { return missing(format!("a tick behind {first} others in the trace")) };
+            if longest.unknown > 0 {
+                return missing(format!("{} instructions that the decoder knows", longest.unknown));
+            }
+            let chip_image::cycles::Range { low, likely, high } = longest.cycles;
+            let shared_bus = longest.stalls.bus;
+            Ok(Interrupt { instructions: longest.instructions, cycles: Cycles { low, likely, high }, shared_bus })
+        };
+        Ok(Traced {
+            ticks,
+            running: after(TICKS_BEFORE + 1)?,
+            longest: after(1)?,
+            masked: self.masked,
+            byte_interrupt: self.byte.most,
+            link_byte: (self.byte.total + self.serve.total).div_ceil((to_chip + from_chip).max(1)),
+        })
+    }
+}
+
+/// Follows a trace.
+struct Watch<'a> {
+    program: &'a Program,
+    estimator: Estimator<'a>,
+    mask: Mask,
+    priorities: BTreeMap<u16, u8>,
+    /// Where the stack begins.
+    top: u32,
+    /// Instructions since the tick's interrupt was masked.
+    masked: u64,
+    /// The exception of the instruction before.
+    before: u16,
+    /// The current tick so far; another interrupt may split it.
+    tick: Option<Estimate>,
+    found: Found,
+}
+
+impl<'a> Watch<'a> {
+    fn new(program: &'a Program) -> Self {
+        Self {
+            program,
+            top: program.stack_top().unwrap_or_default(),
+            estimator: Estimator::new(program, Memory::new(Placement::ByAddress)),
+            mask: Mask::default(),
+            priorities: BTreeMap::new(),
+            masked: 0,
+            before: 0,
+            tick: None,
+            found: Found::default(),
+        }
+    }
+
+    fn event(&mut self, event: Event) {
+        match event {
+            Event::Priority { exception, priority } => drop(self.priorities.insert(exception, priority)),
+            Event::Pending { .. } => {}
+            Event::Step(step) => self.step(&step),
+        }
+    }
+
+    fn step(&mut self, step: &Step) {
+        match step.exception {
+            BYTE => self.found.byte.step(step),
+            TICK => self.found.tick.step(step),
+            SERVE => self.found.serve.step(step),
+            _ => {}
+        }
+        self.estimate(step);
+        self.measure_stack(step);
+        self.hold_off(step);
+        self.before = step.exception;
+    }
+
+    /// Caches and pipeline follow all executed code; the estimate is cut at the start and end of the tick.
+    fn estimate(&mut self, step: &Step) {
+        let begins = step.exception == TICK && step.address == self.found.tick.start;
+        if step.exception != self.before || begins {
+            let lap = self.estimator.finish();
+            if self.before == TICK {
+                add(self.tick.get_or_insert_default(), lap);
+            }
+            let ends = begins || !matches!(step.exception, TICK | BYTE);
+            if ends {
+                self.found.estimates.extend(self.tick.take());
+            }
+        }
+        self.estimator.execute_with(step.address, &step.registers);
+    }
+
+    /// Nothing counts before priorities are set: no interrupt can come by then. The lowest priority waits for PRIMASK alone.
+    fn measure_stack(&mut self, step: &Step) {
+        const SP: usize = 13;
+        // A step whose registers the log lacks has zeros.
+        let known = step.registers[SP] != 0 && !self.priorities.is_empty();
+        if step.exception == 0 && known && !self.mask.holds_off(u8::MAX) {
+            let used = self.top.saturating_sub(step.registers[SP]);
+            self.found.below_interrupts = self.found.below_interrupts.max(used);
+        }
+    }
+
+    /// Counts the instructions for which the tick must wait for a mask. Not counted are those of the tick itself, those of
+    /// more urgent interrupts, which are counted separately, and those before the first interrupt, when no timer runs.
+    fn hold_off(&mut self, step: &Step) {
+        let priority = |exception| self.priorities.get(&exception).copied();
+        let held_off = |mask: Mask| priority(TICK).is_some_and(|own| mask.holds_off(own));
+        if priority(step.exception) > priority(TICK) && held_off(self.mask) {
+            self.masked += 1;
+            self.found.masked = self.found.masked.max(self.masked);
+        }
+        if let Some(instruction) = self.program.decode(step.address) {
+            self.mask = self.mask.after(&instruction, &step.registers);
+        }
+        if !held_off(self.mask) {
+            self.masked = 0;
+        }
+    }
+}
+
+fn add(sum: &mut Estimate, part: Estimate) {
+    sum.instructions += part.instructions;
+    sum.unknown += part.unknown;
+    sum.cycles.low += part.cycles.low;
+    sum.cycles.likely += part.cycles.likely;
+    sum.cycles.high += part.cycles.high;
+    sum.stalls.bus += part.stalls.bus;
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
+
+    use super::{BYTE, Found, SERVE, Served, Step, TICK, TICKS_BEFORE, Watch};
+    use chip_image::Program;
+    use chip_image::cycles::steps::Event;
+
+    /// `nop` eight times, with `cpsid i` third and `cpsie i` sixth.
+    const HALVES: [u16; 8] = [0xbf00, 0xbf00, 0xb672, 0xbf00, 0xbf00, 0xb662, 0xbf00, 0xbf00];
+
+    fn watched(exceptions: &[(u16, u32)]) -> Found {
+        let program = Program::from_halves(0, &HALVES);
+        let mut watch = Watch::new(&program);
+        for (exception, priority) in [(BYTE, 0xd0), (TICK, 0xe0), (SERVE, 0xf0)] {
+            watch.event(Event::Priority { exception, priority });
+        }
+        for (exception, address) in exceptions {
+            watch.event(Event::Step(Step { address: *address, exception: *exception, ..Step::default() }));
+        }
+        watch.found
+    }
+
+    fn straight(exception: u16) -> Vec<(u16, u32)> {
+        (0..8).map(|at| (exception, 2 * at)).collect()
+    }
+
+    #[test]
+    fn a_mask_counts_from_behind_the_instruction_that_sets_it_to_the_one_that_clears_it() {
+        assert_eq!(watched(&straight(SERVE)).masked, 3);
+    }
+
+    #[test]
+    fn what_is_no_less_urgent_than_the_tick_and_what_is_no_interrupt_is_not_masked_time() {
+        for exception in [TICK, BYTE, 0] {
+            assert_eq!(watched(&straight(exception)).masked, 0, "{exception}");
+        }
+        // A byte in the middle of a masked stretch; the stretch continues after it.
+        let mut steps = straight(SERVE);
+        steps.splice(4..4, [(BYTE, 0), (BYTE, 2)]);
+        assert_eq!(watched(&steps).masked, 3);
+    }
+
+    #[test]
+    fn a_tick_that_a_byte_interrupts_is_one_tick_without_the_bytes_cycles() {
+        let mut whole = straight(TICK);
+        whole.push((SERVE, 0));
+        let mut cut = straight(TICK);
+        cut.splice(4..4, [(BYTE, 12), (BYTE, 14)]);
+        cut.push((SERVE, 0));
+        let [whole, cut] = [whole, cut].map(|steps| watched(&steps));
+        assert_eq!((whole.estimates.len(), cut.estimates.len()), (1, 1));
+        assert_eq!((whole.estimates[0].instructions, cut.estimates[0].instructions), (8, 8));
+        assert_eq!((cut.tick.times, cut.tick.most, cut.byte.total), (1, 8, 2));
+    }
+
+    #[test]
+    fn a_trace_that_lacks_a_tick_or_a_byte_is_refused() {
+        let ticks = |count: u64| {
+            let mut steps: Vec<_> = (0..count).flat_map(|_| [straight(TICK), vec![(SERVE, 0)]].concat()).collect();
+            steps.extend([(SERVE, 2), (BYTE, 0)]);
+            watched(&steps)
+        };
+        // Homing's ticks, and those that find empty caches, are left out: one behind them is enough.
+        let needed = TICKS_BEFORE as u64 + 2;
+        let found = ticks(needed);
+        let all = found.byte.total + found.serve.total;
+        assert_eq!(found.clone().sum_up(1, 3, needed).unwrap().link_byte, all.div_ceil(4));
+        for (bytes, count, what) in [(1, needed + 1, "ticks"), (2, needed, "2 received bytes")] {
+            let why = found.clone().sum_up(bytes, 3, count).unwrap_err().to_string();
+            assert!(why.contains(what), "{why}");
+        }
+        let short = ticks(needed - 1);
+        assert!(short.sum_up(1, 3, needed - 1).is_err(), "no tick is left over behind those that are left out");
+    }
+
+    #[test]
+    fn the_longest_of_a_handlers_runs_counts() {
+        let mut served = Served::default();
+        for address in [8, 10, 8, 10, 12, 8] {
+            served.step(&Step { address, ..Step::default() });
+        }
+        assert_eq!((served.times, served.most, served.total), (3, 3, 6));
+    }
+}

@@ -1,0 +1,181 @@
+//! The campaign with drives on a bus: no unsafe motion in some hundred runs, and every board that is broken on purpose is found.
+
+use indicatif::ProgressBar;
+use link::Pacing;
+use robot_compiler::SceneFile;
+use std::collections::BTreeSet;
+use std::sync::atomic::AtomicBool;
+use trials::campaign::drives::{Breakage, DrivesStage, run};
+use trials::campaign::{Campaign, Case, Desk, FaultKind, Law, Number, Outcome, Report, Situation, Span, Target};
+
+const N: usize = 6;
+
+const SCENES: [&str; 6] =
+    ["mini_cheetah_brakes", "mini_cheetah", "damiao_brakes", "damiao", "robstride_brakes", "robstride"];
+
+fn scene(name: &str) -> SceneFile {
+    super::desk::scene(&format!("{name}.toml"))
+}
+
+fn report(runs: impl IntoIterator<Item = u64>) -> Report {
+    let scenes = SCENES.map(scene).to_vec();
+    let campaign = Campaign { scenes, seed: 1, runs: runs.into_iter().collect(), target: Target::Drives };
+    campaign.report(&AtomicBool::new(false), &ProgressBar::hidden()).unwrap()
+}
+
+#[test]
+fn no_joint_moves_unsafely_whatever_happens_to_drives_and_buses() {
+    // Prime to the number of cases and of scenes: from everywhere.
+    let report = report((0..700).map(|k| 7 * k));
+    assert!(report.counterexamples.is_empty(), "{}", report.table());
+    assert_eq!(report.rows.len(), FaultKind::names(Target::Drives).count());
+    // The machine is not overcautious: without a fault nothing happens but that an arm comes to be armed, lowered or disarmed.
+    let nothing = report.rows.iter().find(|row| row.fault == FaultKind::Nothing).unwrap();
+    for ((situation, _), cell) in Situation::names(Target::Drives).zip(&nothing.cells) {
+        let goes_on = matches!(situation, Situation::Arming | Situation::Lowering | Situation::Disarming);
+        let expected = if goes_on { Outcome::Asked } else { Outcome::Unaffected };
+        let well = |outcome: &Outcome| *outcome == Outcome::Unaffected || *outcome == expected;
+        assert!(cell.outcomes.iter().all(|(outcome, _)| well(outcome)), "{situation:?} {cell:?}");
+    }
+    let page = report.page(&[]).html();
+    assert!(page.contains("No motion was unsafe.") && page.contains("Exempt"), "{}", report.table());
+}
+
+/// A shipped scene of an arm with drives, as its person runs it, can be judged too.
+#[test]
+fn the_limits_of_a_first_motion_are_lifted_before_faults_are_judged() {
+    let mut limited = scene("damiao");
+    assert_eq!(limited.safety.first_motion, None);
+    limited.safety.first_motion = Some(0.2);
+    let campaign =
+        Campaign { scenes: vec![limited], seed: 1, runs: (0..70).map(|k| 7 * k).collect(), target: Target::Drives };
+    let report = campaign.report(&AtomicBool::new(false), &ProgressBar::hidden()).unwrap();
+    assert!(report.counterexamples.is_empty(), "{}", report.table());
+}
+
+/// Deliberate fault: in the board's joints, or in the board as a whole, which was built from another scene than its owner's.
+#[derive(Clone, Copy, Debug)]
+enum Broken {
+    Joints(Breakage),
+    /// It lowers the arm so many times as fast.
+    LoweredFast(f64),
+    /// It lets the arm go this much above its rest pose, rad.
+    LetGoAbove(f64),
+}
+
+impl Broken {
+    /// The scene that the board was built from.
+    fn board(self, mut scene: SceneFile) -> SceneFile {
+        match self {
+            Self::Joints(_) => {}
+            Self::LoweredFast(factor) => scene.safety.lowering_tip_speed *= factor,
+            Self::LetGoAbove(more) => scene.safety.rest.as_mut().unwrap()[1] += more,
+        }
+        scene
+    }
+
+    const fn breakage(self) -> Option<Breakage> {
+        if let Self::Joints(breakage) = self { Some(breakage) } else { None }
+    }
+}
+
+/// Laws that a broken board breaks in a scene, in runs with these faults, up to the run in which it breaks `law`.
+fn found(name: &str, broken: Broken, faults: &[FaultKind], law: Law) -> BTreeSet<Law> {
+    let scene = scene(name);
+    let board = broken.board(scene.clone());
+    let stage = DrivesStage::<N>::new(&scene).unwrap().with_board_of(&board).unwrap();
+    let mut desk = Desk::new(&board, &board.robot.model::<N>().unwrap(), Pacing::Live);
+    let mut laws = BTreeSet::new();
+    for (fault, number) in faults.iter().flat_map(|fault| (0..8).map(move |number| (*fault, number))) {
+        for (situation, _) in Situation::names(Target::Drives).filter(|(it, _)| *it != Situation::Lowering) {
+            let number = Number { seed: 1, run: number };
+            let case = Case { fault, situation };
+            // What is broken may keep the board from the state of the case.
+            let Ok(done) = run(&stage, &mut desk, (case, number.run), number, broken.breakage()) else { continue };
+            laws.extend(done.counterexample.and_then(|found| found.law));
+            if laws.contains(&law) {
+                return laws;
+            }
+        }
+    }
+    laws
+}
+
+/// All of these are found, each under its law.
+fn all_found(cases: &[(&str, Broken, &[FaultKind], Law)]) {
+    let mut missed = Vec::new();
+    for (name, broken, faults, law) in cases {
+        let laws = found(name, *broken, faults, *law);
+        println!("{name}, {broken:?}: {laws:?}");
+        if !laws.contains(law) {
+            missed.push((name, broken, law, laws));
+        }
+    }
+    assert!(missed.is_empty(), "{missed:#?}");
+}
+
+#[test]
+fn a_board_that_is_broken_on_purpose_is_found() {
+    use FaultKind::{EnableIgnored, HostSilent, Nothing};
+    let power = FaultKind::Power(Span::Long);
+    let cases: [(&str, Breakage, &[FaultKind], Law); 19] = [
+        ("mini_cheetah_brakes", Breakage::EnableCountsAsSent, &[EnableIgnored], Law::BrakesOpen),
+        ("damiao_brakes", Breakage::EnableCountsAsSent, &[EnableIgnored], Law::BrakesOpen),
+        ("robstride_brakes", Breakage::NoPreload, &[Nothing], Law::Carried),
+        ("mini_cheetah_brakes", Breakage::NoPreload, &[Nothing], Law::Carried),
+        ("mini_cheetah_brakes", Breakage::ZeroNeverLost, &[FaultKind::PowerOfAll(Span::Long)], Law::Carried),
+        ("mini_cheetah", Breakage::ZeroNeverLost, &[FaultKind::PowerOfAll(Span::Long)], Law::ZeroMoved),
+        ("damiao_brakes", Breakage::BrakesOpenEarly, &[Nothing], Law::BrakesOpen),
+        ("robstride_brakes", Breakage::BrakesStayOpen, &[FaultKind::EmergencyStop], Law::BrakesOpen),
+        ("damiao", Breakage::HoldLost, &[FaultKind::RequestPair, Nothing], Law::Strongest),
+        ("robstride", Breakage::HostNeverMissed, &[HostSilent], Law::Silence),
+        ("damiao_brakes", Breakage::OffUnnoticed, &[power], Law::OffUnnoticed),
+        ("mini_cheetah_brakes", Breakage::OffUnnoticed, &[FaultKind::PowerOfAll(Span::Long)], Law::OffUnnoticed),
+        ("robstride", Breakage::NoDamping, &[FaultKind::EmergencyStop], Law::Damped),
+        ("mini_cheetah", Breakage::NoDamping, &[FaultKind::EmergencyStop], Law::Damped),
+        ("damiao", Breakage::TorqueGoesOn, &[FaultKind::EmergencyStop], Law::Damped),
+        ("damiao_brakes", Breakage::HalfTorque, &[Nothing], Law::Fell),
+        ("robstride", Breakage::HalfTorque, &[Nothing], Law::Fell),
+        ("damiao_brakes", Breakage::NoBrakeDelay, &[Nothing], Law::Fell),
+        ("robstride_brakes", Breakage::NoBrakeDelay, &[Nothing], Law::Fell),
+    ];
+    all_found(&cases.map(|(name, breakage, faults, law)| (name, Broken::Joints(breakage), faults, law)));
+}
+
+#[test]
+fn brakes_timeouts_holds_and_lowering_that_are_broken_on_purpose_are_found() {
+    use FaultKind::{Burst, EmergencyStop, HostGone, Nothing};
+    let joints = Broken::Joints;
+    all_found(&[
+        ("damiao_brakes", joints(Breakage::BrakesSlip), &[Nothing], Law::Stopped),
+        ("mini_cheetah_brakes", joints(Breakage::BrakesLate), &[EmergencyStop], Law::Stopped),
+        ("damiao", joints(Breakage::TimeoutNeverActs), &[Burst], Law::OldTorque),
+        ("robstride", joints(Breakage::TimeoutNeverActs), &[Burst], Law::OldTorque),
+        ("mini_cheetah", joints(Breakage::TimeoutNeverActs), &[Burst], Law::OldTorque),
+        ("robstride", joints(Breakage::HoldCreeps), &[Nothing], Law::Rest),
+        ("damiao_brakes", joints(Breakage::HoldCreeps), &[Nothing], Law::Rest),
+        ("damiao", Broken::LoweredFast(3.0), &[HostGone], Law::Lowered),
+        ("mini_cheetah", Broken::LoweredFast(3.0), &[HostGone], Law::Lowered),
+        ("damiao", Broken::LetGoAbove(0.1), &[HostGone], Law::Lowered),
+    ]);
+}
+
+/// The simulated brakes need 80 ms. A board that takes them for quicker lets the arm sag when it is disarmed.
+#[test]
+fn a_scene_that_gives_its_brakes_too_little_time_is_found() {
+    for (delay, sags) in [(0.0, true), (0.06, true), (0.08, false)] {
+        let mut scene = scene("damiao_brakes");
+        scene.safety.brake_delay = delay;
+        let stage = DrivesStage::<N>::new(&scene).unwrap();
+        let mut desk = Desk::new(&scene, &scene.robot.model::<N>().unwrap(), Pacing::Live);
+        let case = Case { fault: FaultKind::RequestPair, situation: Situation::Armed };
+        let mut laws = BTreeSet::new();
+        for pair in 0..81 {
+            let number = Number { seed: 1, run: pair };
+            let done = run(&stage, &mut desk, (case, pair), number, None).unwrap();
+            laws.extend(done.counterexample.and_then(|found| found.law));
+        }
+        let expected = if sags { BTreeSet::from([Law::Stopped]) } else { BTreeSet::new() };
+        assert_eq!(laws, expected, "{delay}");
+    }
+}

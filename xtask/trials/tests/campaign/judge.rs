@@ -1,0 +1,96 @@
+//! The judge of safety by itself: laws that need the knowledge of every message of the host, and faults without a
+//! cause.
+
+use super::desk::{Moment, N, brake, found, scene};
+use dynamics_core::Sensed;
+use dynamics_core::safety::SafeAction;
+use link::{Actuation, Denial, Pacing, Request, Status};
+use session::Drives;
+use trials::campaign::judge::{Heard, Judge, Trust};
+use trials::campaign::{FaultKind, Law, Said, Situation, Told};
+
+#[test]
+fn a_fault_out_of_nothing_is_found() {
+    for cause in [1, 3, 6, 9, 11, 12, 13] {
+        let law = found("states.toml", FaultKind::Nothing, Situation::Armed, |moment| {
+            if let Moment::Said(said, before) = moment
+                && before.is_some_and(|before| matches!(before.status.state, 2 | 5))
+            {
+                brake(said);
+                (said.status.state, said.status.cause) = (5, cause);
+            }
+        });
+        assert_eq!(law, Law::Named, "fault {cause}");
+    }
+}
+
+/// Status of an idle machine.
+fn idle() -> Status {
+    Status {
+        tick: 1,
+        taken: 0,
+        state: 0,
+        cause: 0,
+        joint: None,
+        homed: false,
+        refused: None,
+        kept: false,
+        room: 16,
+        actuation: Some(Actuation::Brake),
+        sensed: None,
+        aside: link::Aside::Nothing,
+        cost: None,
+    }
+}
+
+/// Law that a first tick breaks for a judge with knowledge of every accepted message, and for one without.
+fn first_tick(requests: &[Request], spoke: bool, status: &Status) -> [Option<Law>; 2] {
+    let scene = scene("states.toml");
+    let model = scene.robot.model::<N>().unwrap();
+    let (config, rules) = (scene.controller_config(&model), scene.safety_rules(&model));
+    let told = Told {
+        tick: 1,
+        sensed: Sensed::State { q: [0.0; N], qd: [0.0; N] },
+        age_ticks: [0; N],
+        emergency_stop: false,
+        overrun: false,
+        zeroed: true,
+        drive_fault: [false; N],
+        supply: None,
+        temperature: None,
+    };
+    [true, false].map(|exact| {
+        let mut judge = Judge::new(&config, &rules, Trust::Nothing);
+        let said = Said { drives: Drives::Safe(SafeAction::Brake), status: status.clone() };
+        judge.watch(&told, &Heard { requests, spoke, exact }, &said).err().map(|broken| broken.law)
+    })
+}
+
+#[test]
+fn who_knows_each_word_finds_a_wrong_answer_and_a_host_that_is_missed_too_early() {
+    let idle = idle();
+    let refused = Status { refused: Some(Denial { code: 1, fault: 0, joint: None, input: 0 }), ..idle.clone() };
+    let homing = Status { state: 1, ..refused.clone() };
+    let lost = Status { state: 5, cause: 10, ..idle.clone() };
+    let (answered, silence) = ([Some(Law::Answered), None], [Some(Law::Silence), None]);
+    assert_eq!(first_tick(&[], true, &idle), [None; 2]);
+    assert_eq!(first_tick(&[Request::Run], true, &refused), [None; 2]);
+    assert_eq!(first_tick(&[], false, &lost), [None; 2]);
+    assert_eq!(first_tick(&[], true, &refused), answered, "refused, and nothing was asked for");
+    assert_eq!(first_tick(&[Request::Run], true, &idle), answered, "neither granted nor refused");
+    assert_eq!(first_tick(&[Request::Home], true, &homing), answered, "refused and granted");
+    assert_eq!(first_tick(&[], true, &lost), silence, "missed while it is there");
+}
+
+#[test]
+fn a_drill_that_drives_is_found() {
+    let scene = scene("states.toml");
+    let model = scene.robot.model::<N>().unwrap();
+    let judge = Judge::new(&scene.controller_config(&model), &scene.safety_rules(&model), Trust::Nothing);
+    let (driven, wrong) = (Drives::Drive([0.0; N]), Drives::Safe(SafeAction::Off));
+    let law = |pacing, drives| judge.acts(pacing, drives, &idle()).err().map(|broken| broken.law);
+    assert_eq!(law(Pacing::Live, &driven), None);
+    assert_eq!(law(Pacing::Drill, &driven), Some(Law::SafeAction));
+    assert_eq!(law(Pacing::Drill, &wrong), Some(Law::SafeAction));
+    assert_eq!(law(Pacing::Drill, &Drives::Safe(SafeAction::Brake)), None);
+}

@@ -1,0 +1,110 @@
+//! Every target on its examples, on all earlier findings, and on some thousand damaged examples, the same in every run.
+
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::path::Path;
+use std::time::{Duration, Instant};
+use trials::fuzz::damage::{Damage, nested};
+use trials::fuzz::{self, Target, found};
+
+/// Longest time to read any input, in a test build on a busy machine.
+const LONGEST: Duration = Duration::from_secs(5);
+
+/// Check one input; if a property does not hold, save the input.
+fn hold(target: &Target, number: usize, input: &[u8]) {
+    let begin = Instant::now();
+    let outcome = catch_unwind(AssertUnwindSafe(|| (target.check)(input)));
+    let time = begin.elapsed();
+    if outcome.is_err() || time > LONGEST {
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{}-{number}", target.name));
+        let kept = std::fs::write(&path, input);
+        eprintln!(
+            "input {number} took {time:?}; see it again: cargo run -p trials --bin {} {path:?} ({kept:?})",
+            target.name
+        );
+    }
+    outcome.unwrap_or_else(|panic| resume_unwind(panic));
+    assert!(time <= LONGEST, "input {number} took {time:?}");
+}
+
+fn hold_all(target: &Target, damaged: usize) {
+    let mut damage = Damage::new(0x6e65_7774_6175, target.words);
+    let examples = (target.examples)();
+    let found = found(target.name).into_iter().map(|(_, input)| input);
+    let inputs = examples.clone().into_iter().chain(found);
+    for (number, input) in inputs.chain((0..damaged).map(|_| damage.next_input(&examples))).enumerate() {
+        hold(target, number, &input);
+    }
+}
+
+#[test]
+fn link_channel() {
+    hold_all(&fuzz::link_channel::TARGET, 2_000);
+}
+
+#[test]
+fn link_decoder() {
+    hold_all(&fuzz::link_decoder::TARGET, 20_000);
+}
+
+#[test]
+fn link_stream() {
+    hold_all(&fuzz::link_stream::TARGET, 3_000);
+}
+
+#[test]
+fn session() {
+    hold_all(&fuzz::session::TARGET, 1_500);
+}
+
+#[test]
+fn robot_file() {
+    hold_all(&fuzz::robot_file::TARGET, 3_000);
+}
+
+#[test]
+fn urdf_file() {
+    hold_all(&fuzz::urdf_file::TARGET, 2_000);
+}
+
+#[test]
+fn scene_file() {
+    hold_all(&fuzz::scene_file::TARGET, 2_000);
+}
+
+#[test]
+fn json_lines() {
+    hold_all(&fuzz::json_lines::TARGET, 4_000);
+}
+
+#[test]
+fn no_depth_of_nesting_is_too_much_for_a_reader() {
+    for target in
+        [fuzz::robot_file::TARGET, fuzz::urdf_file::TARGET, fuzz::scene_file::TARGET, fuzz::json_lines::TARGET]
+    {
+        for depth in [10, 31, 100, 10_000, 200_000] {
+            nested(depth).iter().for_each(|input| hold(&target, depth, input));
+        }
+        let list = [b"{\"q\":".to_vec(), b"[".repeat(200_000)].concat();
+        hold(&target, 0, &list);
+    }
+}
+
+/// The session target must reach every state; otherwise its judge would have nothing to judge.
+#[test]
+fn examples_of_sessions_come_to_every_state() {
+    let mut all = [0; 6];
+    for example in (fuzz::session::TARGET.examples)() {
+        let ticks = fuzz::session::ticks_of_states(&example);
+        all = std::array::from_fn(|state| all[state] + ticks[state]);
+    }
+    assert!(all.iter().all(|ticks| *ticks > 50), "{all:?}");
+}
+
+/// Every target has a test here; otherwise it would run only with a nightly compiler.
+#[test]
+fn every_target_has_its_test() {
+    let tests = include_str!("targets.rs");
+    for target in fuzz::TARGETS {
+        assert!(tests.contains(&format!("fn {}()", target.name)), "{}", target.name);
+    }
+}
