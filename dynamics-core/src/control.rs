@@ -7,6 +7,7 @@
 //! [`Controller::tick`] is total: for every input, and that includes NaN, it returns a command. Bad input becomes a
 //! numbered [`Fault`] that stays in force until [`Controller::reset`]; a limit that acts is reported, and is no fault.
 
+mod answer;
 mod ask;
 mod collision;
 mod config;
@@ -16,9 +17,11 @@ mod fault;
 mod friction;
 mod integral;
 mod law;
+mod law_torques;
 mod limits;
 mod momentum_observer;
 mod observer;
+mod reference;
 mod teach;
 pub mod trajectory;
 
@@ -33,23 +36,14 @@ pub use every_nth::{Between, EveryNth};
 pub use fault::Fault;
 pub use friction::{Friction, FrictionTerms, LoadGrowth, Rise};
 pub use integral::{Integral, Integrated};
-pub use law::{Gains, Law, LawTraits, ModelUse, MotionSource, Spring, SpringOwner, computed_torque};
+pub use law::{Gains, Law, LawTraits, ModelUse, MotionSource, Spring, SpringOwner};
+pub use law_torques::computed_torque;
 pub use limits::LimitFlags;
 pub(crate) use limits::{around, hold_near, reference_is_inside};
 pub use momentum_observer::{MomentumFilter, MomentumObserver};
 pub use observer::{Encoder, TrackingObserver};
+pub use reference::Reference;
 pub use teach::Teach;
-
-/// Desired joint positions, velocities and accelerations of one tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reference<S, const N: usize> {
-    /// Joint position, rad or m.
-    pub q: [S; N],
-    /// Joint velocity, rad/s or m/s.
-    pub qd: [S; N],
-    /// Joint acceleration, rad/s^2 or m/s^2.
-    pub qdd: [S; N],
-}
 
 /// Reading of the joint sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]

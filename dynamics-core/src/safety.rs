@@ -39,32 +39,16 @@ pub mod heat;
 mod lowering;
 mod machine;
 mod measured;
+mod memory;
 mod ordinary;
 mod rules;
 mod stop;
 
 pub use crate::control::Ask;
 pub use machine::Safety;
-pub use rules::{Configuration, JointRules, LiveInput, Protected, Rules};
+pub use rules::{Configuration, JointRules, LiveInput, Protected, Rules, SafeAction};
 
 use crate::control::{Fault, LimitFlags, Reference, Sensed};
-use crate::fields::words;
-
-/// Action of the drives when no torque is commanded.
-///
-/// None of them needs a value that a failed sensor could have given.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SafeAction {
-    /// Drives off, brakes engaged: for an arm with holding brakes.
-    Brake,
-    /// The drives damp the motion by themselves: windings shorted through one side of the bridge, or a velocity gain
-    /// ([`JointRules::damping`]) in a drive that has one, without position gain and torque. The arm sinks slowly.
-    DampedStop,
-    /// Drives off: for an arm that carries itself.
-    Off,
-}
-
-words!(SafeAction { Brake = 0, DampedStop = 1, Off = 2 });
 
 /// Request to the machine. At most one a tick; the machine accepts it, or rejects it with a reason.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,31 +2,10 @@
 
 use crate::PROTOCOL_VERSION;
 use crate::frame::Frame;
+use crate::packet::{CHECK, DecodeError, HEADER, PACKET_MAX, Packet, RAW_MAX, SEALED};
 use crate::seal::{SEAL, SealKey, SessionKeys};
 use core::fmt;
 use crc::{CRC_32_ISO_HDLC, Crc, Table};
-use serde::{Deserialize, Serialize};
-
-/// Version and sequence number.
-const HEADER: usize = 5;
-
-/// The check sum behind an open packet.
-const CHECK: usize = 4;
-
-/// Bit of the version byte that marks a sealed packet.
-const SEALED: u8 = 0x80;
-
-/// Longest packet before COBS: a sealed status of six joints with all its parts has 241 bytes at most; the rest is room to grow.
-const RAW_MAX: usize = 250;
-
-/// Longest packet on the wire: COBS adds one byte up to 254, and the zero ends it.
-pub const PACKET_MAX: usize = RAW_MAX + 2;
-
-/// Longest frame in a packet, bytes.
-pub const FRAME_MAX: usize = RAW_MAX - HEADER - SEAL;
-
-/// A packet ready for the wire, its final zero included.
-pub type Packet = heapless::Vec<u8, PACKET_MAX>;
 
 /// CRC-32: finds every error of up to 3 bits, and every burst of up to 32, in a packet of this length. (Koopman, *32-bit
 /// cyclic redundancy codes for Internet applications*, DSN 2002: Hamming distance 4 up to 91607 bits.)
@@ -128,59 +107,6 @@ fn pack(frame: &Frame, number: u64, seal: Option<&SealKey>, packet: &mut Packet)
     packet.truncate(length);
     packet.push(0).map_err(|_| FrameTooLong)
 }
-
-/// Why a packet could not be read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum DecodeError {
-    /// More bytes than the longest packet before a zero came.
-    TooLong,
-    /// Too few bytes for header and check sum: a fragment.
-    TooShort,
-    /// The bytes are not COBS.
-    BadCobs,
-    /// The check sum does not fit the bytes.
-    BadCrc,
-    /// The peer speaks another version of the protocol.
-    WrongVersion {
-        /// The version in the packet.
-        theirs: u8,
-    },
-    /// No frame has this tag.
-    UnknownFrame {
-        /// The tag in the packet.
-        tag: u8,
-    },
-    /// The frame's contents do not follow its kind, or bytes are left over.
-    Malformed,
-    /// The seal does not fit: a packet of another session, of the other direction, without the key, or damaged.
-    BadSeal,
-    /// The packet is an earlier one again, or came late.
-    Repeated,
-}
-
-impl fmt::Display for DecodeError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::TooLong => write!(f, "packet longer than {PACKET_MAX} bytes"),
-            Self::TooShort => write!(f, "packet too short for its header and check sum"),
-            Self::BadCobs => write!(f, "packet is not valid COBS"),
-            Self::BadCrc => write!(f, "bad CRC: the packet was damaged on the way"),
-            Self::WrongVersion { theirs } => {
-                write!(
-                    f,
-                    "protocol version {theirs}, expected {PROTOCOL_VERSION}: build host and firmware from one source"
-                )
-            }
-            Self::UnknownFrame { tag } => write!(f, "unknown frame, tag {tag}"),
-            Self::Malformed => write!(f, "the frame's contents do not follow its kind"),
-            Self::BadSeal => write!(f, "bad seal: the packet is not of this session, or was damaged on the way"),
-            Self::Repeated => write!(f, "the packet is an earlier one again, or came late"),
-        }
-    }
-}
-
-impl core::error::Error for DecodeError {}
 
 /// A frame, and how many packets are missing before it.
 #[derive(Clone, Debug, PartialEq)]

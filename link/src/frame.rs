@@ -284,7 +284,7 @@ pub struct Fault {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Refusal {
     /// The packet could not be decoded.
-    Undecodable(crate::DecodeError),
+    Undecodable(crate::packet::DecodeError),
     /// Packets were lost before this one.
     Lost {
         /// Number of packets; 255 is that or more.

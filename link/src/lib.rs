@@ -15,7 +15,8 @@
 //! | module | holds |
 //! |---|---|
 //! | [`frame`] | the frames: those of the bench, and those of an arm in operation |
-//! | [`codec`] | packets on the wire: encoder, decoder, their errors |
+//! | [`packet`] | packets on the wire: their parts and sizes, and why one could not be read |
+//! | [`codec`] | packets: encoder and decoder |
 //! | [`seal`] | the link key, proofs, seals |
 //! | [`channel`] | who may talk: the handshake, from the board's side and from the host's |
 //! | [`inlet`] | bytes on their way from the receiver's interrupt to the decoder |
@@ -37,11 +38,12 @@ pub mod frame;
 pub mod inlet;
 pub mod key_page;
 pub mod outgoing;
+pub mod packet;
 pub mod seal;
 
 pub use channel::{Access, BoardChannel, Distrust, HostChannel};
 pub use circular::{Circular, Filling, Halves};
-pub use codec::{DecodeError, Decoder, Encoder, PACKET_MAX, Packet, Received};
+pub use codec::{Decoder, Encoder, Received};
 pub use convert::{AsymmetricInertia, JointCountMismatch};
 pub use frame::{
     Actuation, Answer, Aside, Challenge, Command, Cost, Denial, Fault, Frame, Hello, JOINTS_MAX, Joints, Lines, Live,
@@ -50,6 +52,7 @@ pub use frame::{
 };
 pub use inlet::{Arrival, Inlet};
 pub use outgoing::{Outgoing, Sending};
+pub use packet::{DecodeError, PACKET_MAX, Packet};
 pub use seal::{Key, Nonce, Proof};
 
 /// Version of the protocol: of the packet's layout and of every frame. Any change of either counts it up.

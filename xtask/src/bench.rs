@@ -20,16 +20,15 @@ mod counts;
 pub(crate) mod cycles;
 mod desk;
 mod disassembly;
+mod json;
 pub(crate) mod kernels;
 pub(crate) mod micro;
 mod report;
 mod simulators;
 
-pub(crate) use report::{Table, thousands, write_into};
-
 use crate::toolchain::rustc_version;
-use anyhow::{Context as _, Result};
-use std::path::{Path, PathBuf};
+use anyhow::Result;
+use std::path::PathBuf;
 
 /// Options of `bench`.
 #[derive(Clone, Debug, clap::Args)]
@@ -82,9 +81,4 @@ pub(crate) fn run(options: Options) -> Result<()> {
 /// The gate of `cargo xtask test`: counts only.
 pub(crate) fn gate() -> Result<()> {
     run(Options { bless: false, gate: true, peers: false, arms: false, simulators: false, json: None })
-}
-
-fn from_json(path: &Path) -> Result<serde_json::Value> {
-    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
-    serde_json::from_str(&text).with_context(|| path.display().to_string())
 }

@@ -21,13 +21,13 @@ mod table;
 mod tuning;
 pub(crate) mod variant;
 
-use crate::bench::write_into;
-use crate::process::root;
+use crate::measured::write_into;
+use crate::scenes::shipped;
 use crate::toolchain::Toolchain;
-use anyhow::{Context as _, Result};
+use anyhow::Result;
 use bounds::Budget;
+use firmware_image::Board;
 use firmware_image::board::SCENE_DEFAULT;
-use firmware_image::{Board, Build};
 use row::Row;
 use std::path::{Path, PathBuf};
 
@@ -193,29 +193,8 @@ pub(crate) fn sizes(elf: &Path, scene: &Path, board: Board) -> Result<()> {
     bounds::verdict(1, &Budget::load()?.hold(&[row], &rustc, bounds::Fields::Measured))
 }
 
-/// The shipped scenes for the firmware: those at the top of the folder, by name.
-pub(crate) fn shipped() -> Result<Vec<PathBuf>> {
-    let folder = root().join("scenes");
-    let mut scenes = Vec::new();
-    for entry in std::fs::read_dir(&folder).with_context(|| folder.display().to_string())? {
-        let path = entry?.path();
-        if path.extension().is_some_and(|extension| extension == "toml") {
-            scenes.push(path);
-        }
-    }
-    scenes.sort();
-    Ok(scenes)
-}
-
-/// The board that is emulated.
-pub(crate) const EMULATED: Board = Board::Netduinoplus2;
-
 /// Prints the longest interrupt of a scene's supervised ticks on the emulated board, as one JSON object.
 pub(crate) fn interrupt(scene: &Path) -> Result<()> {
     println!("{}", measure::interrupt(scene)?);
     Ok(())
-}
-
-fn build(scene: &Path, board: Board) -> Result<PathBuf> {
-    Build::of(scene, board).run()
 }

@@ -94,6 +94,19 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     if stale > 0 { bail!("{stale} measured blocks are not of the present state") } else { Ok(()) }
 }
 
+/// Prints tables, and puts them into a document, each by the name of its markers.
+pub(crate) fn write_into(document: &str, tables: &[(&str, String)]) -> Result<()> {
+    let places: Vec<_> = tables.iter().map(|(name, _)| *name).collect();
+    let mut page = Page::read(root().join(document), &places)?;
+    for (name, table) in tables {
+        println!("{name}\n{table}");
+    }
+    fill(&mut page, document, tables)?;
+    page.write()?;
+    println!("written to {document}");
+    Ok(())
+}
+
 /// Runs the command of a block.
 fn renew(block: &Block) -> Result<()> {
     eprintln!("measured: {}: {}", block.place(), block.command);

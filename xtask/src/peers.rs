@@ -2,6 +2,8 @@
 //!
 //! | module | holds |
 //! |---|---|
+//! | [`harness`] | its arms, and where its files are |
+//! | `arm` | the measurements of an arm |
 //! | [`install`] | the peers' packages, from PyPI and Debian |
 //! | [`build`] | compiler runs, several at a time and only after a change |
 //! | [`contestants`] | the contestants, and how each is built |
@@ -13,45 +15,26 @@
 //! function over the same states. The peers get their model from the robot file by `bench/peers/arm.py`, which shares
 //! nothing with our reader. A torque that differs ends the run without a figure.
 
+mod arm;
 mod build;
 mod chip;
 mod contestants;
 mod desk;
+mod harness;
 mod install;
 mod report;
 
 use crate::measured;
-use crate::process::{root, target_directory};
+use crate::process::root;
 use anyhow::Result;
+use arm::Measured;
+use harness::ARMS;
 use report::PLACE;
 use robot_compiler::emit::page::Page;
-use std::path::{Path, PathBuf};
-
-/// The arms, by the names of their files.
-const ARMS: [&str; 2] = ["ur5", "puma560"];
+use std::path::Path;
 
 /// The page with the tables.
 const DOCUMENT: &str = "docs/measured/peers.md";
-
-/// Joints of every arm that is measured.
-const JOINTS: usize = 6;
-
-/// Folder of all generated files.
-fn folder() -> PathBuf {
-    target_directory().join("peers")
-}
-
-/// A file of the harness.
-fn source(name: &str) -> PathBuf {
-    root().join("bench/peers").join(name)
-}
-
-/// Measurements of an arm.
-struct Measured {
-    arm: &'static str,
-    desk: Vec<desk::Time>,
-    chip: Vec<chip::Count>,
-}
 
 /// Installs, builds, checks, measures, and reports: on the terminal, as JSON to a file or to `-`, and in the documentation.
 pub(crate) fn run(json: Option<&Path>) -> Result<()> {

@@ -3,6 +3,7 @@
 //!
 //! | module | holds |
 //! |---|---|
+//! | `work` | the study that every engine does |
 //! | `engines` | HyperQueue and Slurm on this machine |
 //! | `slurm` | a Slurm of one node: its daemons, their configuration |
 //! | `measure` | time, memory and processor time of a process |
@@ -12,14 +13,16 @@ mod engines;
 mod measure;
 mod report;
 mod slurm;
+mod work;
 
 use crate::process::{cargo, root, run, target_directory};
-use anyhow::{Context as _, Result, ensure};
+use anyhow::Result;
 use measure::{Cost, measured};
 use report::Figures;
 use robot_compiler::emit::page::Page;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
+use work::Work;
 
 /// Options of the task.
 #[derive(clap::Args)]
@@ -92,52 +95,6 @@ pub(crate) fn run_all(options: &Options) -> Result<()> {
         page.write()?;
     }
     Ok(())
-}
-
-/// The study on its way through the engines.
-struct Work {
-    program: PathBuf,
-    folder: PathBuf,
-    python: PathBuf,
-    runs: u64,
-    shards: u64,
-}
-
-impl Work {
-    /// `newtau sweep` of the study.
-    fn sweep(&self) -> Command {
-        let mut command = Command::new(&self.program);
-        command.arg("sweep").arg(root().join("bench/scale/study.toml"));
-        command.args(["--quiet", "--runs", &self.runs.to_string()]);
-        command
-    }
-
-    /// Writes what an engine takes; returns its folder.
-    fn submit(&self, engine: &str) -> Result<PathBuf> {
-        let folder = self.folder.join(engine);
-        run(self.sweep().args(["--submit", engine, "--shards", &self.shards.to_string(), "--out"]).arg(&folder))?;
-        Ok(folder)
-    }
-
-    /// Merges an engine's shards, and compares every byte with what one process wrote.
-    fn same(&self, engine: &str) -> Result<()> {
-        let folder = self.folder.join(engine);
-        run(Command::new(folder.join("merge.sh")).stdout(std::process::Stdio::null()))?;
-        for name in ["runs.csv", "manifest.json", "results.json", "results.md"] {
-            let read = |path: &Path| std::fs::read(path).with_context(|| path.display().to_string());
-            let same = read(&folder.join("whole").join(name))? == read(&self.folder.join("whole").join(name))?;
-            ensure!(same, "{engine}: {name} is not what one process writes");
-        }
-        eprintln!("scale: {engine}: {} runs in {} shards, every byte the same", self.runs, self.shards);
-        Ok(())
-    }
-
-    /// Number of shards that have begun to write.
-    fn begun(&self, engine: &str) -> usize {
-        let entries = std::fs::read_dir(self.folder.join(engine).join("shards"));
-        entries
-            .map_or(0, |entries| entries.flatten().filter(|entry| entry.path().join("manifest.json").exists()).count())
-    }
 }
 
 /// The merge of very many shards.

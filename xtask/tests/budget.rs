@@ -90,7 +90,7 @@ fn what_does_not_fit_is_refused_before_the_port_is_touched() {
         (&[&PORT[..], &["--board", "netduinoplus2"]].concat(), "found the emulated board, expected one of odrive-v3,"),
         (
             &[&PORT[..], &can, &["--scene", "scenes/puma560_pick.toml"]].concat(),
-            "expected drives of the kind mit, which f405-can has lines for",
+            "expected CAN drives (MIT mode), which f405-can has lines for",
         ),
         (&[&PORT[..], &can, &["--scene", "scenes/nowhere.toml"]].concat(), "nowhere.toml"),
         (&[&PORT[..], &can, &["--scene", "a.toml", "--scene", "b.toml"]].concat(), "found 2 scenes, expected the one"),

@@ -5,12 +5,13 @@
 use std::path::{Path, PathBuf};
 
 /// Packages whose tests are one program.
-const FOLDERS: [&str; 5] = [
+const FOLDERS: [&str; 6] = [
     "dynamics-core/tests",
     "robot-compiler/tests",
     "host-sim/tests/desk",
     "link/session/tests/session",
     "link/joint-io/tests/explore",
+    "xtask/tests/circles",
 ];
 
 fn top() -> PathBuf {

@@ -4,7 +4,7 @@ use super::ask::Ask;
 use super::collision::{Protection, Seen, Unprotected, Verdict};
 use super::config::{Configuration, ControllerConfig, Guard};
 use super::integral::{Integral, Integrated};
-use super::law::{State, torques};
+use super::law_torques::{State, torques};
 use super::limits::{LimitFlags, hold_reference, hold_torques, reference_is_inside};
 use super::observer::TrackingObserver;
 use super::{Command, Fault, Measurement, Reference, Sensed};

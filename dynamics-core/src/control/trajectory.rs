@@ -46,21 +46,6 @@ use super::Reference;
 use crate::scalar::Real;
 use error::check_time;
 
-impl<S: Real, const N: usize> Reference<S, N> {
-    /// Standing still at `q`.
-    #[must_use]
-    pub fn at_rest(q: [S; N]) -> Self {
-        Self { q, qd: [S::zero(); N], qdd: [S::zero(); N] }
-    }
-
-    /// The same reference in another scalar, each number through [`crate::Scalar::literal`].
-    #[must_use]
-    pub fn cast<T: Real>(&self) -> Reference<T, N> {
-        let cast = |x: [S; N]| x.map(|x| T::literal(x.to_f64()));
-        Reference { q: cast(self.q), qd: cast(self.qd), qdd: cast(self.qdd) }
-    }
-}
-
 /// A reference motion of `N` joints, from rest to rest.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "without an allocator there is nowhere else to put the points")]

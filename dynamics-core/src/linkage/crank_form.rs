@@ -1,6 +1,7 @@
 //! The loop's one equation of motion, in the crank's angle.
 
-use super::{Coefficients, LinkageError, LinkagePosture, dot};
+use super::plane::dot;
+use super::{Coefficients, LinkageError, LinkagePosture};
 use crate::scalar::Real;
 use nalgebra::Vector2;
 

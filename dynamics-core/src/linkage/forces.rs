@@ -1,6 +1,7 @@
 //! Forces in the joints of a loop and the moment of its motor: nine equations for nine unknowns.
 
-use super::{GroundJoint, LinkageError, LinkagePosture, PlanarMotion, cross};
+use super::plane::cross;
+use super::{GroundJoint, LinkageError, LinkagePosture, PlanarMotion};
 use crate::dynamics::solve::solve;
 use crate::scalar::Real;
 use nalgebra::Vector2;

@@ -1,8 +1,9 @@
 //! The four-bar linkage: positions of its links.
 
+use super::plane::{dot, placed, quarter_turn};
 use super::{
     Branch, CrankRange, DeadPoint, GroundJoint, Linkage, LinkageError, LinkagePosture, Member, PlanarBody, PlanarLink,
-    Projection, check_body, check_length, dot, placed, quarter_turn, slack,
+    Projection, check_body, check_length, slack,
 };
 use crate::scalar::Real;
 use crate::trig::SinCos;

@@ -1,6 +1,8 @@
 //! Positions of the links of a loop, and their motion with the crank.
 
-use super::{DeadPoint, LinkageError, cross, dead_sine_squared, dot, quarter_turn};
+use super::plane::{cross, dot, quarter_turn};
+use super::{DeadPoint, LinkageError};
+use crate::dynamics::solve::rounding;
 use crate::scalar::Real;
 use nalgebra::Vector2;
 
@@ -187,4 +189,10 @@ impl<S: Real> LinkagePosture<S> {
     pub fn potential_energy(&self, gravity: &Vector2<S>) -> S {
         self.links.iter().fold(S::zero(), |sum, link| sum - link.mass * dot(gravity, &link.centre))
     }
+}
+
+/// Square of the sine of an angle between links below which it is rounding error only: near a dead point the sine is
+/// the square root of a difference of lengths, so half of its digits are gone.
+fn dead_sine_squared<S: Real>() -> S {
+    rounding(64)
 }

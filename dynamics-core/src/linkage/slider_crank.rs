@@ -1,8 +1,9 @@
 //! The slider-crank: positions of its links.
 
+use super::plane::placed;
 use super::{
     Branch, CrankRange, GroundJoint, Linkage, LinkageError, LinkagePosture, Member, PlanarBody, PlanarLink, Projection,
-    check_body, check_length, placed, slack,
+    check_body, check_length, slack,
 };
 use crate::scalar::Real;
 use crate::trig::SinCos;

@@ -10,21 +10,11 @@
 //! that ends torque because the host is gone, a motor is too hot, or lowering has waited for too long, does the same, and then raises its
 //! fault. Any other fault removes the torque at once: what the torque is made of, or the drive that gives it, is not to be trusted.
 
-use super::decision::{Action, Decision, Memory, Now, astray};
+use super::measured::astray;
+use super::memory::{Action, Arming, Decision, Memory, Now};
 use super::{Request, Rules, SafeAction, State};
 use crate::control::{Fault, Reference};
 use crate::scalar::Real;
-
-/// Progress of [`State::Arming`], and of [`State::Disarming`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Arming {
-    /// Ticks in this state.
-    pub(super) ticks: u32,
-    /// All drives are on, and torque acts on engaged brakes.
-    pub(super) preloads: bool,
-    /// Ticks in which the drives were to carry the whole weight of the arm.
-    pub(super) carried: u32,
-}
 
 /// Ticks for which the drives carry the whole weight before the brakes open. A drive that shows only by its torque that it is on has
 /// shown it by then.
@@ -32,10 +22,6 @@ pub(super) const CARRIED_MIN: u32 = 8;
 
 /// Longest time of arming with torque on engaged brakes, in times of [`Rules::arming_max`]: the torque has to rise at its rate.
 const PRELOAD_TIMES: u32 = 4;
-
-impl Arming {
-    pub(super) const START: Self = Self { ticks: 0, preloads: false, carried: 0 };
-}
 
 impl<S: Real, const N: usize> Memory<S, N> {
     /// One tick of arming, after its request. `judged` is the fault of the readings.

@@ -2,123 +2,16 @@
 //!
 //! A tick that is not [ordinary](super::ordinary) comes here, and is decided from the beginning.
 
-use super::arming::Arming;
-use super::heat::{FAULT, Heats};
+use super::heat::FAULT;
 use super::lowering::{drawn_back, followed, lowered};
-use super::measured::{Judgement, Seen, Sensors};
+use super::measured::{Judgement, Seen, astray};
+use super::memory::{Action, Decision, Memory, Now};
 use super::stop::{can_stop, slowed};
 use super::{HoldCause, Inputs, LiveInput, Refusal, Request, Rules, State};
 use crate::control::{
     ControllerConfig, Fault, LimitFlags, Reference, believed, hold_near, name_reference, reference_is_inside,
 };
 use crate::scalar::Real;
-
-/// State of the machine from tick to tick, but for the observer's.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Memory<S, const N: usize> {
-    pub(super) state: State,
-    pub(super) homed: bool,
-    pub(super) sensors: Sensors<S, N>,
-    /// Reference of the controller while torque acts.
-    pub(super) reference: Reference<S, N>,
-    /// Limits that act on it, where the machine and not the controller has applied them: beyond a position limit.
-    pub(super) held: Option<[LimitFlags; N]>,
-    /// The torque that acts, and the limits that held it.
-    pub(super) torque: [S; N],
-    pub(super) limits: [LimitFlags; N],
-    /// Ticks that torque has acted without the host.
-    pub(super) alone: u32,
-    /// The controller gave way to a collision in the last tick, and did not follow its reference.
-    pub(super) gave_way: bool,
-    /// The limits of the first motion are lifted.
-    pub(super) full_range: bool,
-    /// The arm stops along its path: the host's reference is slower in every tick.
-    pub(super) along: bool,
-    /// Time left for it, s. Then every joint stops by itself.
-    pub(super) along_left: S,
-    /// Progress of arming.
-    pub(super) arming: Arming,
-    /// Pace of lowering, 0 to 1.
-    pace: S,
-    /// Ticks that the reference has been at the rest pose, or could not move.
-    settled: u32,
-    /// Ticks of lowering in which the reference has waited for a joint.
-    waited: u32,
-    /// It waits now.
-    waits: bool,
-    /// Fault in which disarming ends.
-    pub(super) ends_in: Option<Fault>,
-    /// Heat of the motors.
-    pub(super) heats: Heats<S, N>,
-}
-
-/// Inputs of one decision.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Now<'a, S, const N: usize> {
-    pub(super) inputs: &'a Inputs<S, N>,
-    /// The host's reference, or that of an arm that is led by hand.
-    pub(super) reference: Option<&'a Reference<S, N>>,
-    pub(super) seen: &'a Seen<'a, S, N>,
-    /// The host has not been heard for too long.
-    pub(super) silent: bool,
-    /// A hand leads the arm: the reference is where the arm is.
-    pub(super) led: bool,
-}
-
-/// Action of the drives that the rules allow. For the first four the controller is asked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Action {
-    /// Torque may act, along the memory's reference.
-    Drive,
-    /// The same, without a limit on its rate.
-    DriveAtOnce,
-    /// Torque with engaged brakes: for the weight of an arm at rest at the memory's reference, or along it while the arm is disarmed.
-    Preload,
-    /// Switch the drives on, if the arm can be held at all.
-    EnableFirst,
-    /// Switch the drives on.
-    Enable,
-    /// The safe action.
-    Safe,
-}
-
-impl Action {
-    /// True if torque is to act with open brakes.
-    #[inline]
-    pub(super) fn drives(self) -> bool {
-        self <= Self::DriveAtOnce
-    }
-
-    /// True if the controller is to be asked for a torque.
-    #[inline]
-    pub(super) fn asks(self) -> bool {
-        self <= Self::EnableFirst
-    }
-}
-
-/// Action of the drives, and the reason for which the request was rejected.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Decision {
-    pub(super) action: Action,
-    pub(super) refused: Option<Refusal>,
-}
-
-impl Decision {
-    /// This action; no request was rejected.
-    pub(super) const fn of(action: Action) -> Self {
-        Self { action, refused: None }
-    }
-
-    /// The safe action.
-    pub(super) const fn safe(refused: Option<Refusal>) -> Self {
-        Self { action: Action::Safe, refused }
-    }
-
-    /// The same, with this request rejected, unless it was already.
-    fn refusing(self, refusal: Option<Refusal>) -> Self {
-        Self { refused: self.refused.or(refusal), ..self }
-    }
-}
 
 /// Reason why a reference is refused.
 enum Unfit {
@@ -130,42 +23,6 @@ enum Unfit {
 }
 
 impl<S: Real, const N: usize> Memory<S, N> {
-    /// Idle, not homed.
-    pub(super) fn new() -> Self {
-        let zero = [S::zero(); N];
-        Self {
-            state: State::Idle,
-            homed: false,
-            sensors: Sensors::new(),
-            reference: Reference { q: zero, qd: zero, qdd: zero },
-            held: None,
-            torque: zero,
-            limits: [LimitFlags::NONE; N],
-            alone: 0,
-            gave_way: false,
-            full_range: false,
-            along: false,
-            along_left: S::zero(),
-            arming: Arming::START,
-            pace: S::zero(),
-            settled: 0,
-            waited: 0,
-            waits: false,
-            ends_in: None,
-            heats: Heats::cold(),
-        }
-    }
-
-    /// The next tick of an arm that goes on. Out of line the compiler knows that nothing overlaps, and copies without a call.
-    #[inline(never)]
-    pub(super) fn go_on(&mut self, read: &[S; N], reference: &Reference<S, N>) {
-        self.sensors.last = *read;
-        self.reference.q = reference.q;
-        self.reference.qd = reference.qd;
-        self.reference.qdd = reference.qdd;
-        self.alone = 0;
-    }
-
     /// Apply every rule.
     #[cold]
     #[inline(never)]
@@ -629,22 +486,6 @@ const HOLDING_REACH: f64 = 1.5;
 
 /// Greatest distance from the rest pose at which the torque is removed, as a multiple of the joint's reach.
 const REST_REACH: f64 = 0.05;
-
-/// The first joint that is farther from the reference than this multiple of its reach.
-pub(super) fn astray<S: Real, const N: usize>(
-    reference: &Reference<S, N>,
-    seen: &Seen<'_, S, N>,
-    rules: &Rules<S, N>,
-    beyond: S,
-) -> Option<u8> {
-    for i in 0..N {
-        let near = (reference.q[i] - seen.q[i]).abs() <= rules.joints[i].reach * beyond;
-        if !near {
-            return Some(i as u8);
-        }
-    }
-    None
-}
 
 /// Fault from outside, in any state: the emergency stop first, then the board's other faults.
 fn external<S: Real, const N: usize>(inputs: &Inputs<S, N>, rules: &Rules<S, N>) -> Option<Fault> {

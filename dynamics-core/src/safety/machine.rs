@@ -1,7 +1,7 @@
 //! The machine.
 
-use super::decision::{Action, Decision, Memory, Now};
 use super::measured::Seen;
+use super::memory::{Action, Decision, Memory, Now};
 use super::ordinary::{goes_on, is_quiet};
 use super::{Actuation, Configuration, Inputs, Output, Rules, State};
 use crate::control::{Ask, Command, Fault, LimitFlags, Observed, Reference};

@@ -1,7 +1,7 @@
 //! Sensor readings and their plausibility.
 
 use super::{Inputs, Rules};
-use crate::control::{ControllerConfig, Fault, believed};
+use crate::control::{ControllerConfig, Fault, Reference, believed};
 use crate::scalar::Real;
 
 /// Memory of earlier sensor readings.
@@ -115,4 +115,20 @@ fn name<S: Real>(joint: u8, old: bool, finite: bool, jumped: bool, position: S, 
     } else {
         Fault::VelocityOutOfBounds { joint }
     }
+}
+
+/// The first joint that is farther from the reference than this multiple of its reach.
+pub(super) fn astray<S: Real, const N: usize>(
+    reference: &Reference<S, N>,
+    seen: &Seen<'_, S, N>,
+    rules: &Rules<S, N>,
+    beyond: S,
+) -> Option<u8> {
+    for i in 0..N {
+        let near = (reference.q[i] - seen.q[i]).abs() <= rules.joints[i].reach * beyond;
+        if !near {
+            return Some(i as u8);
+        }
+    }
+    None
 }

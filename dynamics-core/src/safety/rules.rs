@@ -1,10 +1,25 @@
 //! Numbers of the safety rules.
 
-use super::SafeAction;
 use super::heat::HeatRules;
 use crate::control::{Configuration as ControlConfiguration, ControllerConfig};
-use crate::fields::record;
+use crate::fields::{record, words};
 use crate::inertia::InertiaBounds;
+
+/// Action of the drives when no torque is commanded.
+///
+/// None of them needs a value that a failed sensor could have given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SafeAction {
+    /// Drives off, brakes engaged: for an arm with holding brakes.
+    Brake,
+    /// The drives damp the motion by themselves: windings shorted through one side of the bridge, or a velocity gain
+    /// ([`JointRules::damping`]) in a drive that has one, without position gain and torque. The arm sinks slowly.
+    DampedStop,
+    /// Drives off: for an arm that carries itself.
+    Off,
+}
+
+words!(SafeAction { Brake = 0, DampedStop = 1, Off = 2 });
 
 /// Live input of a scene: data of the dynamics that come over the link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

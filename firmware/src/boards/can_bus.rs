@@ -7,7 +7,7 @@
 use super::can_frame::Frame;
 use super::pac;
 use embedded_can::{ErrorKind, ExtendedId, Id, StandardId};
-use firmware::joint_io::can::CanBus;
+use firmware::joint_io::can_bus::CanBus;
 use firmware::joint_io::frames::Packet;
 use stm32f4xx_hal::can::Can;
 

@@ -18,7 +18,7 @@ use super::pac::fdcan;
 use core::sync::atomic::{AtomicU32, Ordering, fence};
 use dynamics_core::drive::DataRate;
 use embedded_can::{ErrorKind, ExtendedId, Id, StandardId};
-use firmware::joint_io::can::CanBus;
+use firmware::joint_io::can_bus::CanBus;
 use firmware::joint_io::frames::Packet;
 use stm32g4::{Periph, Reg, Resettable, Writable};
 

@@ -1,10 +1,12 @@
 //! The boards that the firmware runs on, and their chips.
 
-use crate::can_buses::CanBuses;
 use std::fmt;
 
 /// The default scene.
 pub const SCENE_DEFAULT: &str = "scenes/puma560_pick.toml";
+
+/// The target of every board's chip: a Cortex-M4 with a single-precision unit.
+pub const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// A board that the firmware runs on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -72,6 +74,15 @@ impl Board {
             Self::G474Fdcan => Chip::G474,
         }
     }
+}
+
+/// The CAN controllers of a board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CanBuses {
+    /// Number of controllers.
+    pub count: u8,
+    /// True if they support FD frames.
+    pub fd: bool,
 }
 
 /// A microcontroller.

@@ -11,15 +11,6 @@ use std::fmt;
 use std::path::Path;
 use toml_edit::{Document, Item};
 
-/// The CAN controllers of a board.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct CanBuses {
-    /// Number of controllers.
-    pub count: u8,
-    /// True if they support FD frames.
-    pub fd: bool,
-}
-
 /// Frames of a tick on one bus.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Schedule {

@@ -10,7 +10,7 @@ use crate::bad_input::BadInput;
 use crate::board::{Board, Chip, Trust};
 use crate::build::Build;
 use crate::log_strings;
-use crate::process::{root, run, which};
+use crate::process::{root, run, shown, which};
 use anyhow::Result;
 use scene_choice::Wanted;
 use std::ffi::OsString;
@@ -161,10 +161,4 @@ fn probe_call(chip: Chip, subcommand: &str, probe: Option<&str>, more: &[&str], 
 fn line(words: &[OsString]) -> String {
     let words: Vec<_> = words.iter().map(|word| shown(Path::new(word))).collect();
     words.join(" ")
-}
-
-/// A path relative to the project's folder, if it is inside.
-fn shown(path: &Path) -> String {
-    let inside = root().canonicalize().ok().and_then(|root| path.strip_prefix(root).ok().map(Path::to_owned));
-    inside.unwrap_or_else(|| path.to_owned()).display().to_string()
 }

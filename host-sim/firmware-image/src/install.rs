@@ -1,6 +1,7 @@
 //! Packages of the system that are installed where they are missing. Every step prints its action.
 
 use crate::bad_input::BadInput;
+use crate::board::TARGET;
 use crate::process::{output, run, which};
 use anyhow::Result;
 use std::path::Path;
@@ -49,7 +50,7 @@ pub fn apt(packages: &[&str]) -> Result<()> {
         return Err(BadInput(format!(
             "missing here: {list}; this is no Debian-like system, or there is no right to install. Install these yourself: the Rust target \
              (`rustup target add {}`) and QEMU for Arm (Debian, Ubuntu: `apt-get install qemu-system-arm`; macOS: `brew install qemu`)",
-            crate::toolchain::TARGET
+            TARGET
         ))
         .into());
     };

@@ -69,3 +69,9 @@ pub fn output(command: &mut Command) -> Option<String> {
     let output = command.output().ok().filter(|output| output.status.success())?;
     Some(String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
+
+/// A path relative to the project's folder, if it is inside.
+pub(crate) fn shown(path: &Path) -> String {
+    let inside = root().canonicalize().ok().and_then(|root| path.strip_prefix(root).ok().map(Path::to_owned));
+    inside.unwrap_or_else(|| path.to_owned()).display().to_string()
+}

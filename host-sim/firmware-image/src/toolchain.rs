@@ -3,14 +3,12 @@
 //! The ordinary one is rustup's, with its precompiled `core` for the target. If rustup cannot fetch that, Debian's rustc is
 //! used with the library's sources, from which `core` is built here.
 
+use crate::board::TARGET;
 use crate::process::{output, root, run, which};
 use anyhow::{Result, bail};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-
-/// The chip: Cortex-M4 with a single-precision unit.
-pub const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// The Cargo profile of the chip's programs (Cargo.toml).
 const PROFILE: &str = "firmware";

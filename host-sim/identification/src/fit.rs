@@ -2,8 +2,10 @@
 
 mod covariance;
 mod normal;
+mod rows;
 
 pub use normal::{Normal, inverse, solve};
+pub use rows::Rows;
 
 use crate::Series;
 use crate::base::Base;
@@ -29,23 +31,6 @@ pub struct Problem<'a> {
     pub base: &'a Base,
     /// A law for each joint.
     pub laws: &'a [Law],
-}
-
-/// Rows of one joint.
-#[derive(Clone, Debug)]
-pub struct Rows {
-    /// Place of each column among all unknowns.
-    pub places: Vec<usize>,
-    /// Columns, samples x places.
-    pub columns: DMatrix<f64>,
-    /// Torque, N m or N.
-    pub target: DVector<f64>,
-    /// Log and block of each row.
-    pub from: Vec<(usize, usize)>,
-    /// Rows in which friction holds the joint: they weigh nothing.
-    pub held: Vec<bool>,
-    /// Rows a second.
-    pub rate: f64,
 }
 
 /// Coefficients, and what is left.
@@ -162,45 +147,6 @@ impl Problem<'_> {
     }
 }
 
-impl Rows {
-    /// Torque that the unknowns leave, N m or N.
-    #[must_use]
-    pub fn residual(&self, x: &DVector<f64>) -> DVector<f64> {
-        let mut left = self.target.clone();
-        for (column, &place) in self.columns.column_iter().zip(&self.places) {
-            left.axpy(-x[place], &column, 1.0);
-        }
-        left
-    }
-}
-
-impl Rows {
-    /// 1 for every row, 0 where friction holds the joint.
-    #[must_use]
-    pub fn weights(&self) -> Vec<f64> {
-        self.held.iter().map(|held| if *held { 0.0 } else { 1.0 }).collect()
-    }
-
-    /// As [`Rows::residual`]; 0 where friction holds the joint.
-    #[must_use]
-    pub fn moving_residual(&self, x: &DVector<f64>) -> DVector<f64> {
-        self.residual(x).component_mul(&DVector::from_vec(self.weights()))
-    }
-
-    /// Robust deviation of the rows in which friction does not hold the joint.
-    #[must_use]
-    pub fn deviation(&self, left: &DVector<f64>) -> f64 {
-        let moving: Vec<f64> = left.iter().zip(&self.held).filter(|(_, held)| !**held).map(|(e, _)| *e).collect();
-        deviation(&moving)
-    }
-
-    /// Number of neighbouring rows of this residual that say as much as one independent row.
-    #[must_use]
-    pub fn runs(&self, left: &[f64]) -> f64 {
-        covariance::runs(left, self)
-    }
-}
-
 impl Fit {
     /// Root mean square of each joint's residual in blocks that were not fitted, N m or N.
     #[must_use]
@@ -250,20 +196,4 @@ impl Fit {
         }
         solve(&self.normal.matrix, &right)
     }
-
-    /// Covariance of the unknowns. Residuals behind a filter, and all that a model does not know, come in runs: their measured
-    /// autocorrelation is counted.
-    #[must_use]
-    pub fn covariance(&self) -> DMatrix<f64> {
-        covariance::covariance(self)
-    }
-}
-
-/// Robust deviation: 1.4826 times the median of magnitudes, and not less than half of the root mean square.
-pub(crate) fn deviation(x: &[f64]) -> f64 {
-    let mut sizes: Vec<f64> = x.iter().map(|x| x.abs()).collect();
-    sizes.sort_by(f64::total_cmp);
-    let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
-    let square = (x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64).sqrt();
-    (1.4826 * median).max(0.5 * square).max(1e-9)
 }

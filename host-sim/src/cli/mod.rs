@@ -19,14 +19,14 @@ pub mod report;
 pub mod run;
 pub mod sweep;
 
+mod interrupt;
 mod output;
 
 use clap::{ArgAction, CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
+use interrupt::stop_on_interrupt;
 use sim::failure::Failure;
 use sim::terminal;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use studies::trade::chip::EmulatedChip;
 
 /// Computed-torque control for robot arms of one to six joints: simulate it, fit it to your arm, put it on a board.
@@ -154,21 +154,4 @@ impl Command {
             }
         }
     }
-}
-
-/// Returns a flag that Ctrl-C sets. The loop checks it in every tick, and no tick waits longer than the chip's timeout.
-fn stop_on_interrupt() -> Arc<AtomicBool> {
-    terminal::stop_on_interrupt("end the run without a summary")
-}
-
-/// Returns a counter of Ctrl-C presses: the first press stops the operator's arm, the second ends the program.
-fn presses() -> Arc<AtomicU32> {
-    let presses = Arc::new(AtomicU32::new(0));
-    let count = Arc::clone(&presses);
-    if let Err(error) = ctrlc::set_handler(move || {
-        count.fetch_add(1, Ordering::Relaxed);
-    }) {
-        eprintln!("Ctrl-C will leave the arm to its heartbeat: {error}");
-    }
-    presses
 }

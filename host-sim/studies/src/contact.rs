@@ -9,8 +9,8 @@ use dynamics_core::{Dynamics, Inertia, Live, Scene, Term, Trig, Wrench};
 use nalgebra::Vector3;
 use robot_compiler::Robot;
 use serde::Serialize;
+use sim::run::numbers::engineering;
 use sim::run::record::JointLabel;
-use sim::run::summary::engineering;
 use sim::table::table;
 
 /// Known parts of the contact, N and N m.

@@ -7,9 +7,10 @@ use serde::Serialize;
 use sim::failure::Failure;
 use sim::plant::ledger::Ledger;
 use sim::plant::{Arm, State};
+use sim::run::numbers::engineering;
 use sim::run::record::Record;
 use sim::run::simulate::{self, Run};
-use sim::run::summary::{FaultEvent, engineering};
+use sim::run::summary::FaultEvent;
 use sim::table::table;
 use std::sync::atomic::AtomicBool;
 

@@ -1,16 +1,18 @@
 //! Motions worth recording: limits of a robot file, clearances, and the motion as a file.
 
 mod judge;
+mod motion;
 mod surroundings;
 
 pub use surroundings::Surroundings;
 
-use dynamics_core::control::trajectory::{Bounds, FourierSpec, HARMONICS_MAX, Motion, MotionError, Timing, Waypoint};
+use dynamics_core::control::trajectory::{FourierSpec, MotionError};
 use dynamics_core::{Model, Term};
 use identification::arm::Chain;
 use identification::base::Base;
 use identification::excite::{Room, Search, Series, Subject, excite, postures};
 use judge::Watched;
+use motion::{Point, fastest_ramp, quintic, rests, sweeps};
 use nalgebra::Vector3;
 use robot_compiler::SceneFile;
 use serde_json::{Value, json};
@@ -22,10 +24,6 @@ const MARGIN: f64 = 0.05;
 const TORQUE: f64 = 100.0;
 /// Speed limit of a joint that has none, rad/s or m/s.
 const SPEED: f64 = 1.0;
-/// Rest in a posture, s, and the time from one to the next.
-const REST: (f64, f64) = (1.5, 2.5);
-/// Steady speeds of the slow sweeps, as shares of the allowed speed.
-const SLOW: (f64, f64) = (0.05, 0.2);
 
 /// Kind of motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -176,41 +174,6 @@ fn room<const N: usize>(model: &Model<f64, N>, wishes: &Wishes) -> Result<Room, 
     })
 }
 
-/// A series as a motion, with ramps long enough for the limits: amplitudes of the sines and of the cosines, of each harmonic.
-fn fastest_ramp<const N: usize>(
-    model: &Model<f64, N>,
-    centre: &[f64],
-    period: f64,
-    periods: u32,
-    [sine, cosine]: [&[Vec<f64>]; 2],
-) -> Result<(Motion<f64, N>, FourierSpec<f64, N>), MotionError> {
-    let bounds = Bounds::from_limits(&model.links().map(|link| link.limits));
-    let harmonics = |list: &[Vec<f64>]| -> [[f64; N]; HARMONICS_MAX] {
-        core::array::from_fn(|k| core::array::from_fn(|i| list.get(k).map_or(0.0, |a| round(a[i]))))
-    };
-    let mut ramp = 0.15 * period;
-    loop {
-        let spec = FourierSpec {
-            centre: core::array::from_fn(|i| round(centre[i])),
-            sine: harmonics(sine),
-            cosine: harmonics(cosine),
-            period,
-            duration: f64::from(periods) * period + 2.0 * ramp,
-            ramp,
-        };
-        match Motion::fourier(&spec, &bounds) {
-            Ok(motion) => return Ok((motion, spec)),
-            Err(error) if ramp > 2.0 * period => return Err(error),
-            Err(_) => ramp *= 1.4,
-        }
-    }
-}
-
-/// Five places: a hundredth of a milliradian.
-fn round(x: f64) -> f64 {
-    (x * 1e5).round() / 1e5
-}
-
 fn list(numbers: &[f64]) -> String {
     let texts: Vec<String> = numbers.iter().map(|x| format!("{x:.5}")).collect();
     format!("[{}]", texts.join(", "))
@@ -255,17 +218,6 @@ fn file<const N: usize>(base: &Base, wishes: &Wishes, series: &Series, spec: &Fo
     Designed { line, toml, json }
 }
 
-/// A point of a quintic: position, duration of the way there, rest, s.
-type Point = (Vec<f64>, f64, f64);
-
-/// Quintics through points as a motion.
-fn quintic<const N: usize>(points: &[Point]) -> Result<Motion<f64, N>, MotionError> {
-    let way: Vec<Waypoint<f64, N>> =
-        points.iter().map(|(q, _, dwell)| Waypoint { q: core::array::from_fn(|i| q[i]), dwell: *dwell }).collect();
-    let durations: Vec<f64> = points.iter().skip(1).map(|(_, duration, _)| *duration).collect();
-    Motion::quintic(&way, Timing::Durations(&durations), &Bounds::none())
-}
-
 /// Quintics through points as a file.
 fn through(line: &str, points: &[Point]) -> Designed {
     let point = |(index, (q, duration, dwell)): (usize, &Point)| {
@@ -278,50 +230,4 @@ fn through(line: &str, points: &[Point]) -> Designed {
     let line = format!("{line}, {total:.1} s.");
     let toml = format!("# {line}\n[motion]\nkind = \"quintic\"\npoints = [\n{}]\n", rows.concat());
     Designed { json: json!({ "duration": total, "points": points.len() }), line, toml }
-}
-
-/// There and back between the ends at two steady speeds: a quintic passes evenly spaced points at their mean speed. `share_of_range` is
-/// that of the free range.
-fn sweeps(room: &Room, share_of_range: f64) -> Vec<Point> {
-    const WAY: [(f64, bool); 14] = [
-        (0.0, false),
-        (0.5, false),
-        (1.0, false),
-        (0.333, false),
-        (-0.333, false),
-        (-1.0, false),
-        (-0.333, true),
-        (0.333, true),
-        (1.0, true),
-        (0.333, true),
-        (-0.333, true),
-        (-1.0, true),
-        (-0.5, false),
-        (0.0, false),
-    ];
-    let swing: Vec<f64> =
-        room.centre.iter().zip(&room.position).map(|(q, (lo, hi))| share_of_range * (q - lo).min(hi - q)).collect();
-    let mut before = 0.0;
-    WAY.iter()
-        .map(|&(place, fast)| {
-            let share = if fast { SLOW.1 } else { SLOW.0 };
-            let needs = |(a, v): (&f64, &f64)| a * (place - before).abs() / (share * v);
-            let duration = swing.iter().zip(&room.velocity).map(needs).fold(0.1, f64::max);
-            before = place;
-            (room.centre.iter().zip(&swing).map(|(q, a)| round(q + a * place)).collect(), milliseconds(duration), 0.0)
-        })
-        .collect()
-}
-
-/// A time as the file has it, s.
-fn milliseconds(time: f64) -> f64 {
-    (time * 1e3).ceil() / 1e3
-}
-
-/// Postures with rests; the first is the last.
-fn rests(found: &[Vec<f64>]) -> Vec<Point> {
-    let rounded = |q: &Vec<f64>| q.iter().map(|q| round(*q)).collect();
-    let mut points: Vec<Point> = found.iter().map(|q| (rounded(q), REST.1, REST.0)).collect();
-    points.extend(found.first().map(|q| (rounded(q), REST.1, 0.0)));
-    points
 }

@@ -6,8 +6,8 @@ use nalgebra::SVector;
 use robot_compiler::SceneFile;
 use serde::{Deserialize, Serialize};
 use sim::failure::Failure;
+use sim::run::numbers::engineering;
 use sim::run::simulate;
-use sim::run::summary::engineering;
 use sim::table::table;
 use std::io::BufRead;
 

@@ -8,8 +8,10 @@
 //! | [`mod@test_motions`] | the motions on which every choice is measured |
 //! | [`measure`] | torque error against a computation in 31 digits, tracking error of the closed loop |
 //! | `store` | measurements of earlier calls |
+//! | `points` | the choices with their measurements |
 //! | [`mod@pareto_front`] | the choices on the Pareto front |
-//! | [`mod@drive_step`] | steps of the drives' frames, beside the errors of a choice |
+//! | [`mod@drive_step`] | steps of the drives' frames |
+//! | `drive_comparison` | the same, beside the errors of a choice |
 //! | [`simulator`] | errors of an integrator and its step |
 //! | [`request`] | requirements on a choice, and the cheapest choice that meets them |
 //! | [`chip`] | costs on the chip: of the controller, of the whole interrupt, and its share of the processor |
@@ -21,11 +23,13 @@
 pub mod baseline;
 pub mod chip;
 pub mod choice;
+mod drive_comparison;
 pub mod drive_step;
 mod files;
 pub mod measure;
 mod page;
 pub mod pareto_front;
+mod points;
 pub mod product;
 pub mod report;
 pub mod request;
@@ -34,73 +38,21 @@ mod store;
 pub mod test_motions;
 
 use baseline::Baseline;
-use chip::{Chip, Cost, Load, Surroundings};
-use choice::{Choice, Named};
-use drive_step::{DriveStep, drive_steps};
+use chip::{Chip, Cost, Surroundings};
+use choice::Choice;
+use drive_step::drive_steps;
 use indicatif::ProgressBar;
 use measure::{Exact, OnMotion, on_motion};
+pub use points::{Point, Trade};
 use robot_compiler::{SceneFile, with_dof};
-use serde::Serialize;
 use sim::failure::{Failure, in_file};
 use sim::parallel::try_in_parallel;
-use simulator::MethodReport;
 use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use store::{Store, digest, of_this_program};
-use test_motions::{TestMotion, TestMotionReport, test_motions};
-
-/// A choice and its measurements.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Point {
-    /// The choice, by the names of the command line.
-    pub choice: Named,
-    /// Command that repeats the measurement of this point.
-    pub command: String,
-    /// Cost of the controller on the chip.
-    pub cost: Cost,
-    /// Cost of the whole interrupt on the chip, and its share of the processor.
-    pub interrupt: Load,
-    /// Errors on each test motion.
-    pub courses: Vec<OnMotion>,
-    /// Greatest torque error over its joint's limit on any test motion; `None` if the controller braked.
-    pub torque_of_limit: Option<f64>,
-    /// Greatest tracking error of any joint on any test motion, rad or m; `None` if a loop ended early.
-    pub tracking: Option<f64>,
-    /// On the Pareto front of cycles and torque error: no other point takes fewer cycles with a smaller torque error.
-    pub on_torque_front: bool,
-    /// On the Pareto front of cycles and tracking error: no other point takes fewer cycles with a smaller tracking
-    /// error.
-    pub on_tracking_front: bool,
-    /// The choice of accuracy itself.
-    #[serde(skip)]
-    pub chosen: Choice,
-}
-
-/// A trade-off.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Trade {
-    /// Name of the scene.
-    pub scene: String,
-    /// Name of the robot.
-    pub robot: String,
-    /// Names of the joints.
-    pub joints: Vec<String>,
-    /// Steps of the drives' frames, joint by joint; empty where the drives take no frames.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub drives: Vec<DriveStep>,
-    /// The test motions.
-    pub courses: Vec<TestMotionReport>,
-    /// The choice in the scene's own file.
-    pub own: Named,
-    /// Cost of the interrupt around the controller, the same for every choice.
-    pub surroundings: Surroundings,
-    /// Every choice, sorted by cycles, the fewest first.
-    pub points: Vec<Point>,
-    /// Integrators of the simulated arm and their steps.
-    pub simulator: Vec<MethodReport>,
-}
+use test_motions::{TestMotion, test_motions};
 
 /// Working environment of a trade-off.
 pub struct Workshop<'a> {

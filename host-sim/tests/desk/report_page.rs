@@ -4,9 +4,9 @@ use crate::browser::{Browser, FLAT, WEBGL};
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
 use serde_json::{Value, json};
+use sim::run::numbers::engineering;
 use sim::run::report::{SUMMARY, page};
 use sim::run::simulate::{self, Run};
-use sim::run::summary::engineering;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 

@@ -15,5 +15,6 @@
 
 pub mod bus;
 pub mod encoder;
+pub mod frame;
 pub mod mit;
 pub mod wire;

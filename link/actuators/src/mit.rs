@@ -3,7 +3,7 @@
 //! Field layout and special frames after B. Katz, `CAN_com.cpp` of the mini-cheetah motor controller, with its arithmetic:
 //! `float_to_uint` cuts off, `uint_to_float` is `code span / (2^bits - 1) + min`.
 
-use crate::bus::{Frame, Order};
+use crate::frame::{Frame, Order};
 
 /// Identifier of a Damiao's requests about registers.
 const REGISTERS: u32 = 0x7ff;

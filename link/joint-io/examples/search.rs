@@ -8,8 +8,7 @@ mod checker;
 
 use actuator_model::mit::Language::{self, Damiao, MiniCheetah, RobStride};
 use checker::explorer::{Bounds, explore};
-use checker::scene::Setup;
-use checker::state::Kinds;
+use checker::scene::{Kinds, Setup};
 use dynamics_core::drive;
 use dynamics_core::safety::SafeAction::{self, Brake, DampedStop};
 use std::process::ExitCode;

@@ -47,6 +47,7 @@
 //! A frame carries no number, so an actuator that always answers one tick late looks punctual after its first miss,
 //! which is counted. Its delay is bounded by the bus: its reply must come before its next one.
 
+use crate::can_bus::CanBus;
 use crate::frames::{Frames, Packet, Setting};
 use crate::mit::{Reply, Setpoint};
 use crate::queued::OUT;
@@ -56,8 +57,7 @@ use core::marker::PhantomData;
 use dynamics_core::control::{Sensed, Spring};
 use dynamics_core::drive::{MitDrive, Range};
 use dynamics_core::safety::SafeAction;
-use embedded_can::nb::Can;
-use embedded_can::{ErrorKind, Frame, Id};
+use embedded_can::{Frame, Id};
 use embedded_hal::digital::OutputPin;
 use session::readings::{JointFaults, Readings};
 
@@ -91,83 +91,6 @@ pub const TIMEOUT_TRIES: u8 = 12;
 
 /// Ticks in which errors of drives are cleared after [`JointIo::clear`].
 const CLEARING: u8 = 8;
-
-/// Functions of a bus that the schedule needs, beside sending and receiving.
-pub trait CanBus: Can {
-    /// True if the controller has left the bus after too many errors. Bringing it back is the board's work (a bxCAN does it
-    /// by itself once told to).
-    fn is_off(&mut self) -> bool;
-
-    /// Abandon all unsent frames: a torque of the tick before must not go out after this tick's.
-    fn abandon(&mut self);
-
-    /// The controller's interrupt. Nothing to do where it holds all frames of a tick.
-    fn interrupt(&mut self) {}
-
-    /// Identifier of the next frame that was taken by [`Can::transmit`] and will never be sent. At most [`crate::queued::OUT`] of them wait.
-    fn dropped(&mut self) -> Option<Id> {
-        None
-    }
-}
-
-/// A bus that a board does not have: it takes no frame, and none comes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct NoBus;
-
-/// A frame that cannot be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NoFrame {}
-
-impl Frame for NoFrame {
-    fn new(_: impl Into<Id>, _: &[u8]) -> Option<Self> {
-        None
-    }
-
-    fn new_remote(_: impl Into<Id>, _: usize) -> Option<Self> {
-        None
-    }
-
-    fn is_extended(&self) -> bool {
-        match *self {}
-    }
-
-    fn is_remote_frame(&self) -> bool {
-        match *self {}
-    }
-
-    fn id(&self) -> Id {
-        match *self {}
-    }
-
-    fn dlc(&self) -> usize {
-        match *self {}
-    }
-
-    fn data(&self) -> &[u8] {
-        match *self {}
-    }
-}
-
-impl Can for NoBus {
-    type Frame = NoFrame;
-    type Error = ErrorKind;
-
-    fn transmit(&mut self, frame: &NoFrame) -> nb::Result<Option<NoFrame>, ErrorKind> {
-        match *frame {}
-    }
-
-    fn receive(&mut self) -> nb::Result<NoFrame, ErrorKind> {
-        Err(nb::Error::WouldBlock)
-    }
-}
-
-impl CanBus for NoBus {
-    fn is_off(&mut self) -> bool {
-        false
-    }
-
-    fn abandon(&mut self) {}
-}
 
 /// Errors of a joint's frames; every count wraps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -308,7 +231,7 @@ enum Order {
     Off,
 }
 
-/// The joints behind up to three buses, whose drives understand the frames `F`. A bus that is not there is [`NoBus`].
+/// The joints behind up to three buses, whose drives understand the frames `F`. A bus that is not there is [`NoBus`](crate::can_bus::NoBus).
 #[derive(Clone)]
 pub struct CanJoints<F, A, B, C, P, const N: usize> {
     frames: PhantomData<F>,

@@ -23,8 +23,8 @@
 //! nothing for so long leaves the enabled state with error 0xD. (Registers: i2rt, `set_timeout.py`, whose 8000 are 400 ms, the maker's setting
 //! for YAM; almond-bot/axol, `motor/config.py`: "the register counts 50 us ticks".)
 
-use crate::frames::{Frames, Packet, Setting};
-use crate::mit::{Reply, Setpoint, to};
+use crate::frames::{Frames, Packet, Setting, to};
+use crate::mit::{Reply, Setpoint};
 use dynamics_core::drive::{Damiao, MiniCheetah, MitDrive};
 use embedded_can::{Id, StandardId};
 

@@ -3,7 +3,7 @@
 use crate::bus_time::Identifier;
 use crate::mit::{Reply, Setpoint};
 use dynamics_core::drive::MitDrive;
-use embedded_can::Id;
+use embedded_can::{Id, StandardId};
 
 /// A command: its identifier and its eight bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,4 +74,9 @@ pub trait Frames {
 
     /// The drive's own words for an error of [`Reply::error`], for a person.
     fn words(error: u8) -> &'static str;
+}
+
+/// A command with the identifier of the drive; a byte is always a standard identifier.
+pub(crate) fn to(drive: &MitDrive, data: [u8; 8]) -> Packet {
+    Packet { id: StandardId::new(u16::from(drive.id)).unwrap_or(StandardId::MAX).into(), data }
 }

@@ -4,8 +4,10 @@
 //! | module | holds |
 //! |---|---|
 //! | [`frames`] | what an actuator on CAN is told and says, whatever its maker |
-//! | [`mit`], [`damiao`], [`robstride`] | the frames of three kinds of actuators |
+//! | [`mit`] | commands and replies of MIT-mode actuators, packed |
+//! | [`mini_cheetah`], [`damiao`], [`robstride`] | the frames of three kinds of actuators |
 //! | [`bus_time`] | how long frames take on a CAN bus, and how fast a schedule can be; the core's |
+//! | [`can_bus`] | a CAN bus, as a schedule of commands needs it |
 //! | [`can`] | actuators on up to three CAN buses: the schedule of commands, and the checks on replies |
 //! | [`queued`] | queues beside a controller that holds fewer frames than a tick has |
 //! | [`as5047p`] | the magnetic encoder: its words, its errors, its turns |
@@ -19,8 +21,10 @@
 
 pub mod as5047p;
 pub mod can;
+pub mod can_bus;
 pub mod damiao;
 pub mod frames;
+pub mod mini_cheetah;
 pub mod mit;
 pub mod pwm;
 pub mod queued;

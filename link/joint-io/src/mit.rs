@@ -1,4 +1,4 @@
-//! Frames of MIT-mode actuators, as the mini-cheetah's motor controller has them.
+//! Commands to MIT-mode actuators and their replies, packed as the mini-cheetah's motor controller does.
 //!
 //! A command is eight bytes, a reply six or more, all fields unsigned, most significant bits first:
 //!
@@ -17,9 +17,7 @@
 //! The actuator gives `kp (position - p) + kd (velocity - v) + torque`. We drive with `kp = kd = 0`: the torque is the
 //! controller's; a damped stop is `kd` alone. Under the law `split` the spring and the damper are the actuator's. (B. Katz, `CAN_com.cpp` of the mini-cheetah motor controller.)
 
-use crate::frames::{Frames, Packet};
-use dynamics_core::drive::{MiniCheetah, MitDrive, MitRanges, Range};
-use embedded_can::{Id, StandardId};
+use dynamics_core::drive::{MitDrive, MitRanges, Range};
 
 /// Bits of a position.
 pub const POSITION_BITS: u32 = 16;
@@ -140,42 +138,5 @@ impl Reply {
             error: 0,
             off: false,
         }
-    }
-}
-
-/// A command with the identifier of the drive; a byte is always a standard identifier.
-pub(crate) fn to(drive: &MitDrive, data: [u8; 8]) -> Packet {
-    Packet { id: StandardId::new(u16::from(drive.id)).unwrap_or(StandardId::MAX).into(), data }
-}
-
-impl Frames for MiniCheetah {
-    const REPORTS_STATE: bool = false;
-
-    fn command(drive: &MitDrive, setpoint: &Setpoint) -> Option<Packet> {
-        Some(to(drive, setpoint.pack(&drive.ranges)?))
-    }
-
-    fn enter(drive: &MitDrive) -> Packet {
-        to(drive, ENTER)
-    }
-
-    fn exit(drive: &MitDrive) -> Packet {
-        to(drive, EXIT)
-    }
-
-    fn clear(_: &MitDrive) -> Option<Packet> {
-        None
-    }
-
-    fn answers(drive: &MitDrive, id: Id) -> bool {
-        matches!(id, Id::Standard(id) if id.as_raw() == drive.reply_id)
-    }
-
-    fn reply(drive: &MitDrive, _: Id, data: &[u8]) -> Option<Reply> {
-        Reply::unpack(data, drive)
-    }
-
-    fn words(error: u8) -> &'static str {
-        if error == 0 { "no error" } else { "an error of its own: see its manual" }
     }
 }

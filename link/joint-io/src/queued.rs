@@ -12,7 +12,7 @@
 //! | `abandon` | emptied, with the controller's own | |
 //! | `dropped` | identifiers of frames that were taken and not sent: refused or pushed out by the controller, or abandoned in the queue | |
 
-use crate::can::CanBus;
+use crate::can_bus::CanBus;
 use embedded_can::nb::Can;
 use embedded_can::{Frame as _, Id};
 use heapless::Deque;

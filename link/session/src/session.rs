@@ -1,20 +1,22 @@
 //! The state machine between frames and ticks: its parts, its states, and the effect of a hello.
 
 mod change;
+mod outcome;
 mod receive;
 mod requests;
 mod say;
 mod tick;
+mod waiting;
 
 pub use change::JUMP;
-pub use receive::{Message, Outcome, Reaction};
+pub use outcome::{Outcome, Reaction};
+pub use receive::Message;
 pub use tick::Drives;
 
 use crate::black_box::{Beside, BlackBox, Record};
 use crate::readings::{Lines, Readings};
 use crate::supervisor::Supervisor;
 use crate::trajectory::Trajectory;
-use change::{Change, Changed};
 use core::borrow::BorrowMut;
 use core::fmt::Debug;
 use dynamics_core::control::{
@@ -28,6 +30,7 @@ use dynamics_core::trig::Trig;
 use heapless::Deque;
 use link::{Frame, Hello, Pacing, Parts, Refusal, Trouble, Watch};
 use requests::Requests;
+use waiting::{Change, Changed};
 
 /// State of the session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,8 +3,9 @@
 //! A packet outside of the session is cheap: it is read, counted and dropped, and one answer is owed to all of them, which the board sends when
 //! its line has room. So nobody on the wire can keep the board from reading what its host says.
 
-use crate::codec::{Codec, Packet, Received};
+use crate::codec::{Codec, Received};
 use crate::frame::{Challenge, Frame, Hello, NonceSource, Refusal, Trust};
+use crate::packet::Packet;
 use crate::seal::{KEY_BYTES, Key, Nonce, Proof, Side, Transcript};
 use crate::{DecodeError, Pacing};
 

@@ -1,8 +1,9 @@
 //! The host's side.
 
 use crate::DecodeError;
-use crate::codec::{Codec, FrameTooLong, Packet, Received};
+use crate::codec::{Codec, FrameTooLong, Received};
 use crate::frame::{Challenge, Frame, Refusal, Trust};
+use crate::packet::Packet;
 use crate::seal::{Key, Nonce, SealKey, Side, Transcript};
 use core::fmt;
 

@@ -17,66 +17,24 @@
 //! | `registers` | which value lies in which register, by Belady's rule |
 //! | `encoding` | the bytes of an instruction |
 //! | `frame` | inputs, numbers, values without a register, and outputs |
+//! | `instructions` | the sets of instructions that a processor may have |
 //! | `code` | memory that holds the bytes, and the one call into it |
 //! | `vectors` | the compiler's code for the same instructions |
 
 mod code;
 mod encoding;
 mod frame;
+mod instructions;
 mod registers;
 mod vectors;
 
 use code::Code;
 use frame::Frame;
+pub use instructions::{Instructions, LANES};
 use registers::allocate;
 use robot_compiler::kernel::Program;
 use std::sync::Arc;
 pub use vectors::Work;
-
-/// States side by side.
-pub const LANES: usize = 8;
-
-/// Instructions of x86-64 that a processor may have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Instructions {
-    /// Vectors of four, sixteen registers.
-    Avx,
-    /// Vectors of eight, thirty-two registers.
-    Avx512,
-}
-
-impl Instructions {
-    /// Every set, the widest first.
-    pub const ALL: [Self; 2] = [Self::Avx512, Self::Avx];
-
-    /// Vectors that all lanes take.
-    const fn vectors(self) -> usize {
-        match self {
-            Self::Avx => 2,
-            Self::Avx512 => 1,
-        }
-    }
-
-    /// Vector registers.
-    const fn registers(self) -> u8 {
-        match self {
-            Self::Avx => 16,
-            Self::Avx512 => 32,
-        }
-    }
-
-    /// True if this processor has them.
-    #[must_use]
-    pub fn are_here(self) -> bool {
-        #[cfg(target_arch = "x86_64")]
-        return match self {
-            Self::Avx => std::arch::is_x86_feature_detected!("avx"),
-            Self::Avx512 => std::arch::is_x86_feature_detected!("avx512f"),
-        };
-        #[cfg(not(target_arch = "x86_64"))]
-        false
-    }
-}
 
 /// A program that is ready to run on several states at once, with the memory that it runs in.
 ///

@@ -1,9 +1,10 @@
 //! Continuous torque of the motors, and the pose in which the arm carries itself.
 
 use super::amount::{Units, amount, names, percent};
-use super::{Finding, JointLoad, Rule, Severity, on_stop_distance};
+use super::{Finding, JointLoad, Rule, Severity};
 use crate::describe::draft::{Draft, JointPlaces};
 use crate::describe::robot::RobotJoint;
+use dynamics_core::JointKind;
 
 pub(super) fn findings(draft: &Draft, loads: Option<&[JointLoad]>) -> Vec<Finding> {
     let mut found: Vec<Finding> = [no_rating(draft), no_time_constant(draft)].into_iter().flatten().collect();
@@ -13,6 +14,15 @@ pub(super) fn findings(draft: &Draft, loads: Option<&[JointLoad]>) -> Vec<Findin
         found.extend(sinks(draft, index, joint, places, load));
     }
     found
+}
+
+/// Distance from a limit, rad or m, within which a joint that gravity presses against it counts as lying on its stop: it falls no farther.
+#[must_use]
+pub const fn on_stop_distance(kind: JointKind) -> f64 {
+    match kind {
+        JointKind::Revolute => 0.05,
+        JointKind::Prismatic => 0.005,
+    }
 }
 
 /// Joints with a drive.

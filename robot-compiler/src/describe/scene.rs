@@ -19,6 +19,7 @@ mod control;
 mod default;
 mod drives;
 mod lists;
+mod lowering;
 mod model;
 mod motion;
 mod names;
@@ -31,12 +32,13 @@ pub use control::{
 };
 pub(crate) use drives::UNREAD_MAX;
 pub use lists::joints;
+pub use lowering::axis_to_tip;
 pub use model::{AutoTerms, ModelSpec, ModelTerm};
 pub use motion::{MotionSpec, ViaPoint};
 pub use plant::{
     ActuatorSpec, DriveFailure, ElasticitySpec, FailureKind, Integrator, PlantSpec, Push, Ripple, SensorSpec, Side,
 };
-pub use safety::{FIRST_MOTION, SafetySpec, axis_to_tip};
+pub use safety::{FIRST_MOTION, SafetySpec};
 
 /// A scene: an arm, the loads on it, its controller, its motion, and the simulated world.
 ///

@@ -1,6 +1,7 @@
 //! An arm as a URDF, which viewers, simulators and [`Robot::from_urdf_str`](crate::Robot::from_urdf_str) read.
 
 mod shapes;
+mod text;
 mod tree;
 
 use super::angles::roll_pitch_yaw;
@@ -9,6 +10,7 @@ use crate::describe::robot::{Robot, RobotJoint};
 use dynamics_core::model::Placement;
 use dynamics_core::{Body, JointKind, Limits, Rotor};
 use std::fmt::Write as _;
+use text::{escaped, number, numbers};
 pub use tree::{LinkTree, TreeJoint};
 
 /// XML text of an arm.
@@ -178,18 +180,4 @@ fn transmission(joint: &str, rotor: &Rotor) -> String {
 fn origin(place: &Placement<f64>) -> String {
     let angles = roll_pitch_yaw(&place.rotation);
     format!("<origin xyz=\"{}\" rpy=\"{}\"/>", numbers(place.translation.as_slice()), numbers(&angles))
-}
-
-/// The shortest decimals that read back as the same numbers; no negative zero.
-fn numbers(numbers: &[f64]) -> String {
-    numbers.iter().map(|x| number(*x)).collect::<Vec<_>>().join(" ")
-}
-
-fn number(x: f64) -> String {
-    format!("{:?}", x + 0.0)
-}
-
-/// Text of an attribute in double quotes.
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -19,8 +19,6 @@ pub use template::{Drawn, Template};
 
 /// Most runs of a study.
 const RUNS_MAX: u64 = 1_000_000_000_000;
-/// Most keys that vary: those that the Sobol sequence has directions for.
-const VARY_MAX: usize = 32;
 /// Most figures of a run.
 const METRICS_MAX: usize = 64;
 

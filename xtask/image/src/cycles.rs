@@ -12,6 +12,7 @@
 //! | [`timing`] | every number, with its source, and the three readings of the manuals |
 //! | [`Memory`] | flash with its two caches and its prefetch, or SRAM |
 //! | [`Estimator`] | an [`Estimate`] for each run, from the pipeline: hazards, the float unit, branches |
+//! | [`emulator`] | the emulator, started and ended, and the lines of its log |
 //! | [`trace`] | the emulator, an instruction at a time, between addresses |
 //! | [`steps`] | the same of a whole program, which may be running in an emulator already |
 //! | [`calls`] | an estimate of each call of functions, in a program that counts them |
@@ -20,6 +21,7 @@
 //! interrupts and no DMA.
 
 mod calls;
+pub mod emulator;
 mod estimator;
 mod memory;
 mod pipeline;
@@ -28,5 +30,6 @@ pub mod timing;
 pub mod trace;
 
 pub use calls::calls;
-pub use estimator::{Estimate, Estimator, Range, Stalls};
+pub use estimator::{Estimate, Estimator, Range};
 pub use memory::{Memory, Placement};
+pub use pipeline::Stalls;

@@ -14,13 +14,6 @@ pub use class::Class;
 pub use instruction::{Effect, Instruction, Place};
 pub use registers::Registers;
 
-/// The stack pointer.
-const SP: u16 = 13;
-/// The link register.
-const LR: u16 = 14;
-/// The program counter.
-const PC: u16 = 15;
-
 /// Bytes of the instruction whose first half is given.
 pub(crate) const fn width(first: u16) -> u32 {
     // 11101, 11110 and 11111 begin an instruction of two halves.
@@ -30,11 +23,4 @@ pub(crate) const fn width(first: u16) -> u32 {
 /// The instruction whose first half is given; a wide one needs the second half too.
 pub(crate) fn decode(address: u32, first: u16, second: Option<u16>) -> Option<Instruction> {
     if width(first) == 2 { narrow::decode(address, first) } else { wide::decode(address, first, second?) }
-}
-
-/// The target of a jump relative to the program counter, which is 4 ahead; `bits` is the offset's width, including the sign
-/// bit.
-fn goal(address: u32, offset: u32, bits: u32) -> Effect {
-    let signed = (offset << (32 - bits)) as i32 >> (32 - bits);
-    Effect::Jump(address.wrapping_add(4).wrapping_add_signed(signed))
 }

@@ -1,8 +1,9 @@
 //! `cargo xtask bench --arms`: arms that people own, with their drives simulated, beside ideal drives and beside what their makers run.
 
-use super::{Table, write_into};
 use crate::budget::variant;
+use crate::measured::write_into;
 use crate::process::{cargo_run, target_directory};
+use crate::table::Table;
 use anyhow::{Context as _, Result, ensure};
 use serde_json::Value;
 use std::path::Path;

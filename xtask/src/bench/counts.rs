@@ -1,7 +1,7 @@
 //! Instructions on the desk, counted by callgrind through gungraun.
 
 use super::baseline::Counts;
-use super::from_json;
+use super::json::from_json;
 use crate::process::{run, target_directory};
 use crate::workspace::Workspace;
 use anyhow::{Context as _, Result, bail};

@@ -2,7 +2,9 @@
 
 use super::chip::{self, Counted};
 use super::disassembly;
-use super::report::{ARMS, LEVELS, Table, thousands, write_into};
+use super::report::{ARMS, LEVELS};
+use crate::measured::write_into;
+use crate::table::{Table, thousands};
 use anyhow::{Context as _, Result, ensure};
 use chip_image::cycles::{Estimate, Memory, Placement, calls, timing};
 use std::ops::Range;

@@ -1,6 +1,6 @@
 //! Times on the desk, measured by criterion, and the kernel compiler's own.
 
-use super::from_json;
+use super::json::from_json;
 use crate::process::{output, run, target_directory};
 use crate::workspace::Workspace;
 use anyhow::{Context as _, Result};

@@ -7,8 +7,8 @@
 mod port;
 mod report;
 
-use super::{Table, thousands};
 use crate::qemu;
+use crate::table::{Table, thousands};
 use crate::toolchain::{self, Toolchain};
 use anyhow::{Context as _, Result, bail, ensure};
 use chip_image::Program;

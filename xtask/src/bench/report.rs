@@ -3,10 +3,10 @@
 use super::baseline;
 use super::chip::{Counted, Row};
 use super::desk::Times;
-use crate::measured;
-use crate::process::{output, root};
+use crate::measured::write_into;
+use crate::process::output;
+use crate::table::{Table, thousands};
 use anyhow::{Context as _, Result};
-use robot_compiler::emit::page::Page;
 use std::collections::BTreeMap;
 use std::process::Command;
 
@@ -39,33 +39,6 @@ pub(crate) fn write(tables: &[(&str, String)]) -> Result<()> {
     write_into("docs/measured/kernels.md", tables)
 }
 
-/// Put tables into a document, each by the name of its markers.
-pub(crate) fn write_into(document: &str, tables: &[(&str, String)]) -> Result<()> {
-    let places: Vec<_> = tables.iter().map(|(name, _)| *name).collect();
-    let mut page = Page::read(root().join(document), &places)?;
-    for (name, table) in tables {
-        println!("{name}\n{table}");
-    }
-    measured::fill(&mut page, document, tables)?;
-    page.write()?;
-    println!("written to {document}");
-    Ok(())
-}
-
-/// A table: the head, and rows of cells.
-pub(crate) struct Table(pub(crate) String);
-
-impl Table {
-    pub(crate) fn new(head: &[&str]) -> Self {
-        let line = |cells: Vec<&str>| format!("| {} |\n", cells.join(" | "));
-        Self(line(head.to_vec()) + &"|---".repeat(head.len()) + "|\n")
-    }
-
-    pub(crate) fn row(&mut self, cells: &[String]) {
-        self.0 += &format!("| {} |\n", cells.join(" | "));
-    }
-}
-
 /// One number, or two if the least and the most differ.
 fn instructions(row: &Row) -> String {
     if row.least == row.most {
@@ -73,19 +46,6 @@ fn instructions(row: &Row) -> String {
     } else {
         format!("{} to {}", thousands(row.least), thousands(row.most))
     }
-}
-
-/// `12,345`
-pub(crate) fn thousands(n: u64) -> String {
-    let digits = n.to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
 }
 
 fn difference(more: u64, less: u64) -> String {
@@ -326,16 +286,5 @@ impl Clock {
             table.row(&[level.clone(), format!("{ms:.1}")]);
         }
         table.0
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::thousands;
-
-    #[test]
-    fn thousands_are_set_apart() {
-        let all = [0, 12, 999, 1000, 12_345, 1_234_567].map(thousands);
-        assert_eq!(all, ["0", "12", "999", "1,000", "12,345", "1,234,567"]);
     }
 }

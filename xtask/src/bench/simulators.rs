@@ -3,29 +3,25 @@
 //! Ours is a whole loop: controller, sensors, record and figures of every tick. MuJoCo's is its step alone, in its own loop in C.
 
 mod errors;
+mod setup;
 
-use super::{Table, write_into};
-use crate::budget::variant;
+use crate::measured::write_into;
 use crate::process::{cargo_run, root, run as run_command, target_directory};
-use crate::setup;
+use crate::table::Table;
 use anyhow::{Context as _, Result, ensure};
 use serde_json::Value;
-use std::path::{Path, PathBuf};
+use setup::{SCENE, STEP, Settings, scene};
+use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-const SCENE: &str = "scenes/puma560_pick.toml";
 const ROBOT: &str = "robots/puma560.toml";
 
-/// Step that both take, s, and the scene's time, s.
-const STEP: f64 = 0.25e-3;
+/// Time of the scene, s.
 const DURATION: f64 = 2.1;
 
 /// Runs of a study from which the cost of one is taken: the difference of the two, so that what comes once does not count.
 const RUNS: [u32; 2] = [64, 320];
-
-/// Keys of a scene and their values.
-type Settings = &'static [(&'static str, &'static str)];
 
 /// A way to integrate: name, settings of the scene, MuJoCo's name.
 const METHODS: [(&str, Settings, Option<&str>); 5] = [
@@ -77,7 +73,7 @@ pub(super) fn run() -> Result<()> {
                 Some(_) => {
                     let finer = [("plant.step", "0.0625e-3")];
                     let finer =
-                        self::scene(&format!("{number}-{rubs}-finer"), &[settings, &friction, &finer].concat())?;
+                        setup::scene(&format!("{number}-{rubs}-finer"), &[settings, &friction, &finer].concat())?;
                     Some(3.0 * DURATION / (side_by_side(&finer, &folder, RUNS)? - whole))
                 }
             };
@@ -131,15 +127,10 @@ pub(super) fn run() -> Result<()> {
     )
 }
 
-/// The scene with settings, and the motion's own duration.
-fn scene(name: &str, settings: &[(&str, &str)]) -> Result<PathBuf> {
-    variant::write(Path::new(SCENE), &format!("simulators-{name}"), settings)
-}
-
 /// MuJoCo's times and errors.
 fn mujoco(folder: &Path, truth: &[errors::Truth; 2]) -> Result<Value> {
     let tools = root().join("bench/simulators");
-    let python = setup::python(&folder.join("venv"), &tools.join("requirements.txt"))?;
+    let python = crate::setup::python(&folder.join("venv"), &tools.join("requirements.txt"))?;
     let output = Command::new(python)
         .arg(tools.join("mujoco_steps.py"))
         .args([root().join(ROBOT), root().join(SCENE)])

@@ -2,10 +2,10 @@
 
 use super::bounds::Budget;
 use super::measure::chip_budget;
-use super::row::{Field, stem};
-use crate::bench::thousands;
+use super::row::{EMULATED, Field, stem};
 use crate::process::root;
 use crate::scene_keys::SceneKeys;
+use crate::table::thousands;
 use anyhow::{Context as _, Result, bail};
 use firmware_image::{BadInput, Board, flash};
 use serde_json::{Value, json};
@@ -76,9 +76,9 @@ struct Emulator {
 impl Emulator {
     fn of(budget: &Budget, scene: &str) -> Self {
         Self {
-            fewest: budget.fewest_instructions(scene, super::EMULATED),
-            instructions: budget.range(scene, super::EMULATED, Field::Instructions),
-            interrupt: budget.range(scene, super::EMULATED, Field::CyclesEstimate),
+            fewest: budget.fewest_instructions(scene, EMULATED),
+            instructions: budget.range(scene, EMULATED, Field::Instructions),
+            interrupt: budget.range(scene, EMULATED, Field::CyclesEstimate),
         }
     }
 }

@@ -1,15 +1,15 @@
 //! Costs of a firmware while it runs, measured by `chip-budget` in the emulator.
 
 use super::image::Image;
-use super::row::{Field, Row};
-use super::{EMULATED, build, variant};
+use super::row::{EMULATED, Field, Row};
+use super::variant;
 use crate::process::root;
 use crate::scene_keys::SceneKeys;
 use crate::trials;
 use anyhow::{Context as _, Result, bail};
 use firmware_image::{Board, Build};
 use serde_json::Value;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// Extent of the measurement.
@@ -172,6 +172,10 @@ fn numbers(said: &Value) -> Result<Vec<(Field, u64)>> {
         all.push((Field::CyclesEstimateSram, number("/kernel_in_sram/running/cycles/likely")?));
     }
     Ok(all)
+}
+
+fn build(scene: &Path, board: Board) -> Result<PathBuf> {
+    Build::of(scene, board).run()
 }
 
 /// Command that runs `chip-budget` for a scene.

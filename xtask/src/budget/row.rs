@@ -7,6 +7,9 @@ use firmware_image::Board;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+/// The board that is emulated.
+pub(crate) const EMULATED: Board = Board::Netduinoplus2;
+
 /// Measured numbers, in the order of the file of bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Field {

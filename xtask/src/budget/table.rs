@@ -2,7 +2,7 @@
 
 use super::measure::{Late, Runs, Way, Ways};
 use super::row::{Field, Row};
-use crate::bench::{Table, thousands};
+use crate::table::{Table, thousands};
 use anyhow::Result;
 use serde_json::{Value, json};
 

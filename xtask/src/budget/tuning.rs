@@ -2,8 +2,9 @@
 
 use super::image::Image;
 use super::measure::supervised_trace;
-use super::{EMULATED, variant};
-use crate::bench::{Table, thousands};
+use super::row::EMULATED;
+use super::variant;
+use crate::table::{Table, thousands};
 use anyhow::{Context as _, Result};
 use firmware_image::Build;
 use serde_json::Value;

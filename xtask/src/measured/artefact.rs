@@ -2,8 +2,8 @@
 
 use super::tokens;
 use crate::bench::kernels;
-use crate::budget::shipped;
 use crate::process::{cargo, root, target_directory};
+use crate::scenes::shipped;
 use anyhow::{Context as _, Result, bail, ensure};
 use firmware_image::Board;
 use robot_compiler::emit;

@@ -1,6 +1,6 @@
 //! Compiler runs: as many at a time as there are processors, and only after a change.
 
-use super::source;
+use super::harness::source;
 use anyhow::{Context as _, Result, anyhow, bail};
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -1,9 +1,10 @@
 //! Instructions of all contestants on the emulated chip, and the cycles that these are estimated to take.
 
 use super::build::{self, Job};
-use super::contestants::{CLANG, Family, GENERATORS, Ours, Task, generated};
+use super::contestants::{Family, GENERATORS, Ours, Task, generated};
 use super::desk::Torques;
-use super::{folder, source};
+use super::harness::{JOINTS, folder, source};
+use super::install::CLANG;
 use crate::process::{output, root};
 use crate::qemu;
 use anyhow::{Context as _, Result, bail, ensure};
@@ -172,7 +173,7 @@ impl Entry {
 /// The largest difference, relative to the largest torque of its state; infinite if a torque is missing or NaN.
 fn error(found: &[f64], wanted: &[Torques]) -> f64 {
     let mut error: f64 = if found.is_empty() { f64::INFINITY } else { 0.0 };
-    for (found, wanted) in found.chunks(super::JOINTS).zip(wanted) {
+    for (found, wanted) in found.chunks(JOINTS).zip(wanted) {
         let size = wanted.iter().fold(0.0, |size: f64, torque| size.max(torque.abs()));
         let differences = found.iter().zip(wanted).map(|(found, wanted)| (found - wanted).abs() / size);
         let number = |difference: f64| if difference.is_nan() { f64::INFINITY } else { difference };

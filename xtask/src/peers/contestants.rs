@@ -1,7 +1,8 @@
 //! Contestants, and how each is built.
 
 use super::build::{self, Job};
-use super::{ARMS, folder, install, source};
+use super::harness::{ARMS, folder, source};
+use super::install::{self, CLANG};
 use crate::process::{cargo, root, run, target_directory};
 use crate::toolchain::{self, Toolchain};
 use crate::workspace::Workspace;
@@ -74,8 +75,7 @@ pub(super) const GENERATED: [(Task, &str, &str); 4] = [
     (Task::Forward, "forward", "-DFORWARD"),
 ];
 
-/// Compiler and package: the newest clang of Debian's stable release, whose code is better than that of the release's own.
-pub(super) const CLANG: &str = "clang-19";
+/// The same for C++.
 const CLANG_CPP: &str = "clang++-19";
 
 /// Name of a build, C compiler, C++ compiler, options. Without `NDEBUG` Eigen and Pinocchio check their arguments in every call, which took

@@ -2,7 +2,7 @@
 
 use super::build::{self, Job};
 use super::contestants::{self, Family, Ours, Task};
-use super::{JOINTS, folder, source};
+use super::harness::{JOINTS, folder, source};
 use anyhow::{Context as _, Result, bail};
 use std::io::Write as _;
 use std::process::{Command, Stdio};

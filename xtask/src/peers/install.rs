@@ -1,12 +1,14 @@
 //! Installation of the missing peers.
 
-use super::contestants::CLANG;
-use super::{folder, source};
+use super::harness::{folder, source};
 use crate::process::{output, which};
 use anyhow::{Context as _, Result};
 use firmware_image::install;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+
+/// Compiler and package: the newest clang of Debian's stable release, whose code is better than that of the release's own.
+pub(super) const CLANG: &str = "clang-19";
 
 /// Installs Debian's packages and the virtual environment; returns its Python.
 pub(super) fn all() -> Result<PathBuf> {

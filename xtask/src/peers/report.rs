@@ -1,9 +1,11 @@
 //! Results: ratios, tables for people, JSON for programs.
 
+use super::arm::Measured;
 use super::chip::{Count, Cycles};
-use super::contestants::{CLANG, Family, GENERATORS, ORDINARY, Task, generated};
+use super::contestants::{Family, GENERATORS, ORDINARY, Task, generated};
 use super::desk::{Time, best};
-use super::{Measured, source};
+use super::harness::source;
+use super::install::CLANG;
 use crate::process::output;
 use anyhow::{Context as _, Result};
 use serde::Serialize;

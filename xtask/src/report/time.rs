@@ -1,7 +1,8 @@
 //! Cost of the report of a minute of motion, for `docs/measured/report.md`.
 
-use crate::bench::{Table, write_into};
+use crate::measured::write_into;
 use crate::process::{cargo_run, run as run_command, target_directory};
+use crate::table::Table;
 use anyhow::{Context as _, Result, ensure};
 use std::fs;
 use std::time::Instant;

@@ -1,6 +1,6 @@
 //! HyperQueue on this machine.
 
-use super::Work;
+use super::work::Work;
 use crate::process::{output, root, run, target_directory};
 use anyhow::{Context as _, Result, ensure};
 use firmware_image::install;

@@ -1,7 +1,7 @@
 //! A Slurm of one node, with daemons of its own that end with the task.
 
-use super::Work;
 use super::engines::{descendants, kill};
+use super::work::Work;
 use crate::process::{output, run as finish, which};
 use anyhow::{Context as _, Result, ensure};
 use firmware_image::install;

@@ -9,12 +9,15 @@
 //!
 //! | module | holds |
 //! |---|---|
+//! | `target` | the targets under test |
 //! | `case` | the faults and the states |
 //! | `injection` | one fault with its random parameters: its effect on readings, lines, frames and the arm |
 //! | `host` | the host's frames, and the link's faults on them |
 //! | `machine` | the machine under test: the session on the desk, or the chip with the desk beside it |
 //! | `frames` | the comparison of the frames of chip and desk in one tick |
 //! | [`judge`] | the safety check of each command, written from docs/safety.md, independent of the machine's code |
+//! | `outcome` | what comes of a run |
+//! | `stage` | the data that all runs of a scene share |
 //! | `run` | one run, from the first tick to the last |
 //! | `script` | what happens in every run, from a hello to the way back to torque |
 //! | [`drives`] | runs whose joints are drives on simulated buses, and the judge of their motion |
@@ -34,17 +37,23 @@ mod host;
 mod injection;
 pub mod judge;
 mod machine;
+mod outcome;
 mod page;
 mod random;
 mod report;
 mod run;
 mod script;
+mod stage;
+mod target;
 
 pub use case::{Case, FaultKind, Situation, Span};
 pub use judge::{Law, Unsafe};
 pub use machine::{Both, Desk, Machine, Said, Told, Trouble};
+pub use outcome::{Counterexample, Exemption, Finished, Motion, Number, Outcome};
 pub use report::{Cell, Report, Row};
-pub use run::{Counterexample, Exemption, Finished, Motion, Number, Outcome, Stage, run};
+pub use run::run;
+pub use stage::Stage;
+pub use target::Target;
 
 use board::chip::{Chip, build_firmware, hello};
 use drives::DrivesStage;
@@ -56,29 +65,6 @@ use sim::parallel::try_in_parallel;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
-
-/// The target under test.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Target {
-    /// The session on the desk; readings and lines are injected.
-    Desk,
-    /// The session and the drivers of the joints on the desk, with simulated drives on buses.
-    Drives,
-    /// The firmware in the emulated chip, with the desk beside it.
-    Qemu,
-}
-
-impl Target {
-    /// Its name on the command line.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Desk => "desk",
-            Self::Drives => "drives",
-            Self::Qemu => "qemu",
-        }
-    }
-}
 
 /// The runs of a campaign.
 #[derive(Clone, Debug)]
@@ -104,7 +90,7 @@ impl Campaign {
         let finished = self.finished(stop, progress)?.into_iter().map(|(_, finished)| finished).collect();
         progress.finish_and_clear();
         let scenes = self.scenes.iter().map(|scene| scene.name.clone()).collect();
-        Ok(Report::new(scenes, self, finished, start.elapsed()))
+        Ok(Report::new(scenes, (self.target, self.seed), finished, start.elapsed()))
     }
 
     /// As [`Campaign::report`]; every run with its number, scene by scene.

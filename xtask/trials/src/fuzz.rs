@@ -35,22 +35,11 @@ mod packets;
 pub mod robot_file;
 pub mod scene_file;
 pub mod session;
+mod target;
 pub mod urdf_file;
 
 pub use examples::found;
-
-/// A fuzz target.
-#[derive(Clone, Copy, Debug)]
-pub struct Target {
-    /// Name for `cargo fuzz run`.
-    pub name: &'static str,
-    /// Function that panics if a property does not hold.
-    pub check: fn(&[u8]),
-    /// Inputs to start with, most of them valid.
-    pub examples: fn() -> Vec<Vec<u8>>,
-    /// Words with a meaning in an input.
-    pub words: &'static [&'static str],
-}
+pub use target::Target;
 
 /// All fuzz targets.
 pub const TARGETS: [Target; 8] = [

@@ -16,16 +16,23 @@
 //! | [`drill_device`], [`on_wire`], [`simulated_board`] | its implementations; [`wire`] loses frames |
 //! | [`command`] | the commands that an operator types |
 //! | [`console`], `keys` | the source of the commands: a script, a pipe or a terminal; the stop key |
+//! | `reason` | the reasons why a command was not completed |
 //! | `converse` | the loop that executes them line by line |
+//! | `rejection` | the reason why a request had no effect |
 //! | `requests` | requests until their answers, and frames that were lost |
+//! | `moment` | the time of a stop |
 //! | `stop` | the stop key and the command `stop` |
 //! | `ending` | the end of torque: which joints sink, consent, parking |
 //! | `arm` | the parts that depend on the arm, and on the number of its joints |
+//! | `course` | a motion of an arm with any number of joints |
 //! | [`motion_queue`] | motions as points, waiting to be sent |
 //! | [`parameters`] | parameters by name: reading and changing them |
-//! | `first_motion` | limits of the first motion after homing, and what was seen so far |
+//! | `observed` | what was seen of the arm since homing |
+//! | `first_motion` | limits of the first motion after homing |
+//! | `heat` | heat of the motors, as last reported |
 //! | `motor_heat` | heat of the motors, asked for in the background |
 //! | `feel` | law, stiffness and payload of an armed arm, changed without a jump of torque |
+//! | `samples` | positions and torques of the last ticks |
 //! | `torque_check` | comparison of the drives' torque with the commanded torque |
 //! | `torque_cause` | the likely cause of a difference |
 //! | `weigh` | what the arm holds, from slow motions |
@@ -47,69 +54,46 @@ pub mod table;
 pub mod wire;
 
 mod arm;
+mod course;
 mod ending;
 mod feel;
 mod first_motion;
+mod heat;
 mod keys;
+mod moment;
 mod motor_heat;
 mod moves;
+mod observed;
+mod reason;
+mod rejection;
 mod requests;
+mod samples;
 mod session;
 mod stop;
 mod torque_cause;
 mod torque_check;
 mod weigh;
 
-use crate::chip::ChipError;
 use crate::session::frame_log::Head;
 use crate::session::states::{ARMED, DISARMING, FAULT, HOLDING, LOWERING, RUNNING};
 use ::session::trajectory::WAYS;
 use arm::Arm;
-use device::{Device, DeviceError};
+use device::{Device, DeviceError, SILENCE};
 use dynamics_core::Model;
+use heat::MotorHeat;
+pub use keys::Presses;
 use link::{Actuation, Answer, Frame, Lines, Pacing, Refusal, Status, Value, Verdict};
+use moment::Moment;
 use motion_queue::MotionQueue;
+use observed::FirstMotion;
+pub use reason::Stop;
 use report::{Report, Seen};
 use robot_compiler::SceneFile;
+use samples::{Sample, Samples};
 use sim::output::Output;
 use std::collections::VecDeque;
-use std::io;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Duration;
-use torque_check::{Sample, Samples};
-
-/// Timeout for an answer or a status of the board.
-pub const SILENCE: Duration = Duration::from_secs(2);
-
-/// Reason why a command was not completed.
-#[derive(Debug, thiserror::Error)]
-pub enum Stop {
-    /// The board can no longer be used.
-    #[error(transparent)]
-    Board(#[from] DeviceError),
-    /// The input is wrong or asks for something impossible.
-    #[error("{0}")]
-    Input(String),
-    /// Ctrl-C.
-    #[error("interrupted")]
-    Interrupted,
-    /// The stop key.
-    #[error("stopped")]
-    Pressed,
-    /// Standard output cannot be written.
-    #[error(transparent)]
-    Output(#[from] io::Error),
-}
-
-impl From<ChipError> for Stop {
-    fn from(error: ChipError) -> Self {
-        Self::Board(error.into())
-    }
-}
-
-/// Counter of Ctrl-C presses.
-pub type Presses = Arc<AtomicU32>;
 
 /// An operator at a board.
 pub struct Operator {
@@ -125,7 +109,7 @@ pub struct Operator {
     /// The stop key is being handled, and does not interrupt its own handling.
     deaf: bool,
     /// The last stop, and true if a stop came since the last motion began.
-    stopped_at: Option<stop::Moment>,
+    stopped_at: Option<Moment>,
     /// Text to be shown once the request has been sent.
     announcement: Option<&'static str>,
     stopped: bool,
@@ -178,8 +162,8 @@ pub struct Operator {
     samples: Samples,
     /// The torques of this arming have been judged.
     judged: bool,
-    first_motion: first_motion::FirstMotion,
-    heat: motor_heat::MotorHeat,
+    first_motion: FirstMotion,
+    heat: MotorHeat,
     /// Files of `dump` and `record`.
     outputs: Output,
 }
@@ -240,8 +224,8 @@ impl Operator {
             age_min: Vec::new(),
             samples: Samples::default(),
             judged: false,
-            first_motion: first_motion::FirstMotion::default(),
-            heat: motor_heat::MotorHeat::default(),
+            first_motion: FirstMotion::default(),
+            heat: MotorHeat::default(),
         })
     }
 

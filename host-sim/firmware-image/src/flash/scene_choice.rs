@@ -3,7 +3,7 @@
 use crate::bad_input::BadInput;
 use crate::board::Board;
 use crate::can_buses;
-use crate::process::root;
+use crate::process::{root, shown};
 use crate::scene_keys::SceneKeys;
 use anyhow::Result;
 use robot_compiler::SceneFile;
@@ -103,8 +103,7 @@ fn scene_of(robot: &Path, board: Board) -> Result<Choice, String> {
     toml_files(&folder, &mut files).map_err(|error| format!("{}: {error}", folder.display()))?;
     files.sort();
     let about: Vec<_> = files.into_iter().filter(|scene| names_robot(scene, &robot_there)).collect();
-    let named =
-        |scenes: &[PathBuf]| scenes.iter().map(|scene| format!("\n  {}", super::shown(scene))).collect::<String>();
+    let named = |scenes: &[PathBuf]| scenes.iter().map(|scene| format!("\n  {}", shown(scene))).collect::<String>();
     let (mut fitting, mut others) = (Vec::new(), Vec::new());
     for path in &about {
         match scene(path, board) {

@@ -9,11 +9,28 @@ const LAGS: usize = 60;
 /// Autocorrelation below which a run has ended.
 const ENDED: f64 = 0.03;
 
+impl Rows {
+    /// Number of neighbouring rows of this residual that say as much as one independent row.
+    #[must_use]
+    pub fn runs(&self, left: &[f64]) -> f64 {
+        runs(left, self)
+    }
+}
+
+impl Fit {
+    /// Covariance of the unknowns. Residuals behind a filter, and all that a model does not know, come in runs: their measured
+    /// autocorrelation is counted.
+    #[must_use]
+    pub fn covariance(&self) -> DMatrix<f64> {
+        covariance(self)
+    }
+}
+
 /// `H^-1 S H^-1`, with `S = sum_j sum_k gamma_j(k) (1 - k / K) sum_t a_t a_(t+k)^T`: Bartlett's weights on the autocovariance `gamma` of
 /// each joint's weighted residual (Newey and West 1987, with the residual independent of the columns).
 ///
 /// `gamma` is raised by the share of the independent residuals that the unknowns have used up.
-pub(super) fn covariance(fit: &Fit) -> DMatrix<f64> {
+fn covariance(fit: &Fit) -> DMatrix<f64> {
     let unknowns = fit.x.len();
     let mut spread = DMatrix::zeros(unknowns, unknowns);
     for ((rows, sigma), weights) in fit.rows.iter().zip(&fit.sigma).zip(&fit.weights) {
@@ -60,7 +77,7 @@ fn run_length(covariances: &[f64]) -> f64 {
 }
 
 /// The same for a residual.
-pub(super) fn runs(left: &[f64], rows: &Rows) -> f64 {
+fn runs(left: &[f64], rows: &Rows) -> f64 {
     run_length(&autocovariance(left, rows))
 }
 

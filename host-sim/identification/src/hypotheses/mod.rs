@@ -3,9 +3,11 @@
 //! Each [`Fault`] is a change of the log, or of gravity, that is undone and then scored by [`crate::evidence`]. Faults of torques need no
 //! new columns of the model, so they are tried in combination with every fault of motion; further pairs are tried from the best ones.
 
+mod explanation;
 mod fault;
 mod search;
 
+pub use explanation::Explanation;
 pub use fault::Fault;
 
 use crate::arm::Arm;
@@ -18,42 +20,8 @@ use nalgebra::Vector3;
 
 /// Nats by which an explanation must beat the log as it is recorded.
 const CLEAR: f64 = 15.0;
-/// Nats that a second fault must bring beyond its own cost.
-const SECOND: f64 = 8.0;
 /// Explanations that are at most so many nats worse than the best are named, too.
 const CLOSE: f64 = 5.0;
-
-/// Largest share of a joint's torque that one fault, and two, may leave unexplained. With more, nothing explains the log: with stiction in a
-/// slow log, for example, the residuals are long runs, and some unlikely fault always lowers them.
-const LEFT: [f64; 2] = [0.2, 0.1];
-
-/// One or two faults, and the correction of the log that undoes them.
-#[derive(Clone, Debug)]
-pub struct Explanation {
-    /// The faults.
-    pub faults: Vec<Fault>,
-    /// Signs, scales, order and delay that correct the log.
-    pub correction: Correction,
-    /// Gravity in the base frame, m/s^2.
-    pub gravity: Vector3<f64>,
-    /// The score of the mended log.
-    pub score: Score,
-}
-
-impl Explanation {
-    /// True if little of every joint's torque is left unexplained.
-    fn explains(&self) -> bool {
-        let most = LEFT[usize::from(self.faults.len() > 1)];
-        self.score.left.iter().all(|left| *left <= most)
-    }
-
-    /// The score less the cost of the faults, nats.
-    #[must_use]
-    pub fn worth(&self) -> f64 {
-        let more = self.faults.len().saturating_sub(1) as f64;
-        self.score.nats - self.faults.iter().map(Fault::cost).sum::<f64>() - SECOND * more
-    }
-}
 
 /// Scores of a log as recorded and mended.
 #[derive(Clone, Debug)]

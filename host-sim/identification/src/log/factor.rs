@@ -2,9 +2,10 @@
 
 use super::grid::Problem;
 use super::header::Finder;
-use super::name::{Quantity, bracket};
+use super::name::bracket;
 use super::spec::{Given, Key};
 use super::unit::{self, Kind, Unit};
+use super::vocabulary::Quantity;
 
 const ALL: &[Kind] =
     &[Kind::Time, Kind::Angle, Kind::Length, Kind::AngularSpeed, Kind::Speed, Kind::Torque, Kind::Force, Kind::Current];

@@ -3,9 +3,10 @@
 use super::Reading;
 use super::clock::Clock;
 use super::grid::{Grid, Problem};
-use super::name::{Quantity, Role};
+use super::name::Role;
 use super::sets::{Picked, Set, Sets};
 use super::spec::{ColumnNames, Given, Key, listed};
+use super::vocabulary::Quantity;
 
 /// Places of columns in a file.
 pub(super) struct Places {

@@ -2,24 +2,8 @@
 
 use super::unit::{Kind, Unit};
 use super::vocabulary::{
-    ACTUAL, COMMANDED, DERIVED, FILLERS, MOTOR, OTHER, STAMP_NANOSECONDS, STAMP_SECONDS, TIME, WORDS,
+    ACTUAL, COMMANDED, DERIVED, FILLERS, MOTOR, OTHER, Quantity, STAMP_NANOSECONDS, STAMP_SECONDS, TIME, WORDS,
 };
-
-/// Quantity of a column.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Quantity {
-    Time,
-    /// Whole seconds of a stamp, and nanoseconds beside them.
-    StampSeconds,
-    StampNanoseconds,
-    Tick,
-    Position,
-    Velocity,
-    Torque,
-    Current,
-    /// Text: name of the joint whose readings have the same index.
-    Name,
-}
 
 /// Who says the value: the better to identify from, the earlier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

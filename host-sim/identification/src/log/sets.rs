@@ -1,8 +1,9 @@
 //! Columns that belong together: one quantity of all joints.
 
 use super::grid::{Grid, Problem, is_missing};
-use super::name::{Id, Meaning, Names, Quantity, Role};
+use super::name::{Id, Meaning, Names, Role};
 use super::unit::Unit;
+use super::vocabulary::Quantity;
 use std::collections::BTreeMap;
 
 /// A column and its meaning.

@@ -3,9 +3,9 @@
 use super::clock::Clock;
 use super::grid::Problem;
 use super::header::Finder;
-use super::name::Quantity;
 use super::spec::{Key, listed};
 use super::unit::Kind;
+use super::vocabulary::Quantity;
 
 impl Finder<'_> {
     pub(super) fn time(&mut self, positions: &[usize]) -> Result<(usize, Clock), Problem> {

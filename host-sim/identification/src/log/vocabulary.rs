@@ -1,6 +1,20 @@
-//! Words of columns' names.
+//! Words of columns' names, and the quantities that they name.
 
-use super::name::Quantity;
+/// Quantity of a column.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Quantity {
+    Time,
+    /// Whole seconds of a stamp, and nanoseconds beside them.
+    StampSeconds,
+    StampNanoseconds,
+    Tick,
+    Position,
+    Velocity,
+    Torque,
+    Current,
+    /// Text: name of the joint whose readings have the same index.
+    Name,
+}
 
 pub(super) const ACTUAL: &[&str] =
     &["actual", "act", "measured", "meas", "msr", "sensed", "feedback", "fbk", "fb", "sensor", "present"];

@@ -5,7 +5,7 @@
 //! share the code. Each arm's accelerations are equal (`==`) to those of [`Mechanism::acceleration`]; only a zero may have the other sign.
 
 use super::dynamics::{HeldSolution, Mechanism, Solution};
-use super::stiction::Dry;
+use super::flow::Dry;
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{JointKind, Scalar, Wrench};
 use machine_code::{Instructions, Kernel, LANES};

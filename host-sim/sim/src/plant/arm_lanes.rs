@@ -2,10 +2,11 @@
 
 use super::actuator::{Drive, rippled};
 use super::arm_kernel::{ArmKernel, Flags, Joints, Shape, take_apart};
+use super::flow::{Dry, Flow};
 use super::friction::{JointFriction, level, middle, varies};
-use super::integrator::{self, Flow, Lanes, States};
+use super::integrator;
 use super::solver::Passage;
-use super::stiction::Dry;
+use super::state::{Lanes, States};
 use super::{Acted, Diverged, Plant};
 use core::cell::{Cell, RefCell};
 use dynamics_core::trig::Polynomial;

@@ -7,7 +7,7 @@
 //! Up to `r3` this is Hermite's cubic through both ends, with an error of fourth order in the step; `r4` adds one order to it. (E. Hairer,
 //! S. Norsett, G. Wanner, Solving ordinary differential equations I, 1993, section II.6.)
 
-use super::integrator::Point;
+use super::state::Point;
 
 /// A step of length `h` (s) from `start` to `end`.
 #[derive(Clone, Copy, Debug)]

@@ -10,7 +10,8 @@
 //! and velocity loop several times a tick; without stiffness and damping it is constant from frame to frame.
 
 use super::{Clock, State};
-use actuator_model::bus::{Bus, Fate, Frame};
+use actuator_model::bus::{Bus, Fate};
+use actuator_model::frame::Frame;
 use actuator_model::mit::{Actuator, Electronics, Language, Ranges, Shaft};
 use core::convert::Infallible;
 use dynamics_core::control::Spring;
@@ -20,7 +21,8 @@ use embedded_can::ErrorKind;
 use embedded_can::nb::Can;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use joint_io::JointIo;
-use joint_io::can::{BUSES, CanBus, CanJoints};
+use joint_io::can::{BUSES, CanJoints};
+use joint_io::can_bus::CanBus;
 use joint_io::queued::Queued;
 use robot_compiler::drive::{MitSpec, Protocol};
 use robot_compiler::scene::{DriveFailure, FailureKind};

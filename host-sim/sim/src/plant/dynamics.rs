@@ -25,6 +25,7 @@ pub use super::factors::{HeldSolution, Solution};
 use super::factors::{solve, solve_held};
 use super::kinematics::{Chain, Pose, Solid};
 use super::rotor_coupling;
+pub use super::terms::Terms;
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{Body, Field, JointKind, JointSpec, Scalar, SinCos, Tool, Trig, Wrench};
 use nalgebra::{Matrix3, SMatrix, Vector3};
@@ -52,19 +53,6 @@ pub struct Mechanism<const N: usize, S = f64> {
     tip_wrench: Option<Wrench<S>>,
     /// Gear ratio times rotor inertia of each joint, if their coupling acts.
     rotor_coupling: Option<[S; N]>,
-}
-
-/// The parts of the equations of motion at one state.
-#[derive(Clone, Debug)]
-pub struct Terms<const N: usize, S = f64> {
-    /// Joint-space inertia with rotors, kg m^2, kg m, kg.
-    pub mass_matrix: SMatrix<S, N, N>,
-    /// Centrifugal and Coriolis torques `h`, N m or N.
-    pub coriolis: [S; N],
-    /// Torques `G` that hold the arm against gravity, N m or N.
-    pub gravity: [S; N],
-    /// Torques `J^T w` with which the tip wrench drives the joints, N m or N.
-    pub tip: [S; N],
 }
 
 impl<const N: usize> Arm<N> {

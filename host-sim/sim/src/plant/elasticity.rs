@@ -14,9 +14,8 @@
 //! joint only. (M. W. Spong, Modeling and control of elastic joint robots, 1987; M. Nordin, P.-O. Gutman, Controlling
 //! mechanical systems with backlash, 2002.)
 
-use super::State;
 use super::dynamics::{Arm, Mechanism};
-use super::integrator::{Point, States};
+use super::state::{Point, State, States};
 use dynamics_core::Trig;
 use dynamics_core::trig::Polynomial;
 use nalgebra::DMatrix;

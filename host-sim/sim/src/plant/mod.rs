@@ -2,6 +2,8 @@
 //!
 //! | module | holds |
 //! |---|---|
+//! | `state` | states of one arm, or of several side by side |
+//! | `flow` | their differential equation, with dry friction in it |
 //! | [`dynamics`] | equations of motion by moving bodies in base axes |
 //! | `acted` | an arm with friction and ripple: its accelerations under torques |
 //! | `arm_kernel` | the equations of motion in machine code, for one arm or for several side by side |
@@ -30,6 +32,7 @@ pub mod drives;
 pub mod dynamics;
 pub mod elasticity;
 mod factors;
+mod flow;
 pub mod friction;
 pub mod integrator;
 pub mod jitter;
@@ -38,7 +41,9 @@ pub mod ledger;
 mod rotor_coupling;
 pub mod sensor;
 pub(crate) mod solver;
+mod state;
 mod stiction;
+mod terms;
 #[cfg(test)]
 mod tests;
 
@@ -49,34 +54,13 @@ pub use dynamics::Arm;
 use dynamics_core::{JointSpec, Wrench};
 use elasticity::{Elasticity, Motors, Pair};
 pub use friction::JointFriction;
-use integrator::{Plan, States, Stretch};
+use integrator::{Plan, Stretch};
 use jitter::Jitter;
 use ledger::Ledger;
 use robot_compiler::scene::{Integrator, Push, Side};
 use solver::{AtOnce, Passage, Solver, now};
-
-/// Position and velocity of every joint.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct State<const N: usize> {
-    /// Joint position, rad or m.
-    pub q: [f64; N],
-    /// Joint velocity, rad/s or m/s.
-    pub qd: [f64; N],
-}
-
-/// Reason why the simulation of the arm cannot go on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Diverged {
-    /// The joint-space inertia matrix has a pivot that is not above zero.
-    #[error("the plant's inertia matrix is not positive definite: a joint moves no mass")]
-    SingularInertia,
-    /// A position or velocity is infinite or NaN, or a position is too large for the sine.
-    #[error("the plant's motion has grown beyond all bounds: the loop is unstable, or the step too long")]
-    NotFinite,
-    /// The adaptive integrator has tried a hundred thousand steps in a tick without reaching its end.
-    #[error("the plant's integrator cannot keep its tolerance: something acts too suddenly or too fast")]
-    ToleranceOutOfReach,
-}
+use state::States;
+pub use state::{Diverged, State};
 
 /// Division of time into ticks and steps.
 #[derive(Clone, Copy, Debug, PartialEq)]

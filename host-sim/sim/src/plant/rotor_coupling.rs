@@ -11,8 +11,8 @@
 //! `1/2 I (k . w)^2` is counted with the link, whose tensor has the rotor in it. Nothing here is shared with
 //! [`dynamics_core::chapter::rotor_coupling`], against which the tests hold it.
 
-use super::dynamics::Terms;
 use super::kinematics::Pose;
+use super::terms::Terms;
 use dynamics_core::{JointKind, JointSpec, Scalar};
 use nalgebra::Vector3;
 

@@ -5,9 +5,10 @@
 //! several runs and answers them together.
 
 use super::actuator::Drive;
-use super::integrator::{self, Plan, States, Step};
+use super::integrator::{self, Plan, Step};
 use super::ledger::Ledger;
-use super::{Acted, Diverged, Rigid, State};
+use super::state::{Diverged, State, States};
+use super::{Acted, Rigid};
 use core::future::Future;
 use core::pin::pin;
 use core::task::{Context, Poll, Waker};

@@ -15,7 +15,8 @@
 //! A state is enough to go on from: a joint is at rest if its velocity is exactly zero.
 
 use super::curve::{Curve, interpolated};
-use super::integrator::{Flow, Lanes, Point};
+use super::flow::{Dry, Flow};
+use super::state::{Lanes, Point};
 
 /// Exchanges of all violating joints at once, after which only the first violating joint is exchanged.
 const TOGETHER: usize = 4;
@@ -32,23 +33,6 @@ const BEYOND: f64 = 1e-6;
 /// The latest event in a step: one that is as good as at its end still ends it.
 const WITHIN: f64 = 1.0 - 1e-12;
 
-/// Dry friction of arms over a step, one a lane.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Dry<const N: usize, const L: usize> {
-    /// Direction of the motion that friction opposes, 1 or -1; 0 for a joint that is held, or has no dry friction.
-    pub(super) sign: [[f64; L]; N],
-    /// 1 for a joint that may move, 0 for one that is held.
-    pub(super) free: [[f64; L]; N],
-    /// Torque on a held joint at the last slope; without meaning for a free one.
-    pub(super) load: [[f64; L]; N],
-    /// Level of the friction at the last slope.
-    pub(super) level: [[f64; L]; N],
-    /// Level less load of a held joint at the start of the step.
-    margin: [[f64; L]; N],
-    /// True if some joint of some lane is at rest.
-    rests: bool,
-}
-
 /// Changes within a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Events<const N: usize, const L: usize> {
@@ -59,12 +43,6 @@ pub(super) struct Events<const N: usize, const L: usize> {
 }
 
 impl<const N: usize, const L: usize> Dry<N, L> {
-    /// No joint has dry friction.
-    pub(super) const fn none() -> Self {
-        let zero = [[0.0; L]; N];
-        Self { sign: zero, free: [[1.0; L]; N], load: zero, level: zero, margin: zero, rests: false }
-    }
-
     /// Start a step of the active lanes from `point`: sorts the joints at rest and writes the slope there.
     #[inline(always)]
     pub(super) fn begin<Y: Point<N, L>, F: Flow<Y, N, L>>(

@@ -1,7 +1,7 @@
 //! Load of a run on the arm: the nearest limit, the work of the torques.
 
+use crate::run::numbers::rms;
 use crate::run::record::Record;
-use crate::run::summary::rms;
 use robot_compiler::{Robot, RobotJoint};
 use serde::Serialize;
 

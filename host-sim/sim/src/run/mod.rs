@@ -10,6 +10,7 @@
 //! | [`record`] | the record of every tick, and its CSV |
 //! | [`load`] | the nearest limit, the work of the torques |
 //! | [`quality`] | chatter, the error at rest, the distance from the reference |
+//! | [`numbers`] | numbers of a series, and their text |
 //! | [`summary`] | a run in a few numbers |
 //! | [`marks`] | waypoints and limits, for the charts of the report |
 //! | [`mcap_file`] | a run, or a session, as a file for viewers |
@@ -23,6 +24,7 @@ pub mod files;
 pub mod load;
 pub mod marks;
 pub mod mcap_file;
+pub mod numbers;
 pub mod quality;
 pub mod record;
 pub mod report;

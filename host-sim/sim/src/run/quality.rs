@@ -54,7 +54,7 @@ impl Supervision {
 /// Chatter: `sqrt(mean((tau_k - tau_{k-1})^2))`, root mean square of the change from one tick to the next.
 pub(super) fn chatter(torque: impl Iterator<Item = f64> + Clone) -> f64 {
     let next = torque.clone().skip(1);
-    super::summary::rms(torque.zip(next).map(|(before, now)| now - before).collect::<Vec<_>>().into_iter())
+    super::numbers::rms(torque.zip(next).map(|(before, now)| now - before).collect::<Vec<_>>().into_iter())
 }
 
 /// The last stretch of at least two ticks in which the reference of every joint stands still.

@@ -6,6 +6,7 @@ pub mod margins;
 pub mod trade;
 
 use super::parts::OrPart;
+use crate::cli::interrupt::stop_on_interrupt;
 use clap::Subcommand;
 use sim::failure::Failure;
 use studies::trade::chip::Chip;
@@ -30,9 +31,9 @@ pub enum ChoosePart {
 /// Those of the command.
 pub fn run(command: &ChooseCommand, chip: &dyn Chip) -> Result<u8, Failure> {
     match command {
-        OrPart::Itself(args) => cheapest::run(args, chip, &super::stop_on_interrupt()).map(|()| 0),
-        OrPart::Part(ChoosePart::Trade(args)) => trade::run(args, chip, &super::stop_on_interrupt()).map(|()| 0),
+        OrPart::Itself(args) => cheapest::run(args, chip, &stop_on_interrupt()).map(|()| 0),
+        OrPart::Part(ChoosePart::Trade(args)) => trade::run(args, chip, &stop_on_interrupt()).map(|()| 0),
         OrPart::Part(ChoosePart::Bound(args)) => bound::run(args).map(|()| 0),
-        OrPart::Part(ChoosePart::Margins(args)) => margins::run(args, &super::stop_on_interrupt()).map(|()| 0),
+        OrPart::Part(ChoosePart::Margins(args)) => margins::run(args, &stop_on_interrupt()).map(|()| 0),
     }
 }

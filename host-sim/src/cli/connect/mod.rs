@@ -4,6 +4,7 @@ pub mod replay;
 pub mod session;
 
 use super::parts::OrPart;
+use crate::cli::interrupt::presses;
 use clap::Subcommand;
 use sim::failure::Failure;
 
@@ -23,7 +24,7 @@ pub enum ConnectPart {
 /// Those of the command.
 pub fn run(command: &ConnectCommand) -> Result<u8, Failure> {
     match command {
-        OrPart::Itself(args) => session::run(args, super::presses()),
+        OrPart::Itself(args) => session::run(args, presses()),
         OrPart::Part(ConnectPart::Replay(args)) => replay::run(args),
     }
 }

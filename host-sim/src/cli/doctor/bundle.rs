@@ -1,6 +1,6 @@
 //! `doctor --bundle`: a text with what a bug report needs, and without keys.
 
-use super::Report;
+use super::report::Report;
 use firmware_image::process;
 use robot_compiler::SceneFile;
 use sim::failure::Failure;

@@ -1,6 +1,7 @@
 //! `doctor`: is everything there, and what to do about what is not.
 
 mod bundle;
+mod report;
 
 use crate::cli::firmware::key;
 use crate::cli::force::ForceArgs;
@@ -8,8 +9,8 @@ use board::chip;
 use board::session::doctor::{self, Check, State, Use};
 use clap::Args;
 use link::{Hello, Pacing};
+use report::Report;
 use robot_compiler::{SceneFile, with_dof};
-use serde::Serialize;
 use sim::failure::{self, Failure};
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -58,16 +59,6 @@ pub struct DoctorArgs {
     /// Print JSON, and nothing else.
     #[arg(long)]
     pub json: bool,
-}
-
-/// All checks and their count.
-#[derive(Debug, Serialize)]
-struct Report<'a> {
-    #[serde(rename = "for")]
-    uses: &'a [Use],
-    problems: usize,
-    warnings: usize,
-    checks: Vec<Check>,
 }
 
 /// Look at everything and print it; returns the exit code.

@@ -1,5 +1,6 @@
 //! `firmware key`: the key that a host and a board share.
 
+use super::failure::failure;
 use board::key::{self, KeyError};
 use clap::{Args, Subcommand};
 use firmware_image::flash;
@@ -71,9 +72,9 @@ fn page(file: &Path, out: &Path) -> Result<u8, KeyError> {
 }
 
 fn to_board(options: &flash::key::Options) -> Result<u8, Failure> {
-    options.check().map_err(super::failure)?;
+    options.check().map_err(failure)?;
     let page = key::load(options.file()).and_then(|key| key::page(&key)).map_err(bad)?;
-    flash::key::write(options, &page).map_err(super::failure)?;
+    flash::key::write(options, &page).map_err(failure)?;
     Ok(0)
 }
 

@@ -1,10 +1,12 @@
 //! `firmware`: build it, flash it, and the key that a host and a board share.
 
+mod failure;
 pub mod key;
 
 use clap::{Args, Subcommand};
+use failure::failure;
 use firmware_image::build::schedules;
-use firmware_image::{BadInput, Board, Build, Trust, flash};
+use firmware_image::{Board, Build, Trust, flash};
 use sim::failure::Failure;
 use sim::terminal::print;
 use std::path::PathBuf;
@@ -65,10 +67,4 @@ fn build(args: &BuildArgs) -> Result<u8, Failure> {
         schedules(&scene, args.board).map_err(failure)?.iter().map(|schedule| format!("{schedule}\n")).collect();
     print(&format!("{buses}firmware for {} with {}: {}\n", args.board, scene.display(), program.display()))?;
     Ok(0)
-}
-
-/// The failure of a build or of a probe.
-fn failure(error: anyhow::Error) -> Failure {
-    let report = miette::miette!("{error:#}");
-    if error.is::<BadInput>() { Failure::Input(report) } else { Failure::Target(report) }
 }

@@ -11,6 +11,7 @@ pub mod motion;
 pub mod statics;
 pub mod terms;
 
+use crate::cli::interrupt::stop_on_interrupt;
 use clap::{Args, Subcommand};
 use sim::failure::Failure;
 
@@ -59,7 +60,7 @@ impl ModelArgs {
     /// Those of the computation.
     pub fn run(&self) -> Result<u8, Failure> {
         let done = match &self.computation {
-            Computation::Energy(args) => return energy::run(args, &super::stop_on_interrupt()),
+            Computation::Energy(args) => return energy::run(args, &stop_on_interrupt()),
             Computation::Linkage(args) => return linkage::run(args),
             Computation::Dynamics(args) => dynamics::run(args),
             Computation::Terms(args) => terms::run(args),

@@ -4,6 +4,7 @@ pub mod merge;
 pub mod study;
 
 use super::parts::OrPart;
+use crate::cli::interrupt::stop_on_interrupt;
 use clap::Subcommand;
 use sim::failure::Failure;
 
@@ -23,7 +24,7 @@ pub enum SweepPart {
 /// Those of the command.
 pub fn run(command: &SweepCommand) -> Result<u8, Failure> {
     match command {
-        OrPart::Itself(args) => study::run(args, &super::stop_on_interrupt()),
+        OrPart::Itself(args) => study::run(args, &stop_on_interrupt()),
         OrPart::Part(SweepPart::Merge(args)) => merge::run(args),
     }
 }

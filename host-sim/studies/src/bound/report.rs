@@ -1,7 +1,7 @@
 //! Tables of the torque errors.
 
 use super::Answer;
-use sim::run::summary::engineering;
+use sim::run::numbers::engineering;
 use sim::table::table;
 
 /// A share of the actuator's limit.

@@ -3,7 +3,7 @@
 use super::Side;
 use report::{Cell, Table};
 use serde_json::Value;
-use sim::run::summary::engineering;
+use sim::run::numbers::engineering;
 
 /// A number per joint of `summary.json`: its name in a table, the pointer of its list, and its unit or which of the joint's it has.
 type Quantity = (&'static str, &'static str, &'static str);

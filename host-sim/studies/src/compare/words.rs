@@ -4,7 +4,7 @@ use super::Side;
 use super::tables::change;
 use report::Block;
 use serde_json::Value;
-use sim::run::summary::engineering;
+use sim::run::numbers::engineering;
 
 /// Settings of a run that `summary.json` names, and the unit of each.
 const SETTINGS: [(&str, &str); 8] = [

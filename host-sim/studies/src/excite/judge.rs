@@ -1,7 +1,7 @@
 //! Motions that are kept clear, and what is said of their clearance.
 
+use super::motion::{REST, fastest_ramp, quintic};
 use super::surroundings::{Judged, Surroundings};
-use super::{REST, fastest_ramp, quintic};
 use crate::clearance::cell::Reason;
 use dynamics_core::Model;
 use dynamics_core::control::trajectory::Motion;

@@ -5,7 +5,7 @@ use crate::trade::chip::{Cost, Load};
 use crate::trade::report::mean_share;
 use comfy_table::Table;
 use robot_compiler::choose::LoopGain;
-use sim::run::summary::engineering;
+use sim::run::numbers::engineering;
 use sim::table::table;
 
 impl Explanation {

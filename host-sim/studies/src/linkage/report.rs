@@ -2,7 +2,7 @@
 
 use super::run::RunSummary;
 use super::turn::{Range, Spread, TurnSummary};
-use sim::run::summary::engineering;
+use sim::run::numbers::engineering;
 use sim::table::table;
 
 /// Text about the crank's range.

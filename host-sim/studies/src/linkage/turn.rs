@@ -8,7 +8,7 @@ use nalgebra::Vector2;
 use robot_compiler::names::name;
 use robot_compiler::{LinkageFile, Mechanism};
 use serde::Serialize;
-use sim::run::summary::rms;
+use sim::run::numbers::rms;
 use std::f64::consts::{PI, TAU};
 
 /// One step of the turn.

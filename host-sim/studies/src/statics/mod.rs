@@ -2,50 +2,20 @@
 
 mod report;
 mod search;
+mod still;
 mod sweep;
 
-use super::numbers::{finite, finite_entries};
-use clap::ValueEnum;
-use dynamics_core::chapter::posture::{Chain, Posture};
-use dynamics_core::chapter::reactions::Reaction;
-use dynamics_core::chapter::statics::{backward, holding_torque};
-use dynamics_core::trig::Libm;
-use dynamics_core::{Inertia, JointKind, Limits, Trig, Wrench};
-use nalgebra::{Matrix3, Vector3};
+use super::numbers::finite;
+use dynamics_core::{JointKind, Limits};
 use robot_compiler::Robot;
+pub use search::Minimised;
 use search::{Target, search};
 use serde::Serialize;
 use sim::failure::Failure;
 use sim::run::record::JointLabel;
+pub use still::{Axes, Question};
+use still::{Still, wrong};
 pub use sweep::{Least, Sweep, sweep};
-
-/// Which axes a wrench is in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Axes {
-    /// Each link's own, z along its joint.
-    Link,
-    /// The base frame's.
-    Base,
-}
-
-/// Input of a statics computation.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Question {
-    /// Joint position, rad or m; `None` with [`Question::minimise`] means the middle of the limits.
-    pub q: Option<Vec<f64>>,
-    /// Gravitational acceleration in the base frame, m/s^2.
-    pub gravity: Vec<f64>,
-    /// Mass of a point load at the tip (kg) and, if given, its position in the tip frame (m).
-    pub load: Option<Vec<f64>>,
-    /// Force (N) and moment (N m) of the environment on the arm at the tip's origin, in tip axes.
-    pub tip_wrench: Option<Vec<f64>>,
-    /// Quantity to minimise: a joint's name or number, `total` or `potential`.
-    pub minimise: Option<String>,
-    /// Joints that stay fixed in the search.
-    pub hold: Vec<String>,
-    /// Axes of the wrenches.
-    pub axes: Axes,
-}
 
 /// An arm at rest.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -93,19 +63,6 @@ pub struct JointAnswer {
     pub twisting: Option<f64>,
     #[serde(skip)]
     label: JointLabel,
-}
-
-/// Result of a search for a posture.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Minimised {
-    /// The minimised quantity: a joint's name, `total` or `potential`.
-    pub what: String,
-    /// Its least value: torque magnitude (N m or N), sum of squares, or potential energy (J).
-    pub value: f64,
-    /// Number of starting points.
-    pub starts: usize,
-    /// Number of evaluated postures.
-    pub postures: u64,
 }
 
 /// Compute the torques that hold the arm, after a search for the posture if requested.
@@ -163,59 +120,6 @@ pub fn answer<const N: usize>(robot: &Robot, question: &Question) -> Result<Answ
     Ok(answer)
 }
 
-/// An arm with its loads.
-struct Still<const N: usize> {
-    chain: Chain<f64, N>,
-    gravity: Vector3<f64>,
-    /// Wrench at the tip, in tip axes.
-    push: Wrench<f64>,
-}
-
-impl<const N: usize> Still<N> {
-    fn new(robot: &Robot, question: &Question) -> Result<Self, Failure> {
-        let model = robot.model::<N>().map_err(Failure::input)?;
-        let held = load(question.load.as_deref()).map_err(wrong)?;
-        Ok(Self {
-            chain: Chain::new(&model, &held),
-            gravity: finite::<3>("--gravity", &question.gravity, "gx, gy, gz").map_err(wrong)?.into(),
-            push: wrench(question.tip_wrench.as_deref()).map_err(wrong)?,
-        })
-    }
-
-    fn posture(&self, q: &[f64; N]) -> Posture<f64, N> {
-        self.chain.posture(&Libm.sin_cos_all(q), q)
-    }
-
-    /// The tip's wrench in base axes.
-    fn push(&self, posture: &Posture<f64, N>) -> Wrench<f64> {
-        self.push.in_parent(&posture.tip.rotation, &Vector3::zeros())
-    }
-
-    fn torque(&self, q: &[f64; N]) -> [f64; N] {
-        let posture = self.posture(q);
-        holding_torque(&posture, &self.gravity, &self.push(&posture))
-    }
-
-    fn potential(&self, q: &[f64; N]) -> f64 {
-        self.posture(q).links.iter().map(|link| -link.mass * self.gravity.dot(&link.centre)).sum()
-    }
-
-    fn reactions(&self, q: &[f64; N], axes: Axes) -> [Reaction<f64>; N] {
-        let posture = self.posture(q);
-        let joint = backward(&posture, &self.gravity, &[&[]; N], &self.push(&posture));
-        core::array::from_fn(|i| {
-            let link = &posture.links[i];
-            match axes {
-                Axes::Base => Reaction::of(link.kind, &link.axis, &joint[i]),
-                Axes::Link => {
-                    let local = joint[i].in_child(&link.rotation, &Vector3::zeros());
-                    Reaction::of(link.kind, &Vector3::z(), &local)
-                }
-            }
-        })
-    }
-}
-
 /// Check that a posture is inside the limits.
 fn posture<const N: usize>(robot: &Robot, limits: &[Limits<f64>; N], q: &[f64]) -> Result<[f64; N], Failure> {
     let q = finite::<N>("--q", q, "one for each joint").map_err(wrong)?;
@@ -233,28 +137,4 @@ fn posture<const N: usize>(robot: &Robot, limits: &[Limits<f64>; N], q: &[f64]) 
         }
     }
     Ok(q)
-}
-
-/// Inertia of a point mass in the tip frame.
-fn load(load: Option<&[f64]>) -> Result<Inertia<f64>, String> {
-    let Some(load) = load else { return Ok(Inertia::zero()) };
-    let (mass, place) = match load {
-        [mass] => (mass, Vector3::zeros()),
-        [mass, x, y, z] => (mass, Vector3::new(*x, *y, *z)),
-        _ => return Err(format!("`--load` has {} numbers; expected 1 or 4: mass, or mass, x, y, z", load.len())),
-    };
-    finite_entries("--load", load)?;
-    if *mass < 0.0 {
-        return Err(format!("`--load`: a mass of {mass} kg; expected none below zero"));
-    }
-    Ok(Inertia::from_mass_centre(*mass, &place, &Matrix3::zeros()))
-}
-
-fn wrench(values: Option<&[f64]>) -> Result<Wrench<f64>, String> {
-    let [fx, fy, fz, mx, my, mz] = finite::<6>("--tip-wrench", values.unwrap_or(&[0.0; 6]), "fx, fy, fz, mx, my, mz")?;
-    Ok(Wrench { force: Vector3::new(fx, fy, fz), moment: Vector3::new(mx, my, mz) })
-}
-
-fn wrong(problem: String) -> Failure {
-    Failure::Input(miette::miette!(help = "see `newtau help model statics`", "{problem}"))
 }

@@ -1,7 +1,7 @@
 //! Table of an arm at rest.
 
 use super::{Answer, Minimised};
-use sim::run::summary::engineering;
+use sim::run::numbers::engineering;
 use sim::table::table;
 
 impl Answer {

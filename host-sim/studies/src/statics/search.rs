@@ -1,9 +1,23 @@
 //! Search for the posture with the least torque or energy.
 
-use super::{Minimised, Still, wrong};
+use super::still::{Still, wrong};
 use crate::posture_search::{self, STARTS};
 use robot_compiler::Robot;
+use serde::Serialize;
 use sim::failure::Failure;
+
+/// Result of a search for a posture.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Minimised {
+    /// The minimised quantity: a joint's name, `total` or `potential`.
+    pub what: String,
+    /// Its least value: torque magnitude (N m or N), sum of squares, or potential energy (J).
+    pub value: f64,
+    /// Number of starting points.
+    pub starts: usize,
+    /// Number of evaluated postures.
+    pub postures: u64,
+}
 
 /// Quantity to minimise.
 pub(super) enum Target {

@@ -1,14 +1,15 @@
 //! Holding torques and potential energy over the range of one joint, the others standing still.
 
 use super::search::{joint_index, joint_names};
-use super::{Question, Still, posture, wrong};
+use super::still::{Still, wrong};
+use super::{Question, posture};
 use crate::posture_search;
 use report::{Block, Figure, Page, Series};
 use robot_compiler::Robot;
 use serde::Serialize;
 use sim::failure::Failure;
+use sim::run::numbers::engineering;
 use sim::run::record::JointLabel;
-use sim::run::summary::engineering;
 use sim::table::table;
 
 /// Positions of the swept joint: half a degree over one turn.

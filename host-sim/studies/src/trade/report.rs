@@ -3,7 +3,7 @@
 use super::choice::{Choice, Named};
 use super::{Point, Trade};
 use sim::run::files::shell_word;
-use sim::run::summary::engineering;
+use sim::run::numbers::engineering;
 use sim::table::table;
 use std::fmt::Write as _;
 use std::path::Path;

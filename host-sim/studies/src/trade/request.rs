@@ -2,7 +2,7 @@
 
 use super::report::percent;
 use super::{Point, Trade};
-use sim::run::summary::engineering;
+use sim::run::numbers::engineering;
 use std::fmt::Write as _;
 use std::path::Path;
 use std::str::FromStr;

@@ -1,7 +1,8 @@
 //! Drives that go off by themselves, and drives without power.
 
 use crate::rig::{ARMING, ENGAGES, H, INERTIA, Rig, WEIGHT};
-use actuator_model::bus::{CommandFate, Disturbance, Fate, Order};
+use actuator_model::bus::{CommandFate, Disturbance, Fate};
+use actuator_model::frame::Order;
 use actuator_model::mit::{Language, Shaft};
 use dynamics_core::control::{Fault, Sensed};
 use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
@@ -20,8 +21,8 @@ fn trip<F: Frames>(language: Language) -> (u32, f64) {
     let zero = rig.electronics(|it| {
         // Over-current: off, and nothing else. The frames are those of the board.
         let off = match language {
-            Language::RobStride => actuator_model::bus::Frame { id: 4 << 24 | 1, extended: true, data: vec![0; 8] },
-            _ => actuator_model::bus::Frame::standard(1, vec![0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xfd]),
+            Language::RobStride => actuator_model::frame::Frame { id: 4 << 24 | 1, extended: true, data: vec![0; 8] },
+            _ => actuator_model::frame::Frame::standard(1, vec![0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xfd]),
         };
         it.answer(&off, &Shaft { position: at, velocity: 0.0 });
         it.is_enabled()

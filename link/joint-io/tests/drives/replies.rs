@@ -1,7 +1,8 @@
 //! Replies that do not fit what was sent.
 
 use crate::rig::Rig;
-use actuator_model::bus::{Fate, Frame};
+use actuator_model::bus::Fate;
+use actuator_model::frame::Frame;
 use actuator_model::mit::Language;
 use dynamics_core::control::Sensed;
 use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};

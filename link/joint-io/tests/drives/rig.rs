@@ -1,7 +1,8 @@
 //! One joint with a drive on a CAN bus, the session around it, and a pendulum under it: everything between a host's frames and a shaft.
 //!
 //! The tick is the firmware's own, [`run_tick`].
-use actuator_model::bus::{Bus, Frame as CanFrame};
+use actuator_model::bus::Bus;
+use actuator_model::frame::Frame as CanFrame;
 use actuator_model::mit::{Actuator, Electronics, Language, Ranges, Shaft};
 use dynamics_core::control::Spring;
 use dynamics_core::control::{Controller, ControllerConfig, Encoder, Fault, Gains, Guard, Law, TrackingObserver};
@@ -14,7 +15,8 @@ use dynamics_core::{InertiaBounds, Limits, SinCos};
 use embedded_can::ErrorKind;
 use embedded_can::nb::Can;
 use embedded_hal::digital::{ErrorType, OutputPin};
-use joint_io::can::{CanBus, CanJoints, NoBus};
+use joint_io::can::CanJoints;
+use joint_io::can_bus::{CanBus, NoBus};
 use joint_io::frames::Frames;
 use joint_io::{JointIo, run_tick};
 use link::codec::Received;

@@ -7,8 +7,7 @@ use actuator_model::mit::Language;
 use checker::explorer::{Bounds, Explored, Explorer, explore};
 use checker::faulty::Mutant;
 use checker::judge::Rule;
-use checker::scene::Setup;
-use checker::state::Kinds;
+use checker::scene::{Kinds, Setup};
 use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
 use dynamics_core::safety::{SafeAction, State};
 
@@ -60,7 +59,7 @@ fn the_undisturbed_session_goes_round_and_breaks_no_rule() {
         assert_eq!(disarms, action == SafeAction::Brake);
         let (mut known, mut now) = (states.clone(), states.last().unwrap().clone());
         let again = (0..100).any(|_| {
-            now = explorer.step(&now, checker::state::Step::Tick);
+            now = explorer.step(&now, checker::event::Step::Tick);
             let was_there = known.contains(&now);
             known.push(now.clone());
             was_there

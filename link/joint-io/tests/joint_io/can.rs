@@ -1,14 +1,16 @@
 //! The schedule on two buses, with replies that come, do not, come late, twice, cut short or from strangers.
 
 use super::{drive, model_ranges};
-use actuator_model::bus::{Bus, Fate, Frame};
+use actuator_model::bus::{Bus, Fate};
+use actuator_model::frame::Frame;
 use actuator_model::mit::{Actuator, Shaft};
 use dynamics_core::control::{Sensed, Spring};
 use dynamics_core::drive::{Gearing, MiniCheetah, MitDrive};
 use dynamics_core::safety::SafeAction;
 use embedded_can::ErrorKind;
 use embedded_can::nb::Can;
-use joint_io::can::{BusCounts, CanBus, CanJoints, NoBus};
+use joint_io::can::{BusCounts, CanJoints};
+use joint_io::can_bus::{CanBus, NoBus};
 use joint_io::{JointIo, MISSING_MAX, NoPin};
 use proptest::prelude::*;
 use session::readings::{JointFaults, Readings};

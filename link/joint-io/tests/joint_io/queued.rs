@@ -1,13 +1,15 @@
 //! Six actuators on one bus, behind a controller with room for three frames out and three in.
 
 use super::{drive, model_ranges};
-use actuator_model::bus::{Bus, Frame};
+use actuator_model::bus::Bus;
+use actuator_model::frame::Frame;
 use actuator_model::mit::Actuator;
 use dynamics_core::drive::{DataRate, MiniCheetah, MitDrive};
 use dynamics_core::safety::SafeAction;
 use embedded_can::ErrorKind;
 use embedded_can::nb::Can;
-use joint_io::can::{BusCounts, CanBus, CanJoints, JointCounts, NoBus};
+use joint_io::can::{BusCounts, CanJoints, JointCounts};
+use joint_io::can_bus::{CanBus, NoBus};
 use joint_io::queued::{OUT, Queued};
 use joint_io::{JointIo, NoPin};
 use std::cell::RefCell;

@@ -1,60 +1,19 @@
 //! Changes of live inputs and parameters: between ticks where no torque acts, else by the tick that has computed their
 //! effect.
 
+use super::waiting::{Change, Changed};
 use super::{Buffers, Outcome, Session};
 use crate::parameters;
 use core::borrow::BorrowMut;
-use dynamics_core::control::{Ask, Configuration, Controller, ControllerConfig, Fault, LimitFlags, Protection};
+use dynamics_core::control::{Ask, Configuration, ControllerConfig, Fault, LimitFlags, Protection};
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety;
 use dynamics_core::scene::Live;
 use dynamics_core::trig::Trig;
-use link::{Frame, Pacing, Refusal, Setting, Value};
+use link::{Pacing, Refusal, Setting, Value};
 
 /// Share of a joint's torque limit that its torque may change by at once where no torque rate is given.
 pub const JUMP: f32 = 0.02;
-
-/// A change that waits for its tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Change<const N: usize> {
-    Live(Live<f32, N>),
-    Parameter(Setting),
-}
-
-/// Answer of a tick that has settled a change.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Changed {
-    Value(Value),
-    Refusal(Refusal),
-}
-
-impl Changed {
-    pub(super) const fn frame(self) -> Frame {
-        match self {
-            Self::Value(value) => Frame::Value(value),
-            Self::Refusal(refusal) => Frame::Refusal(refusal),
-        }
-    }
-}
-
-impl<const N: usize> Change<N> {
-    pub(super) fn make<D, T, C, P>(&self, controller: &mut Controller<f32, N, D, T, C, P>)
-    where
-        D: InverseDynamics<f32, N>,
-        T: Trig<f32>,
-        C: Configuration<f32, N>,
-        P: Protection<f32, N>,
-    {
-        match self {
-            Self::Live(live) => *controller.live_mut() = *live,
-            Self::Parameter(setting) => {
-                if let Some(config) = controller.config_mut() {
-                    parameters::set(*setting, config);
-                }
-            }
-        }
-    }
-}
 
 impl<const N: usize, D, T, K, C, P, B> Session<N, D, T, K, C, P, B>
 where

@@ -1,6 +1,7 @@
 //! One tick, on the bench or under supervision.
 
-use super::change::{Change, Torques, jump};
+use super::change::{Torques, jump};
+use super::waiting::Change;
 use super::{Buffers, Session};
 use crate::meter::{Counter, Meter};
 use core::borrow::BorrowMut;

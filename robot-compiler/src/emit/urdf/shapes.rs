@@ -1,7 +1,7 @@
 //! Shapes that let a viewer show an arm whose file has none: a rod along every link, a drum or a box on every axis.
 
+use super::text::{number, numbers};
 use super::tree::LinkTree;
-use super::{number, numbers};
 use dynamics_core::JointKind;
 use nalgebra::Vector3;
 

@@ -1,12 +1,13 @@
 //! Keys that a study sets or varies, and their values.
 
-use super::VARY_MAX;
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::study::{Key, Literal, Relative, Setting, Values, Vary};
 use crate::read::table::{Table, Value, counted};
 use std::collections::BTreeSet;
 use std::ops::Range;
 
+/// Most keys that vary: those that the Sobol sequence has directions for.
+const VARY_MAX: usize = 32;
 const KEY: &str =
     "a key of the scene such as \"plant.payload.mass\", or of its robot such as \"robot.joint.elbow.mass\"";
 /// Most values of a list.

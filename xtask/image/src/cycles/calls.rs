@@ -1,9 +1,10 @@
 //! Cycles of each call of functions, in a program that counts its calls one after another.
 
 use crate::Program;
+use crate::cycles::emulator::Error;
 use crate::cycles::estimator::{Estimate, Estimator};
 use crate::cycles::memory::Memory;
-use crate::cycles::trace::{self, Error};
+use crate::cycles::trace;
 use std::collections::BTreeSet;
 use std::path::Path;
 

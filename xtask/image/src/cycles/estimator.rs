@@ -1,7 +1,7 @@
 //! Cycle estimate of a stretch of execution, an instruction at a time.
 
 use crate::cycles::memory::Memory;
-use crate::cycles::pipeline::Machine;
+use crate::cycles::pipeline::{Machine, Stalls};
 use crate::cycles::timing::{HIGH, LIKELY, LOW, Reading};
 use crate::{Class, Instruction, Program};
 use std::collections::BTreeMap;
@@ -15,23 +15,6 @@ pub struct Range {
     pub likely: u64,
     /// Most: nearly always of the worst case of every choice.
     pub high: u64,
-}
-
-/// Cycles in which no new instruction starts, by their reason.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Stalls {
-    /// Waiting for instructions from flash.
-    pub fetch: u64,
-    /// Waiting for numbers from flash.
-    pub literal: u64,
-    /// Refill of the pipeline after a branch.
-    pub refill: u64,
-    /// Waiting for a result of the instruction before.
-    pub result: u64,
-    /// Waiting for the busy float unit.
-    pub unit: u64,
-    /// Conflict of instructions and data on one bus.
-    pub bus: u64,
 }
 
 /// Cycles of a stretch of execution: an **estimate**, near to published cycles of other programs on silicon.

@@ -1,12 +1,28 @@
 //! Pipeline: cycles of an instruction after those before it.
 
-use crate::cycles::estimator::Stalls;
 use crate::cycles::memory::{Flash, Memory, Source};
 use crate::cycles::timing::{
     BusConflict, FLASH_LINE_BYTES, FLOAT_DIVIDE, FLOAT_MULTIPLY_ADD, FLOAT_TRANSFER, IfThen, REFILL_MOST, Reading,
     Refill, Transfer,
 };
 use crate::{Class, Instruction, Registers};
+
+/// Cycles in which no new instruction starts, by their reason.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stalls {
+    /// Waiting for instructions from flash.
+    pub fetch: u64,
+    /// Waiting for numbers from flash.
+    pub literal: u64,
+    /// Refill of the pipeline after a branch.
+    pub refill: u64,
+    /// Waiting for a result of the instruction before.
+    pub result: u64,
+    /// Waiting for the busy float unit.
+    pub unit: u64,
+    /// Conflict of instructions and data on one bus.
+    pub bus: u64,
+}
 
 /// The core under one reading of the manuals.
 #[derive(Clone, Debug)]

@@ -3,7 +3,7 @@
 //! For a program that does not end by itself: the caller starts the emulator with [`arguments`], and gives its standard
 //! error to [`read`]; one that ends by itself has [`run`]. The log is long, so this is for a few hundred ticks, not for many.
 
-use crate::cycles::trace::{self, Ended, Error, Line, one_instruction_a_block};
+use crate::cycles::emulator::{Ended, Error, Line, one_instruction_a_block, start};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
@@ -73,7 +73,7 @@ pub fn arguments(detail: Detail) -> Result<Vec<&'static str>, Error> {
 /// # Errors
 /// The emulator cannot be started, or the program fails.
 pub fn run(elf: &Path, detail: Detail, on_event: impl FnMut(Event)) -> Result<(), Error> {
-    let mut child = Ended(trace::start(elf, &arguments(detail)?)?);
+    let mut child = Ended(start(elf, &arguments(detail)?)?);
     let mut said = String::new();
     if let Some(log) = child.0.stderr.take() {
         said = read_saying(BufReader::with_capacity(1 << 16, log), on_event)?;

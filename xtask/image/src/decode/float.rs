@@ -1,7 +1,8 @@
 //! Instructions of the float unit, FPv4-SP.
 
-use super::wide::offset;
-use super::{Class, Effect, Instruction, PC, Registers};
+use super::instruction::offset;
+use super::registers::PC;
+use super::{Class, Effect, Instruction, Registers};
 
 pub(super) fn decode(address: u32, first: u16, second: u16) -> Option<Instruction> {
     // Coprocessors 10 and 11: singles and doubles. 0xef: the vector unit, which this core lacks.

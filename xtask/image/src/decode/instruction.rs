@@ -1,6 +1,7 @@
 //! Instruction: its class, its registers, and its other effects.
 
-use super::{Class, LR, PC, Registers, SP};
+use super::registers::{LR, PC, SP};
+use super::{Class, Registers};
 
 /// The effect of an instruction besides its registers and memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -203,4 +204,17 @@ impl Instruction {
         self.may_fall_through = false;
         self
     }
+}
+
+/// The target of a jump relative to the program counter, which is 4 ahead; `bits` is the offset's width, including the sign
+/// bit.
+pub(super) fn goal(address: u32, offset: u32, bits: u32) -> Effect {
+    let signed = (offset << (32 - bits)) as i32 >> (32 - bits);
+    Effect::Jump(address.wrapping_add(4).wrapping_add_signed(signed))
+}
+
+/// A constant number of words or bytes, forward or backward by bit 7 of the first half.
+pub(super) fn offset(first: u16, count: u16, bytes: i64) -> i64 {
+    let distance = i64::from(count) * bytes;
+    if first & 0x80 == 0 { -distance } else { distance }
 }

@@ -1,6 +1,8 @@
 //! Instructions of one half.
 
-use super::{Class, Effect, Instruction, LR, PC, Registers, SP, goal};
+use super::instruction::goal;
+use super::registers::{LR, PC, SP};
+use super::{Class, Effect, Instruction, Registers};
 
 pub(super) fn decode(address: u32, half: u16) -> Option<Instruction> {
     let new = |class| Instruction::new(address, 2, class);

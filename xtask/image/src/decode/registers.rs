@@ -1,6 +1,13 @@
-//! Sets of registers.
+//! Registers, and sets of them.
 
 use std::ops::BitOr;
+
+/// The stack pointer.
+pub(super) const SP: u16 = 13;
+/// The link register.
+pub(super) const LR: u16 = 14;
+/// The program counter.
+pub(super) const PC: u16 = 15;
 
 /// A set of registers: the core's r0 to r15 and the float unit's s0 to s31.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

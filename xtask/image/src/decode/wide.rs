@@ -1,6 +1,8 @@
 //! Instructions of two halves.
 
-use super::{Class, Effect, Instruction, LR, PC, Registers, SP, float, goal, narrow};
+use super::instruction::{goal, offset};
+use super::registers::{LR, PC, SP};
+use super::{Class, Effect, Instruction, Registers, float, narrow};
 
 pub(super) fn decode(address: u32, first: u16, second: u16) -> Option<Instruction> {
     match first >> 9 {
@@ -81,12 +83,6 @@ fn pair_or_exclusive(address: u32, first: u16, second: u16) -> Option<Instructio
         let from = if first & 0x0100 == 0 { 0 } else { offset(first, second & 0xff, 4) };
         pair.moving(2).addressed_by(base).at(first, from)
     })
-}
-
-/// A constant number of words or bytes, forward or backward by bit 7 of the first half.
-pub(super) fn offset(first: u16, count: u16, bytes: i64) -> i64 {
-    let distance = i64::from(count) * bytes;
-    if first & 0x80 == 0 { -distance } else { distance }
 }
 
 /// Data processing of a shifted register.

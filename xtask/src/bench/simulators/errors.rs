@@ -3,9 +3,9 @@
 //! The arm follows the torques of a feedforward controller, whose feedback is a thousandth of a usual one: an open loop, in which an error of the
 //! integration stays. An error is the largest distance of a joint from a far finer integration of the same simulator, over 0.25 s.
 
-use super::{Settings, scene};
-use crate::bench::Table;
+use super::setup::{STEP, Settings, scene};
 use crate::process::cargo_run;
+use crate::table::Table;
 use anyhow::{Context as _, Result, ensure};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -146,8 +146,7 @@ pub(super) fn at_equal_error(paces: &[Pace], truth: &[Truth; 2], peer: &Value, f
             let settings = [("plant.integrator", integrator), ("plant.tolerance", ""), ("plant.step", step)];
             let error = own.apart(&open_loop(&settings, *rubs, &folder.join("error"))?)?;
             let length: f64 = step.parse()?;
-            let found =
-                |error, pace: f64| Found { rubs: *rubs, name, step: length, error, pace: pace * length / super::STEP };
+            let found = |error, pace: f64| Found { rubs: *rubs, name, step: length, error, pace: pace * length / STEP };
             ours.push(found(error, *pace));
             theirs.extend(rival.error(length).map(|error| found(error, *mujoco)));
         }

@@ -10,7 +10,7 @@
 //! | in every tick: cycles, and a plausible count | [`BadCounter`] |
 //! | in every tick: the bits that the desk's own controller computes | [`Failure::Differ`] |
 
-use crate::budget::Failure;
+use crate::budget::failure::{BadCounter, Failure};
 use crate::budget::random_motion::Tick;
 use crate::budget::report::{OnBoard, Spread};
 use crate::budget::ticks::hello;
@@ -29,58 +29,6 @@ const ANSWER: Duration = Duration::from_secs(3);
 
 /// Number of times that a hello is sent.
 const TRIES: u32 = 3;
-
-/// Reasons why a board's count is not accepted as cycles.
-///
-/// The counter is CYCCNT, of the core's unit DWT. The firmware switches it on (TRCENA, CYCCNTENA) and tests it at the
-/// start. A counter that stands still, or that differs over the same work, is not reported from then on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum BadCounter {
-    /// The firmware itself rejected the counter.
-    #[error(
-        "tick {tick} has no cost: when the firmware started, the cycle counter stood still or did not repeat itself. {STANDS_STILL}"
-    )]
-    None {
-        /// The first such tick.
-        tick: u32,
-    },
-    /// The counter has stopped since. The count is then at most zero, because the cost of reading the counter is
-    /// subtracted.
-    #[error("tick {tick} took {} cycles: the counter stands still. {STANDS_STILL}", .count.cast_signed())]
-    Stuck {
-        /// The first such tick.
-        tick: u32,
-        /// The reported count.
-        count: u32,
-    },
-    /// Fewer cycles than instructions; no core runs more than one instruction in a cycle.
-    #[error(
-        "tick {tick} took {count} cycles, and the emulator counts at least {instructions} instructions in it, of which no core does two at \
-         once: the counter does not count every cycle. {STANDS_STILL}"
-    )]
-    TooFew {
-        /// The first such tick.
-        tick: u32,
-        /// The reported count.
-        count: u32,
-        /// The emulator's count.
-        instructions: u32,
-    },
-    /// An emulator, whose instruction counts are not cycles.
-    #[error(
-        "tick {tick} is counted in instructions, not in cycles: there is the emulated board's firmware on this port; \
-         `cargo xtask budget --scene SCENE` without --port measures that"
-    )]
-    Instructions {
-        /// The first such tick.
-        tick: u32,
-    },
-}
-
-/// Advice for a counter that stands still.
-const STANDS_STILL: &str = "CYCCNT counts while TRCENA is set in DEMCR and CYCCNTENA in DWT_CTRL, and on a chip that has it (NOCYCCNT is 0 in \
-                            DWT_CTRL). The firmware sets both once; a debugger that detaches may clear them: take the probe off, reset the board, \
-                            and measure again";
 
 /// Cycles of every tick of a motion.
 ///

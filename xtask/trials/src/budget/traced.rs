@@ -47,7 +47,7 @@ pub(crate) fn follow<const N: usize, R: Send + 'static>(
     scene: &SceneFile,
     elf: &Path,
     motion: &[Tick<N>],
-    read: impl FnOnce(Log) -> Result<R, chip_image::cycles::trace::Error> + Send + 'static,
+    read: impl FnOnce(Log) -> Result<R, chip_image::cycles::emulator::Error> + Send + 'static,
 ) -> Result<(R, Carried), Failure> {
     let arguments: Vec<_> = steps::arguments(Detail::Registers)?.into_iter().map(Into::into).collect();
     let mut emulator = Emulator::start_with(QEMU.as_ref(), elf, PATIENCE, &arguments)?;

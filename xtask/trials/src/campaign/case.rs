@@ -1,7 +1,8 @@
 //! Case of a run: a fault in a state.
 
-use super::Target;
-use actuator_model::bus::{CommandFate, Fate, Order};
+use super::target::Target;
+use actuator_model::bus::{CommandFate, Fate};
+use actuator_model::frame::Order;
 use board::session::states;
 use core::fmt::Debug;
 use dynamics_core::Term;

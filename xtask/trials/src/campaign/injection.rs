@@ -4,38 +4,11 @@ use super::case::FaultKind;
 use super::host::Host;
 use super::machine::Told;
 use super::random::Random;
-use super::run::Stage;
-use dynamics_core::{Inertia, JointSpec, Live, Reference, Sensed, Wrench};
+use super::stage::{JointScale, Stage};
+use dynamics_core::{Inertia, Live, Reference, Sensed, Wrench};
 use link::codec::FrameTooLong;
 use link::{Frame, Request};
 use nalgebra::{Matrix3, Vector3};
-
-/// Scales of a joint, by which faults are sized.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct JointScale {
-    /// Largest allowed change of a reading in a tick, rad or m.
-    pub(super) jump_step: f64,
-    /// Position per encoder count; 0 if positions are measured directly.
-    pub(super) per_count: f64,
-    /// Greatest speed, rad/s or m/s.
-    pub(super) velocity: f64,
-    /// Lowest and highest position, rad or m.
-    pub(super) position: (f64, f64),
-}
-
-impl JointScale {
-    /// Create the scales of a joint. Missing limits are replaced by those of an ordinary joint.
-    pub(super) fn new(spec: &JointSpec, jump_step: f64, per_count: f64) -> Self {
-        let finite = |x: f64, or: f64| if x.is_finite() { x } else { or };
-        let (low, high) = spec.limits.position;
-        Self {
-            jump_step: finite(jump_step, 0.01),
-            per_count,
-            velocity: finite(spec.limits.velocity, 3.0),
-            position: (finite(low, -6.0), finite(high, 6.0)),
-        }
-    }
-}
 
 /// A temporary fault.
 #[derive(Clone, Debug)]

@@ -24,8 +24,7 @@ use board::session::states::IDLE;
 use dynamics_core::ControllerConfig;
 use dynamics_core::safety::Rules;
 use link::Request;
-use observation::Observation;
-use torque::torque;
+use observation::{Observation, torque};
 
 /// Trust in readings and model; each level includes the one before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

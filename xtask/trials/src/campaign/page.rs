@@ -1,8 +1,8 @@
 //! A campaign as a page.
 
 use super::Target;
+use super::outcome::{Counterexample, Outcome};
 use super::report::{Cell, LEGEND, Report};
-use super::run::{Counterexample, Outcome};
 use report::{Block, Figure, Page, Point, Scale, Series, Table};
 use sim::run::files::shell_word;
 use std::path::PathBuf;

@@ -1,8 +1,8 @@
 //! Report of a campaign: a table of faults and states.
 
 use super::case::{FaultKind, Situation};
-use super::run::{Counterexample, Exemption, Finished, Outcome};
-use super::{Campaign, Target};
+use super::outcome::{Counterexample, Exemption, Finished, Outcome};
+use super::target::Target;
 use serde::Serialize;
 use sim::table::table;
 use std::collections::BTreeMap;
@@ -66,8 +66,12 @@ pub struct Report {
 
 impl Report {
     /// Summarise finished runs.
-    pub(super) fn new(scenes: Vec<String>, campaign: &Campaign, finished: Vec<Finished>, time: Duration) -> Self {
-        let target = campaign.target;
+    pub(super) fn new(
+        scenes: Vec<String>,
+        (target, seed): (Target, u64),
+        finished: Vec<Finished>,
+        time: Duration,
+    ) -> Self {
         let states: Vec<_> = Situation::names(target).map(|(situation, _)| situation).collect();
         let rows = FaultKind::names(target).map(|(fault, _)| Row::of(fault, target, &finished));
         let exempt = |exemption: Exemption| {
@@ -79,7 +83,7 @@ impl Report {
             target: target.name(),
             exempt: exempt.into_iter().filter(|(_, runs)| *runs > 0).collect(),
             states,
-            seed: campaign.seed,
+            seed,
             runs: finished.len() as u64,
             ticks: finished.iter().map(|run| u64::from(run.ticks)).sum(),
             seconds: time.as_secs_f64(),

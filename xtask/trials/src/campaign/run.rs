@@ -2,164 +2,22 @@
 
 use super::case::{Case, FaultKind, Situation};
 use super::host::Host;
-use super::injection::{Injection, JointScale};
+use super::injection::Injection;
 use super::judge::{Heard, Judge, Law, Trust, Unsafe};
 use super::machine::{Machine, Said, Told, Trouble};
+use super::outcome::{Finished, Motion, Number};
 use super::random::Random;
 use super::script::{Script, Stop, finish};
-use board::chip::hello;
-use dynamics_core::safety::{Rules, SafeAction};
-use dynamics_core::{ControllerConfig, Live, Reference};
+use super::stage::Stage;
+use dynamics_core::Reference;
+use dynamics_core::safety::SafeAction;
 use link::codec::FrameTooLong;
 use link::{Frame, Hello, Status};
-use robot_compiler::SceneFile;
 use robot_compiler::scene::Push;
-use serde::Serialize;
 use session::Drives;
 use sim::failure::Failure;
 use sim::plant::Diverged;
-use sim::run::simulate;
 use sim::run::world::{World, measurement};
-use std::path::PathBuf;
-
-/// Data shared by all runs of a scene.
-pub struct Stage<const N: usize> {
-    /// Name of the scene, and its file.
-    pub(super) scene: (String, PathBuf),
-    world: World<N>,
-    pub(super) hello: Hello,
-    pub(super) config: ControllerConfig<f64, N>,
-    pub(super) rules: Rules<f64, N>,
-    pub(super) live: Frame,
-    /// The live inputs as they should be.
-    pub(super) truth: Live<f32, N>,
-    pub(super) scales: [JointScale; N],
-    /// Normal supply voltage and temperature.
-    pub(super) calm: (Option<f32>, Option<f32>),
-}
-
-impl<const N: usize> Stage<N> {
-    /// Prepare the runs of a scene.
-    ///
-    /// # Errors
-    /// The scene cannot be run.
-    pub fn new(scene: &SceneFile) -> Result<Self, Failure> {
-        let model = scene.robot.model::<N>().map_err(Failure::input)?;
-        let (config, rules) = (scene.controller_config(&model), scene.safety_rules(&model));
-        let arm = simulate::arm::<N>(scene)?;
-        let scale = |i: usize| {
-            let per_count = if scene.sensors.encoder { config.encoder[i].per_count } else { 0.0 };
-            JointScale::new(&arm.joints[i], rules.joints[i].jump_step, per_count)
-        };
-        let truth = simulate::live_inputs(scene, &model);
-        let live = link::Live::new(&truth)
-            .map_err(|error| Failure::Input(miette::miette!("{}: {error}", scene.path.display())))?;
-        let middle = |(low, high): (f64, f64), or: f32| {
-            let middle = (0.5 * (low + high)) as f32;
-            Some(if middle.is_finite() { middle } else { or })
-        };
-        Ok(Self {
-            scene: (scene.name.clone(), scene.path.clone()),
-            // Drives would stand between the injected readings and the machine.
-            world: simulate::ideal_world(scene)?,
-            hello: hello(scene, &model, link::Pacing::LockStep),
-            live: Frame::Live(live),
-            truth,
-            scales: core::array::from_fn(scale),
-            calm: (middle(rules.supply, 24.0), middle(rules.temperature, 30.0)),
-            config,
-            rules,
-        })
-    }
-}
-
-/// Effect of a fault.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Outcome {
-    /// The machine entered the fault state with this code.
-    Fault(u8),
-    /// The machine held, with this cause.
-    Held(u8),
-    /// The machine followed a request.
-    Asked,
-    /// The machine carried on.
-    Unaffected,
-}
-
-/// A run with an unsafe command, and the data to reproduce and understand it.
-#[derive(Clone, Debug, Serialize)]
-pub struct Counterexample {
-    /// Name of the scene.
-    pub scene: String,
-    /// Seed of the campaign.
-    pub seed: u64,
-    /// Number of the run.
-    pub run: u64,
-    /// Tick of the unsafe command.
-    pub tick: u32,
-    /// The fault and the state.
-    pub case: Case,
-    /// The law that is broken; `None` if chip and desk differ.
-    pub law: Option<Law>,
-    /// Description of the violation.
-    pub what: String,
-    /// Inputs and outputs of the machine in that tick.
-    pub inputs: String,
-}
-
-/// A finished run.
-#[derive(Clone, Debug)]
-pub struct Finished {
-    /// The fault and the state.
-    pub case: Case,
-    /// Effect of the fault.
-    pub outcome: Outcome,
-    /// Number of ticks, all of them judged.
-    pub ticks: u32,
-    /// Motion of the joints, for runs with drives.
-    pub motion: Motion,
-    /// The unsafe command that ended the run.
-    pub counterexample: Option<Counterexample>,
-}
-
-/// Motion of an arm on real drives in a run.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Motion {
-    /// Greatest distance of a joint from where it should be while torque is to hold it, rad or m.
-    pub worst: f64,
-    /// Exemptions that occurred: one bit for each of [`Exemption::NAMES`].
-    pub exempt: u8,
-}
-
-/// Motion that no program can prevent.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Exemption {
-    /// An arm without brakes falls at a joint whose drive is off or has no power.
-    NoDrive = 1,
-    /// A drive that hears nothing gives its last torque until its own timeout.
-    Unheard = 2,
-    /// A drive that is off below the torque at which its replies could show it: the arm may leave its place by its `reach`.
-    Invisible = 4,
-}
-
-impl Exemption {
-    /// All of them, in words.
-    pub const NAMES: [(Self, &'static str); 3] = [
-        (Self::NoDrive, "an arm without brakes falls at a drive that is off"),
-        (Self::Unheard, "a drive that hears nothing gives its last torque until its own timeout"),
-        (Self::Invisible, "a drive is off below the torque that its replies can show"),
-    ];
-}
-
-/// Identification of a run: campaign and number.
-#[derive(Clone, Copy, Debug)]
-pub struct Number {
-    /// Seed of the campaign.
-    pub seed: u64,
-    /// Number of the run.
-    pub run: u64,
-}
 
 /// Do one run. The machine may have done anything before, because the run begins with a hello.
 ///

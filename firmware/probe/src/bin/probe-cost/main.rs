@@ -15,8 +15,6 @@
 
 #[cfg(target_os = "none")]
 mod count;
-#[cfg(target_os = "none")]
-mod scenes;
 
 #[cfg(not(target_os = "none"))]
 fn main() {

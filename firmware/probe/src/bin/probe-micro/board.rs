@@ -1,7 +1,7 @@
 //! A board: its cycle counter, and USART2 at 1 Mbaud for the lines. Clocks and pins as in `firmware/src/boards/f405.rs`.
 
+use crate::report::report;
 use crate::stretches::{Data, Stretch};
-use crate::time::report;
 use core::fmt::Write as _;
 use cortex_m::peripheral::DWT;
 use stm32f4xx_hal::pac;

@@ -11,6 +11,8 @@
 #[cfg(target_os = "none")]
 mod board;
 #[cfg(target_os = "none")]
+mod report;
+#[cfg(target_os = "none")]
 #[allow(unsafe_code, reason = "the stretches are in assembler")]
 mod stretches;
 #[cfg(target_os = "none")]

@@ -1,8 +1,8 @@
 //! The program on the chip.
 
 use crate::board;
-use crate::stretches::{Data, Stretch, all};
-use core::fmt;
+use crate::report::report;
+use crate::stretches::{Data, Stretch};
 use cortex_m_rt::entry;
 use cortex_m_semihosting::hprintln;
 use probe::Counter;
@@ -22,19 +22,4 @@ fn main() -> ! {
 
 fn counted(counter: &Counter, stretch: &Stretch, data: &mut Data) -> u32 {
     counter.call(Stretch::run, stretch, data).0
-}
-
-/// Times every stretch a second time, when caches know it, and writes the lines.
-pub(crate) fn report(
-    data: &mut Data,
-    time: impl Fn(&Stretch, &mut Data) -> u32,
-    mut write: impl FnMut(fmt::Arguments<'_>),
-) {
-    write(format_args!("micro begin"));
-    for stretch in all() {
-        time(stretch, data);
-        let count = time(stretch, data);
-        write(format_args!("micro {} {count}", stretch.name()));
-    }
-    write(format_args!("micro end {}", all().len()));
 }

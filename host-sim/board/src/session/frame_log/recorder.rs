@@ -1,25 +1,12 @@
 //! A record of a session while it is written, in either format; the file's ending chooses.
 
-use super::viewer::SessionFile;
-use super::{Head, Way, Writer};
-use dynamics_core::control::Encoder;
+use super::viewer::{Recorded, SessionFile};
+use super::{Way, Writer};
 use link::Frame;
-use robot_compiler::Robot;
 use std::fs::File;
 use std::io::{self, BufWriter};
 use std::path::Path;
 use std::time::Duration;
-
-/// Arm of a session, as far as a viewer wants it.
-#[derive(Clone, Debug)]
-pub struct Recorded {
-    /// Robot, scene and controller of the frames.
-    pub head: Head,
-    /// The robot.
-    pub robot: Robot,
-    /// Encoders of its joints, base first.
-    pub encoders: Vec<Encoder<f64>>,
-}
 
 /// A record that is being written.
 #[derive(Debug)]

@@ -1,11 +1,11 @@
 //! Record of a session as MCAP: the frames to the last bit, and beside them what viewers show.
 
-use super::recorder::Recorded;
 use super::{ENTRY, Head, Log, LogError, VERSION, Way, encoded, entry};
 use crate::session::operate::messages;
 use crate::session::states::FAULT;
 use dynamics_core::control::Encoder;
 use link::{Actuation, Frame, PROTOCOL_VERSION, Sensed, Status};
+use robot_compiler::Robot;
 use sim::run::mcap_file::arm::ArmChannels;
 use sim::run::mcap_file::messages::{JointTick, LinkFrame, Message as _, Tick, Time, finite};
 use sim::run::mcap_file::reader::{Item, Reader};
@@ -19,6 +19,17 @@ const ABOUT: &str = "newtau.session";
 
 /// Longest time that a file which is cut off has lost.
 const CHUNK: Duration = Duration::from_secs(1);
+
+/// Arm of a session, as far as a viewer wants it.
+#[derive(Clone, Debug)]
+pub struct Recorded {
+    /// Robot, scene and controller of the frames.
+    pub head: Head,
+    /// The robot.
+    pub robot: Robot,
+    /// Encoders of its joints, base first.
+    pub encoders: Vec<Encoder<f64>>,
+}
 
 /// A record that is being written.
 #[derive(Debug)]

@@ -3,13 +3,13 @@
 //! The operator's code is the same for every arm: only [`Joints`] and [`Course`] depend on the number of joints, and
 //! are compiled for each number.
 
-use super::Stop;
+use super::course::Course;
 use super::motion_queue::way;
+use super::reason::Stop;
 use super::torque_cause::DriveNumbers;
-use super::torque_check::hidden;
 use crate::session::frame_log::Head;
-use crate::session::frame_log::recorder::Recorded;
-use dynamics_core::control::trajectory::{Bounds, Motion, MotionError};
+use crate::session::frame_log::viewer::Recorded;
+use dynamics_core::control::trajectory::{Bounds, MotionError};
 use dynamics_core::control::{ControllerConfig, Encoder, Law};
 use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
 use dynamics_core::safety::SafeAction;
@@ -36,54 +36,8 @@ use std::time::Duration;
 /// Relative deviation of the torques that drives were told.
 const TORQUE_DEVIATION: f64 = 0.02;
 
-/// A motion of an arm with any number of joints.
-pub trait Course: fmt::Debug {
-    /// Duration, s.
-    fn duration(&self) -> f64;
-
-    /// Reference at `t` (s) after the start.
-    fn at(&self, t: f64) -> link::Reference;
-
-    /// Reference at the end, to the last bit.
-    fn end(&self) -> link::Reference;
-
-    /// Positions at the start and at the end, rad or m.
-    fn ends(&self) -> [Vec<f64>; 2];
-
-    /// Greatest speed of each joint, rad/s or m/s.
-    fn peak_velocity(&self) -> Vec<f64>;
-
-    /// The same path, so many times as slow: speeds go with `1 / factor`, accelerations with its square. `None` for a factor that is not
-    /// above 1 and finite.
-    fn slowed(&self, factor: f64) -> Option<Rc<dyn Course>>;
-}
-
-impl<const N: usize> Course for Motion<f64, N> {
-    fn duration(&self) -> f64 {
-        Motion::duration(self)
-    }
-
-    fn at(&self, t: f64) -> link::Reference {
-        link::Reference::new(&self.sample(t).cast::<f32>())
-    }
-
-    fn end(&self) -> link::Reference {
-        link::Reference::new(&Motion::end(self).cast::<f32>())
-    }
-
-    fn ends(&self) -> [Vec<f64>; 2] {
-        [self.start().q.to_vec(), Motion::end(self).q.to_vec()]
-    }
-
-    fn peak_velocity(&self) -> Vec<f64> {
-        self.peaks().velocity.to_vec()
-    }
-
-    fn slowed(&self, factor: f64) -> Option<Rc<dyn Course>> {
-        let slower = (factor > 1.0).then(|| self.stretched(factor * (1.0 + Bounds::<f64, N>::MARGIN)))?;
-        slower.ok().map(|motion| Rc::new(motion) as Rc<dyn Course>)
-    }
-}
+/// Share of the torque limit that counts as noise.
+const NOISE: f64 = 0.005;
 
 /// Operations that depend on the number of joints.
 pub(super) trait Joints: fmt::Debug {
@@ -345,6 +299,11 @@ impl Arm {
             words: scene.protocol().map(words_of),
         })
     }
+}
+
+/// Torque of a joint that friction and noise may hide, N m or N.
+fn hidden(coulomb: f64, limit: f64) -> f64 {
+    coulomb + if limit.is_finite() { NOISE * limit } else { 0.0 }
 }
 
 /// For each joint with a drive, true if the robot file knows the numbers of its motor's heat.

@@ -3,8 +3,7 @@
 //! At a terminal a thread reads every key at once, whatever the operator's loop waits for: Esc, space on an empty line, and the lines
 //! `stop` and `s` are counted as presses of the stop key, and need no place in the queue of lines. Ctrl-D is the line `quit`.
 
-use super::Presses;
-use super::keys::{Editor, Event, Keyboard};
+use super::keys::{Editor, Event, Keyboard, Presses};
 use std::collections::VecDeque;
 use std::io::{self, BufRead, IsTerminal, Read, Write};
 use std::path::Path;

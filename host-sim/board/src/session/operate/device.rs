@@ -10,6 +10,9 @@ use sim::plant::Diverged;
 use std::io;
 use std::time::{Duration, Instant};
 
+/// Timeout for an answer or a status of the board.
+pub const SILENCE: Duration = Duration::from_secs(2);
+
 /// A board, or a drill in its place.
 pub trait Device {
     /// The pacing: the event that starts a tick.

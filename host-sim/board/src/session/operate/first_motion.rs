@@ -1,7 +1,8 @@
 //! The first motion after homing: the board limits speed and torque until `full-range`, and the operator shows what was seen so far.
 
-use super::arm::Course;
-use super::requests::Rejection;
+use super::course::Course;
+use super::observed::{FirstMotion, Range};
+use super::rejection::Rejection;
 use super::{Operator, Stop, messages};
 use link::{Request, Status};
 use std::rc::Rc;
@@ -27,33 +28,6 @@ const MOVED: f64 = 0.02;
 
 /// Time over which a speed is averaged, s: a step of an encoder must not look like a fast joint.
 const AVERAGED: f64 = 0.05;
-
-/// Observations of one joint since homing.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Range {
-    /// Lowest and highest position, rad or m.
-    position: (f64, f64),
-    /// Largest speed, averaged over [`AVERAGED`], rad/s or m/s.
-    speed: f64,
-    /// Largest difference of the commanded torque from the model's gravity torque, N m or N.
-    beyond_gravity: f64,
-    /// Largest commanded torque, N m or N.
-    torque: f64,
-    /// Largest distance of the joint from the trajectory, rad or m; `None` if no status held a reference.
-    error: Option<f64>,
-}
-
-/// Observations since homing, and the limit of the first motion.
-#[derive(Clone, Debug, Default)]
-pub(super) struct FirstMotion {
-    /// True from homing to `full-range`, if the board limits the first motion.
-    limited: bool,
-    joints: Vec<Range>,
-    /// Ticks in which torque acted, as far as they were reported.
-    ticks: u64,
-    /// Tick and positions from which the speed is averaged.
-    from: Option<(u32, Vec<f64>)>,
-}
 
 impl Operator {
     /// True if the limits of the first motion are in force.

@@ -1,5 +1,11 @@
 //! Keys of a terminal: a line editor with a stop key.
 
+use std::sync::Arc;
+use std::sync::atomic::AtomicU32;
+
+/// Counter of presses: of Ctrl-C, or of the stop key.
+pub type Presses = Arc<AtomicU32>;
+
 /// Outcome of typed bytes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Event {

@@ -1,7 +1,7 @@
 //! Messages for the numbers of `docs/safety.md`, with advice. One table for each kind; a test compares them with the
 //! core's numbers. The words of a fault are the core's own: [`Fault`].
 
-use super::requests::Rejection;
+use super::rejection::Rejection;
 use crate::chip::refusal_in_words;
 use ::session::readings::JointFaults;
 use dynamics_core::control::{Fault, LimitFlags};

@@ -1,6 +1,6 @@
 //! A queue of motions, sent as points of the board's trajectory, as far ahead as the board has room.
 
-use super::arm::Course;
+use super::course::Course;
 use dynamics_core::control::trajectory::{Bounds, Motion, MotionError, Timing, Waypoint};
 use link::Point;
 use std::collections::VecDeque;

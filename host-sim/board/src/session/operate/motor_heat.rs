@@ -3,68 +3,14 @@
 //! A motor's time constant is a second or more, so that an older value would hardly differ. The values are parameters of the board
 //! ([`session::parameters::HEAT`]), which costs no place in a status.
 
+use super::heat::{Heat, joint_of};
 use super::{Operator, Stop};
 use link::{Frame, Value};
-use session::parameters::{ARM, HEAT};
+use session::parameters::HEAT;
 use std::time::Duration;
 
 /// Interval at which the heat is asked for.
 const EVERY: Duration = Duration::from_millis(500);
-
-/// Heat of a motor, 1 at its continuous limit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Heat {
-    /// The robot file does not know the motor's rated torque or time constant, or the firmware does not send its heat.
-    Unknown,
-    /// The board has not answered yet.
-    Pending,
-    /// The last answer.
-    Known(f32),
-}
-
-impl Heat {
-    /// The board's answer: not a number if it does not know the motor.
-    pub(super) fn of(answer: f32) -> Self {
-        if answer.is_nan() { Self::Unknown } else { Self::Known(answer) }
-    }
-}
-
-/// The last heat of each motor, and the question for the next.
-#[derive(Clone, Debug, Default)]
-pub(super) struct MotorHeat {
-    joints: Vec<f32>,
-    /// Time of the last question, on the device's clock.
-    asked: Option<Duration>,
-    /// A command asks for the heat itself, and takes the answers.
-    expected: bool,
-    /// The firmware is older than this parameter.
-    unsupported: bool,
-}
-
-impl MotorHeat {
-    /// Expects answers to these frames of a command.
-    pub(super) fn expect(&mut self, frames: &[Frame]) {
-        self.expected = frames.iter().any(|frame| matches!(frame, Frame::Get(index) if joint_of(*index).is_some()));
-    }
-
-    pub(super) fn is_expected(&self) -> bool {
-        self.expected
-    }
-
-    pub(super) fn unsupported(&mut self) {
-        self.unsupported = true;
-    }
-
-    /// A new session: the board may be another one.
-    pub(super) fn forget(&mut self) {
-        *self = Self::default();
-    }
-}
-
-/// Joint of a parameter that is a heat.
-fn joint_of(index: u8) -> Option<usize> {
-    (index < ARM && index % 16 == HEAT).then_some(usize::from(index / 16))
-}
 
 impl Operator {
     /// Asks for the heat of the motors that the board follows, if the last answers are old.

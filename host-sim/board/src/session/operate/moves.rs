@@ -1,7 +1,7 @@
 //! Motions from the arm's present position, with points sent ahead of the arm.
 
-use super::arm::Course;
-use super::requests::Rejection;
+use super::course::Course;
+use super::rejection::Rejection;
 use super::{Operator, Stop};
 use crate::session::states::RUNNING;
 use dynamics_core::control::trajectory::MotionError;

@@ -1,9 +1,9 @@
 //! Parameters of a board by name: reading and changing them.
 
-use super::motor_heat::Heat;
-use super::{Operator, SILENCE, Stop};
+use super::heat::Heat;
+use super::{Operator, Stop};
 use crate::chip::refusal_in_words;
-use crate::session::operate::device::DeviceError;
+use crate::session::operate::device::{DeviceError, SILENCE};
 use dynamics_core::Inertia;
 use dynamics_core::control::Law;
 use link::{Frame, Refusal, Setting, Value};

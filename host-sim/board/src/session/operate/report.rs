@@ -1,7 +1,7 @@
 //! Output for the operator: lines of text, or one JSON object a line.
 
+use super::heat::Heat;
 use super::messages;
-use super::motor_heat::Heat;
 use console::style;
 use dynamics_core::safety::heat::HeatLevel;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};

@@ -3,8 +3,9 @@
 //! A frame that was sent was not received: each request carries a number, and is sent again every [`REPEAT`] until the board's answer has
 //! come. The board acts once on a number, however often it comes.
 
-use super::device::DeviceError;
-use super::{Operator, SILENCE, Stop, messages};
+use super::device::{DeviceError, SILENCE};
+use super::rejection::Rejection;
+use super::{Operator, Stop, messages};
 use crate::session::states::{ARMING, DISARMING, RUNNING};
 use link::{Denial, Frame, Request, Verdict};
 use std::time::Duration;
@@ -24,17 +25,6 @@ const CHANGE_PENDING: u8 = 11;
 
 /// Longest time in which an arm is armed or disarmed.
 const ARMING_TIME: Duration = Duration::from_secs(10);
-
-/// Reason why a request had no effect.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rejection {
-    /// The board rejects it.
-    Denied(Denial),
-    /// A stronger request came for the same tick.
-    Superseded,
-    /// No answer has come for this long: the request may or may not have arrived.
-    Unconfirmed(Duration),
-}
 
 impl Operator {
     /// Sends a request until the board has answered it. Returns the reason if it had no effect.

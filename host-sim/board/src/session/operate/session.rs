@@ -1,9 +1,10 @@
 //! Communication with a board except motions: hellos, requests, the interval of its reports, and the end of a session.
 
 use super::command::{Command, HELP};
-use super::device::{Cut, DeviceError};
-use super::requests::{Rejection, name_of};
-use super::{Operator, SILENCE, Stop, has_taken, table};
+use super::device::{Cut, DeviceError, SILENCE};
+use super::rejection::Rejection;
+use super::requests::name_of;
+use super::{Operator, Stop, has_taken, table};
 use crate::chip::ChipError;
 use crate::session::frame_log::recorder::Recorder;
 use crate::session::states::{ARMING, RUNNING};

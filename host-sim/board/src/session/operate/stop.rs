@@ -1,6 +1,8 @@
 //! The stop key and the command `stop`: a controlled stop, and an emergency stop if it comes twice.
 
-use super::requests::Rejection;
+use super::keys::Presses;
+use super::moment::Moment;
+use super::rejection::Rejection;
 use super::{Operator, Stop, messages};
 use link::Request;
 use std::sync::atomic::Ordering;
@@ -9,19 +11,10 @@ use std::time::Instant;
 /// A second stop within this time is an emergency stop, s.
 const TWICE: f64 = 1.0;
 
-/// Time of a stop.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Moment {
-    /// Time of this machine: a person presses a key.
-    Wall(Instant),
-    /// Tick of a dry run: a script does the same on every machine.
-    Tick(u32),
-}
-
 impl Operator {
     /// Lets a user's stop key interrupt whatever the operator waits for.
     #[must_use]
-    pub fn with_stop_key(self, stops: Option<super::Presses>) -> Self {
+    pub fn with_stop_key(self, stops: Option<Presses>) -> Self {
         let stops_seen = stops.as_ref().map_or(0, |stops| stops.load(Ordering::Relaxed));
         Self { stops, stops_seen, ..self }
     }

@@ -11,77 +11,23 @@
 //! `check-torque` moves it a little, there and back, and fits `told = s acted + c sign(qd)`; its factor is `1 / s`.
 
 use super::arm::Arm;
+use super::samples::{SAMPLES_MIN, Sample, WINDOW};
 use super::torque_cause::common;
 use super::{Operator, Stop};
 use crate::session::states::{ARMED, HOLDING, RUNNING};
-use std::collections::VecDeque;
 
-/// Time over which a joint is judged, s, and when that begins after arming: drives are switched on, and most arms have settled by then.
-const WINDOW: f64 = 0.1;
+/// Time from arming to the first sample that is judged, s: drives are switched on, and most arms have settled by then.
 const RISE: f64 = 0.3;
-
-/// Fewest samples of a parabola.
-const SAMPLES_MIN: usize = 8;
 
 /// Factors beyond this either way are named, and beyond the second no motion begins.
 const NAMED: f64 = 1.15;
 const REFUSED: f64 = 2.0;
-
-/// Share of the torque limit that counts as noise.
-const NOISE: f64 = 0.005;
 
 /// Distance that `check-torque` moves a joint, rad or m.
 const REACH: f64 = 0.2;
 
 /// Greatest standard deviation of a factor that is told.
 const DOUBT: f64 = 0.1;
-
-/// Positions and commands of a tick.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Sample {
-    pub(super) tick: u32,
-    pub(super) q: Vec<f64>,
-    pub(super) torque: Vec<f64>,
-}
-
-/// The last ticks in which torque acted.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Samples {
-    all: VecDeque<Sample>,
-    /// Samples that are kept at least; 0 keeps those of one window.
-    room: usize,
-    /// Tick in which torque began to act, and the time since, s.
-    first: Option<u32>,
-    since: f64,
-}
-
-impl Samples {
-    pub(super) fn push(&mut self, sample: Sample, period: f64) {
-        // Statuses may come every tick or every twentieth: a window is a time, not a number of them.
-        let is_old = |first: &Sample| f64::from(sample.tick.wrapping_sub(first.tick)) * period >= WINDOW;
-        while self.all.len() >= SAMPLES_MIN.max(self.room) && self.all.front().is_some_and(is_old) {
-            self.all.pop_front();
-        }
-        let first = self.first.get_or_insert(sample.tick);
-        self.since = f64::from(sample.tick.wrapping_sub(*first)) * period;
-        self.all.push_back(sample);
-    }
-
-    /// Keep at least so many from here on, and none of before; 0 keeps those of one window.
-    pub(super) fn keep(&mut self, room: usize) {
-        self.all.clear();
-        self.room = room;
-    }
-
-    /// All that are kept, oldest first.
-    pub(super) fn all(&self) -> impl Iterator<Item = &Sample> + Clone {
-        self.all.iter()
-    }
-
-    pub(super) fn clear(&mut self) {
-        self.all.clear();
-    }
-}
 
 /// Torque that acted on each joint, and torque that was told, both N m or N, in the middle of these samples; velocities too.
 #[derive(Clone, Debug, PartialEq)]
@@ -154,11 +100,6 @@ fn findings(seen: &Acted, arm: &Arm) -> Vec<Finding> {
         (acted * told < 0.0 || low > NAMED || high < 1.0 / NAMED).then_some(finding)
     };
     seen.acted.iter().zip(&seen.told).zip(&arm.hidden).enumerate().filter_map(judge).collect()
-}
-
-/// Torque of a joint that friction and noise may hide, N m or N.
-pub(super) fn hidden(coulomb: f64, limit: f64) -> f64 {
-    coulomb + if limit.is_finite() { NOISE * limit } else { 0.0 }
 }
 
 /// Error of the gravity model on one joint of an arm at rest.

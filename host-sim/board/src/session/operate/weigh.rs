@@ -1,7 +1,7 @@
 //! Payload of the arm, from its own slow motions: `weigh`.
 
 use super::arm::{Arm, Joints};
-use super::torque_check::Sample;
+use super::samples::Sample;
 use super::{Operator, Stop};
 use crate::session::states::{ARMED, HOLDING, RUNNING};
 use dynamics_core::Inertia;

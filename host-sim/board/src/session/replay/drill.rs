@@ -1,6 +1,6 @@
 //! Replay of a drill: its frames in their order determine every tick.
 
-use super::{Difference, Gap, Replay, ReplayError, bits, difference};
+use super::difference::{Difference, Gap, Replay, ReplayError, bits, difference};
 use crate::session::drill::{Drill, OnDesk, without_cost};
 use crate::session::frame_log::{Entry, LogError, Way};
 use dynamics_core::Model;

@@ -1,6 +1,6 @@
 //! Replay of a board paced by its own timer: each status holds the inputs of its tick.
 
-use super::{Gap, Replay, ReplayError, difference};
+use super::difference::{Gap, Replay, ReplayError, difference};
 use crate::session::drill::{DeskSession, Uncounted, desk_session};
 use crate::session::frame_log::{Entry, LogError, Way};
 use dynamics_core::Model;

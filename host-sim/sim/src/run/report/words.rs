@@ -1,9 +1,9 @@
 //! A run in sentences and tables.
 
 use super::events::Event;
+use crate::run::numbers::engineering;
 use crate::run::record::JointLabel;
 use crate::run::simulate::Run;
-use crate::run::summary::engineering;
 use report::{Block, Cell, Table};
 
 /// A number with three digits, and all of its digits behind them.

@@ -14,7 +14,8 @@ mod table;
 
 pub use distribution::{Distribution, Histogram, Quantiles, Worst};
 pub use interval::Share;
-pub use rank::Correlation;
+pub use rank::{Correlation, Sensitivity};
+pub use table::{Group, GroupCell};
 
 use super::prepared::VERSION;
 use super::store::{RUNS, STUDY};
@@ -79,37 +80,6 @@ pub struct BrokenOff {
     pub share: Share,
     /// The first of them.
     pub first: Vec<u64>,
-}
-
-/// Rank correlation of a figure with a key.
-#[derive(Clone, Debug, Serialize)]
-pub struct Sensitivity {
-    /// The figure.
-    pub metric: String,
-    /// The key.
-    pub key: String,
-    /// The correlation; `None` where figure or key has one value only.
-    pub correlation: Option<Correlation>,
-}
-
-/// Runs by the values of one key or two.
-#[derive(Clone, Debug, Serialize)]
-pub struct Group {
-    /// The keys.
-    pub keys: Vec<String>,
-    /// Each combination of values.
-    pub cells: Vec<GroupCell>,
-}
-
-/// Runs with certain values.
-#[derive(Clone, Debug, Serialize)]
-pub struct GroupCell {
-    /// The values.
-    pub values: Vec<String>,
-    /// Share of the runs that failed.
-    pub failures: Share,
-    /// Median of each figure over the complete runs of the sample; `None` where it holds none.
-    pub medians: Vec<Option<f64>>,
 }
 
 /// Which runs a sample holds.

@@ -15,6 +15,17 @@ pub struct Correlation {
     pub share: f64,
 }
 
+/// Rank correlation of a figure with a key.
+#[derive(Clone, Debug, Serialize)]
+pub struct Sensitivity {
+    /// The figure.
+    pub metric: String,
+    /// The key.
+    pub key: String,
+    /// The correlation; `None` where figure or key has one value only.
+    pub correlation: Option<Correlation>,
+}
+
 /// Correlation of the ranks of pairs; `None` for fewer than four, or where one side has one value only.
 ///
 /// Interval: Fisher's `z = atanh(r)` with a variance of `(1 + r^2/2) / (n - 3)` (Bonett and Wright, Psychometrika 65, 2000).

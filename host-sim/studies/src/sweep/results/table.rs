@@ -1,14 +1,35 @@
 //! The table of runs, row by row, and a sample of it.
 
-use super::rank::correlation;
-use super::{Group, GroupCell, Sensitivity, Share};
+use super::Share;
+use super::rank::{Sensitivity, correlation};
 use crate::sweep::Prepared;
 use crate::sweep::experiment::COMPLETE;
 use csv::ByteRecord;
 use robot_compiler::study::Vary;
+use serde::Serialize;
 use sim::failure::Failure;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+
+/// Runs by the values of one key or two.
+#[derive(Clone, Debug, Serialize)]
+pub struct Group {
+    /// The keys.
+    pub keys: Vec<String>,
+    /// Each combination of values.
+    pub cells: Vec<GroupCell>,
+}
+
+/// Runs with certain values.
+#[derive(Clone, Debug, Serialize)]
+pub struct GroupCell {
+    /// The values.
+    pub values: Vec<String>,
+    /// Share of the runs that failed.
+    pub failures: Share,
+    /// Median of each figure over the complete runs of the sample; `None` where it holds none.
+    pub medians: Vec<Option<f64>>,
+}
 
 /// The columns of a table.
 #[derive(Clone, Debug)]

@@ -1,8 +1,9 @@
 //! The transition system for the checker, and readable traces.
 
+use super::event::{Step, TAIL};
 use super::judge::Rule;
 use super::scene::{Numbers, Setup};
-use super::state::{State, Step, TAIL, Uncounted};
+use super::state::{State, Uncounted};
 use core::fmt::{Debug, Write as _};
 use joint_io::frames::Frames;
 use session::meter::Meter;

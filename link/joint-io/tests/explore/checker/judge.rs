@@ -1,7 +1,7 @@
 //! The properties, judged from the simulated drives and the motion, never from what the board believes.
 
+use super::event::Event;
 use super::scene::{AGE_MAX, INERTIA, LOWERING_SPEED, PERIOD, Setup, WEIGHT};
-use super::state::Event;
 use super::world::World;
 use actuator_model::mit::Language;
 use dynamics_core::control::Fault;

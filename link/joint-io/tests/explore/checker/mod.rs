@@ -10,7 +10,8 @@
 //! | [`scene`] | an arm to explore: drive kind, safe action, numbers of controller and machine |
 //! | [`world`] | bus, drives, power, brakes, joints |
 //! | [`host`] | the operator: a function from what the board reports to the next request |
-//! | [`state`] | one state, its events, and the step by one control period |
+//! | [`event`] | disturbing events, and steps between them |
+//! | [`state`] | one state, and the step by one control period |
 //! | [`judge`] | the properties, judged from the simulated drives and the motion, never from what the board believes |
 //! | [`digest`] | the part of a state that decides its future, as a hash |
 //! | [`explorer`] | the transition system for the checker, and readable traces |
@@ -25,6 +26,7 @@
 #![allow(clippy::disallowed_types, reason = "the plant and its bounds are in double precision")]
 
 pub mod digest;
+pub mod event;
 pub mod explorer;
 pub mod faulty;
 pub mod host;

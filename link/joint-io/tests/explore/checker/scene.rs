@@ -4,7 +4,6 @@
 //! a few periods, so that a search of some tens of periods goes past every one of them.
 
 use super::faulty::Mutant;
-use super::state::Kinds;
 use actuator_model::mit::{Electronics, Language, Ranges};
 use core::fmt::Debug;
 use dynamics_core::control::{ControllerConfig, Encoder, Gains, Guard, Law, TrackingObserver};
@@ -45,6 +44,27 @@ pub const RESTART: u32 = 2;
 pub const TIMEOUT: u32 = 2000;
 /// Shift of a drive's zero after a restart, rad: one turn of the motor at a gear of 30.
 pub const TURN: f64 = core::f64::consts::TAU / 30.0;
+
+/// Kinds of disturbing events.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Kinds {
+    /// Fates of frames on the bus.
+    pub frames: bool,
+    /// Drives that restart, lose power, or go off.
+    pub drives: bool,
+    /// Requests beside the operator's.
+    pub requests: bool,
+    /// The host's frames and its presence.
+    pub host: bool,
+}
+
+impl Kinds {
+    /// All of them.
+    pub const ALL: Self = Self { frames: true, drives: true, requests: true, host: true };
+
+    /// None of them.
+    pub const NONE: Self = Self { frames: false, drives: false, requests: false, host: false };
+}
 
 /// The explored configuration.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,7 @@
 //! One state, its events, and the step by one control period.
 
 use super::digest;
+use super::event::{DARK, Event, Step, TAIL};
 use super::faulty::{Faulty, Mutant};
 use super::host::{Host, Presence};
 use super::judge::{Judge, Period};
@@ -12,7 +13,8 @@ use core::fmt::Debug;
 use dynamics_core::control::{Controller, Unprotected};
 use dynamics_core::safety;
 use dynamics_core::trig::Polynomial;
-use joint_io::can::{CanJoints, NoBus};
+use joint_io::can::CanJoints;
+use joint_io::can_bus::NoBus;
 use joint_io::frames::Frames;
 use link::codec::Received;
 use link::{Answer, Cost, Frame, Hello, Pacing, Point, Request, Verdict};
@@ -20,79 +22,6 @@ use session::black_box::Report;
 use session::meter::{Counter, Meter};
 use session::readings::Lines;
 use session::{Buffers, Reaction, Session};
-
-/// Kinds of disturbing events.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Kinds {
-    /// Fates of frames on the bus.
-    pub frames: bool,
-    /// Drives that restart, lose power, or go off.
-    pub drives: bool,
-    /// Requests beside the operator's.
-    pub requests: bool,
-    /// The host's frames and its presence.
-    pub host: bool,
-}
-
-impl Kinds {
-    /// All of them.
-    pub const ALL: Self = Self { frames: true, drives: true, requests: true, host: true };
-
-    /// None of them.
-    pub const NONE: Self = Self { frames: false, drives: false, requests: false, host: false };
-}
-
-/// A disturbing event. It takes no time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Event {
-    /// The joint's command of this period has this fate.
-    Command(u8, CommandFate),
-    /// The joint's reply of this period has this fate.
-    Reply(u8, ReplyFate),
-    /// The board's controller is off the bus for two periods.
-    BusOff,
-    /// The drive has no power for so many periods, and restarts.
-    Dark(u8, u8),
-    /// The emergency stop is pressed, and cuts the power of all drives, for so many periods.
-    Cut(u8),
-    /// The emergency stop is pressed for one period, and cuts nothing.
-    EmergencyStop,
-    /// The period ends after the next one was due.
-    Overrun,
-    /// The drive switches itself off, and reports no error.
-    Trip(u8),
-    /// The drive finds an error of its own, which stays until it is cleared.
-    DriveError(u8),
-    /// An additional request, after the operator's.
-    Ask(Request),
-    /// The last request once more.
-    Repeat,
-    /// One of the next batch of frames from the host is lost: this one.
-    LoseFrame(u8),
-    /// The host is silent for so many periods.
-    Away(u8),
-    /// The host is silent until it says hello again.
-    Gone,
-    /// A host says hello.
-    Hello,
-}
-
-/// The next transition.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Step {
-    /// One control period.
-    Tick,
-    /// [`TAIL`] control periods after the last event of the path; each of them is judged.
-    Tail,
-    /// A disturbing event.
-    Event(Event),
-}
-
-/// Periods of a step after the last event: nothing branches there, so fewer states are looked at.
-pub const TAIL: u32 = 8;
-
-/// Periods that a drive is dark: its shortest restart, within which missing replies are tolerated, and more than the check for jumps sees.
-pub const DARK: [u8; 2] = [scene::RESTART as u8, 8];
 
 /// The session's buffers. The black box is telemetry, and no part of the text that is hashed.
 #[derive(Clone)]

@@ -1,12 +1,12 @@
 //! Everything around the board: bus, drives, power, brakes and joints.
 
 use super::scene::{self, INERTIA, PERIOD, Setup, TURN, WEIGHT};
-use actuator_model::bus::Frame;
+use actuator_model::frame::Frame;
 use actuator_model::mit::{Electronics, Language, Memory, Shaft};
 use embedded_can::ErrorKind;
 use embedded_can::nb::Can;
 use embedded_hal::digital::{ErrorType, OutputPin};
-use joint_io::can::CanBus;
+use joint_io::can_bus::CanBus;
 use joint_io::mit::EXIT;
 use std::collections::VecDeque;
 use std::convert::Infallible;

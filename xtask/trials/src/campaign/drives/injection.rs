@@ -3,7 +3,8 @@
 use crate::campaign::case::{FaultKind, Span};
 use crate::campaign::host::Host;
 use crate::campaign::random::Random;
-use actuator_model::bus::{CommandFate, Disturbance, Fate, Order};
+use actuator_model::bus::{CommandFate, Disturbance, Fate};
+use actuator_model::frame::Order;
 use actuator_model::mit::error::OVERLOAD;
 use link::Request;
 use link::codec::FrameTooLong;

@@ -4,7 +4,7 @@
 //! that it is homed. It reads no frame and calls none of the machine's rules.
 
 use crate::campaign::judge::{Law, Unsafe, broken};
-use crate::campaign::run::{Exemption, Motion};
+use crate::campaign::outcome::{Exemption, Motion};
 use board::session::states::{ARMED, ARMING, DISARMING, FAULT, HOLDING, HOMING, IDLE, LOWERING, RUNNING};
 use dynamics_core::Reference;
 use dynamics_core::safety::Rules;

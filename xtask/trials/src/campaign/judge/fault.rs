@@ -2,7 +2,7 @@
 
 use super::law::{Law, Unsafe, broken};
 use super::observation::Seen;
-use super::torque::torque;
+use super::observation::torque;
 use super::{Heard, Judge, Said, Told};
 use board::session::states::{ARMED, ARMING, DISARMING, FAULT, HOLDING, HOMING, IDLE, LOWERING, RUNNING};
 use link::Request;

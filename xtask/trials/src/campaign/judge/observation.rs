@@ -6,6 +6,7 @@
 use crate::campaign::machine::Told;
 use dynamics_core::safety::Rules;
 use dynamics_core::{ControllerConfig, Sensed};
+use session::Drives;
 use std::collections::VecDeque;
 
 /// Margin beyond a bound, relative to the bound plus one unit (for bounds near zero): 80 times the rounding of f32.
@@ -137,5 +138,13 @@ impl<const N: usize> Observation<N> {
         let end = self.track.len().checked_sub(1 + ago)?;
         let (from, to) = (self.track.get(end.checked_sub(self.window)?)?, self.track.get(end)?);
         Some((to[i] - from[i]) / (self.window as f64 * period))
+    }
+}
+
+/// The acting torque in f64, on open or engaged brakes; `None` where there is none.
+pub(super) fn torque<const N: usize>(drives: &Drives<N>) -> Option<[f64; N]> {
+    match drives {
+        Drives::Drive(torque) | Drives::Preload(torque) => Some(torque.map(f64::from)),
+        Drives::Safe(_) | Drives::Enable(_) => None,
     }
 }

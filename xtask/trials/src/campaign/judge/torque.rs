@@ -1,7 +1,7 @@
 //! Laws of the torque and of its report.
 
 use super::law::{Law, Unsafe, broken};
-use super::observation::beyond;
+use super::observation::{beyond, torque};
 use super::{Judge, Said};
 use crate::campaign::machine::played;
 use board::session::states::{ARMED, ARMING, DISARMING, HOLDING, LOWERING, RUNNING};
@@ -82,13 +82,5 @@ impl<const N: usize> Judge<N> {
             }
         }
         Ok(())
-    }
-}
-
-/// The acting torque in f64, on open or engaged brakes; `None` where there is none.
-pub(super) fn torque<const N: usize>(drives: &Drives<N>) -> Option<[f64; N]> {
-    match drives {
-        Drives::Drive(torque) | Drives::Preload(torque) => Some(torque.map(f64::from)),
-        Drives::Safe(_) | Drives::Enable(_) => None,
     }
 }

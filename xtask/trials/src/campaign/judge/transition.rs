@@ -1,7 +1,7 @@
 //! Laws of the states: allowed transitions, and the host's part in them.
 
 use super::law::{Law, Unsafe, broken};
-use super::torque::torque;
+use super::observation::torque;
 use super::{Heard, Judge, Said, Told};
 use board::session::states::{self, ARMED, ARMING, DISARMING, FAULT, HOLDING, HOMING, IDLE, LOWERING, RUNNING};
 use dynamics_core::safety::Rules;

@@ -1,0 +1,157 @@
+//! The torques of the control laws.
+
+use super::Reference;
+use super::config::ControllerConfig;
+use super::law::{Gains, Law};
+use crate::newton_euler::InverseDynamics;
+use crate::scalar::{Real, Scalar};
+use crate::scene::Live;
+use crate::trig::{SinCos, Trig};
+
+/// Inputs of a law.
+pub(super) struct State<'a, S, const N: usize> {
+    pub(super) reference: &'a Reference<S, N>,
+    pub(super) q: &'a [S; N],
+    pub(super) qd: &'a [S; N],
+    pub(super) live: &'a Live<S, N>,
+    /// Sine and cosine of `q`, where this tick has computed them already.
+    pub(super) turn: Option<[SinCos<S>; N]>,
+}
+
+/// Sine and cosine of `q`, worked out once in a tick.
+#[inline]
+fn known_or_new<S: Real, const N: usize>(
+    trig: &impl Trig<S>,
+    turn: Option<[SinCos<S>; N]>,
+    q: &[S; N],
+) -> [SinCos<S>; N] {
+    match turn {
+        Some(turn) => turn,
+        None => trig.sin_cos_all(q),
+    }
+}
+
+/// The acceleration that corrects the error of each joint, rad/s^2 or m/s^2.
+///
+/// `Kd (qd_ref - qd) + Kp (q_ref - q)`
+#[inline]
+fn spring<S: Scalar, const N: usize>(
+    gains: &[Gains<S>; N],
+    reference: &Reference<S, N>,
+    q: &[S; N],
+    qd: &[S; N],
+) -> [S; N] {
+    core::array::from_fn(|i| {
+        gains[i].velocity * (reference.qd[i] - qd[i]) + gains[i].position * (reference.q[i] - q[i])
+    })
+}
+
+/// The acceleration of each joint that follows the reference and corrects the error, rad/s^2 or m/s^2.
+///
+/// `qdd_ref + Kd (qd_ref - qd) + Kp (q_ref - q)`
+#[inline]
+fn wanted<S: Scalar, const N: usize>(
+    gains: &[Gains<S>; N],
+    reference: &Reference<S, N>,
+    q: &[S; N],
+    qd: &[S; N],
+) -> [S; N] {
+    let spring = spring(gains, reference, q, qd);
+    core::array::from_fn(|i| reference.qdd[i] + spring[i])
+}
+
+/// Torques of [`Law::ComputedTorque`], before friction and limits.
+///
+/// `tau = ID(q, qd, qdd_ref + Kd (qd_ref - qd) + Kp (q_ref - q))`
+///
+/// | name | quantity | unit | shape |
+/// |---|---|---|---|
+/// | `gains` | `Kp`, `Kd` | 1/s^2, 1/s | N |
+/// | `turn` | gives sine and cosine of each joint | - | N |
+/// | `reference` | where the arm should be | rad, rad/s, rad/s^2; m, .. | N |
+/// | `q`, `qd` | where it is | rad, rad/s; m, m/s | N |
+/// | `live` | the scene's live inputs | | |
+/// | return | actuator torque or force | N m, N | N |
+///
+/// On a [`Scalar`], as the recursions are: the whole law can be traced into one kernel, with its gains as numbers in it.
+/// Cost: one inverse dynamics and `6 N` operations.
+#[inline]
+pub fn computed_torque<S: Scalar, const N: usize>(
+    gains: &[Gains<S>; N],
+    dynamics: &impl InverseDynamics<S, N>,
+    turn: impl FnOnce() -> [SinCos<S>; N],
+    reference: &Reference<S, N>,
+    (q, qd): (&[S; N], &[S; N]),
+    live: &Live<S, N>,
+) -> [S; N] {
+    let wanted = wanted(gains, reference, q, qd);
+    // Sine and cosine only now: fewer values have to be kept meanwhile. 43 instructions a tick on a Cortex-M4F.
+    dynamics.inverse_dynamics(&turn(), q, qd, &wanted, live)
+}
+
+/// Torques before friction and limits, N m or N; an arm that complies has its weight carried and its motion damped, without any
+/// stiffness: `tau = ID(q, 0, 0) - M0 Kd qd`. An arm that is led by hand has its weight carried and its speed fall, by its own inertia:
+/// `tau = ID(q, 0, -qd / T)`.
+#[inline]
+pub(super) fn torques<S: Real, const N: usize>(
+    (law, complies): (Law, bool),
+    config: &ControllerConfig<S, N>,
+    dynamics: &mut impl InverseDynamics<S, N>,
+    trig: &impl Trig<S>,
+    state: &State<'_, S, N>,
+) -> [S; N] {
+    let State { reference, q, qd, live, turn } = *state;
+    let ControllerConfig { gains, posture_damping: through_model, teach, .. } = config;
+    let zero = [S::zero(); N];
+    // Nothing is wanted of an arm that complies.
+    let wanted: [S; N] = if complies { zero } else { wanted(gains, reference, q, qd) };
+    // `law` is a constant of a firmware and `complies` is not: asked apart, what other laws need is left out.
+    let (at, turn) = match law {
+        Law::Feedforward if !complies => (&reference.q, None),
+        _ => (q, turn),
+    };
+    let damped;
+    let (speed, acceleration) = match law {
+        _ if complies => (&zero, &wanted),
+        // `computed_torque`, by a dynamics that may keep state.
+        Law::ComputedTorque => (qd, &wanted),
+        Law::Impedance | Law::Split => match through_model {
+            None => (qd, &reference.qdd),
+            Some(share) => {
+                let of = |i: usize| *share * gains[i].velocity * (reference.qd[i] - qd[i]);
+                damped = core::array::from_fn(|i| reference.qdd[i] + of(i));
+                (qd, &damped)
+            }
+        },
+        Law::Feedforward => (&reference.qd, &reference.qdd),
+        Law::Teach => match teach {
+            None => (&zero, &zero),
+            Some(teach) => {
+                damped = core::array::from_fn(|i| -(teach[i].slowing * qd[i]));
+                (&zero, &damped)
+            }
+        },
+        Law::Pd | Law::PdGravity | Law::DiagonalInertia => (&zero, &zero),
+    };
+    let of_model = match law {
+        Law::Pd if !complies => zero,
+        // One call for all: called from two places, the kernel would not become part of the tick.
+        _ => dynamics.tick(|| known_or_new(trig, turn, at), at, speed, acceleration, live),
+    };
+    let with = |acceleration: [S; N]| core::array::from_fn(|i| of_model[i] + gains[i].inertia * acceleration[i]);
+    match law {
+        _ if complies => core::array::from_fn(|i| of_model[i] - gains[i].inertia * (gains[i].velocity * qd[i])),
+        Law::ComputedTorque | Law::Teach => of_model,
+        Law::DiagonalInertia => with(wanted),
+        Law::Impedance | Law::Split if through_model.is_some() => {
+            let rest = S::one() - through_model.unwrap_or(S::zero());
+            with(core::array::from_fn(|i| {
+                let Gains { position, velocity, .. } = gains[i];
+                rest * velocity * (reference.qd[i] - qd[i]) + position * (reference.q[i] - q[i])
+            }))
+        }
+        Law::Pd | Law::PdGravity | Law::Feedforward | Law::Impedance | Law::Split => {
+            with(spring(gains, reference, q, qd))
+        }
+    }
+}

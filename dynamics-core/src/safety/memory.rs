@@ -1,0 +1,167 @@
+//! State of the machine, and the words of a decision about it.
+
+use super::heat::Heats;
+use super::measured::{Seen, Sensors};
+use super::{Inputs, Refusal, State};
+use crate::control::{Fault, LimitFlags, Reference};
+use crate::scalar::Real;
+
+/// State of the machine from tick to tick, but for the observer's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Memory<S, const N: usize> {
+    pub(super) state: State,
+    pub(super) homed: bool,
+    pub(super) sensors: Sensors<S, N>,
+    /// Reference of the controller while torque acts.
+    pub(super) reference: Reference<S, N>,
+    /// Limits that act on it, where the machine and not the controller has applied them: beyond a position limit.
+    pub(super) held: Option<[LimitFlags; N]>,
+    /// The torque that acts, and the limits that held it.
+    pub(super) torque: [S; N],
+    pub(super) limits: [LimitFlags; N],
+    /// Ticks that torque has acted without the host.
+    pub(super) alone: u32,
+    /// The controller gave way to a collision in the last tick, and did not follow its reference.
+    pub(super) gave_way: bool,
+    /// The limits of the first motion are lifted.
+    pub(super) full_range: bool,
+    /// The arm stops along its path: the host's reference is slower in every tick.
+    pub(super) along: bool,
+    /// Time left for it, s. Then every joint stops by itself.
+    pub(super) along_left: S,
+    /// Progress of arming.
+    pub(super) arming: Arming,
+    /// Pace of lowering, 0 to 1.
+    pub(super) pace: S,
+    /// Ticks that the reference has been at the rest pose, or could not move.
+    pub(super) settled: u32,
+    /// Ticks of lowering in which the reference has waited for a joint.
+    pub(super) waited: u32,
+    /// It waits now.
+    pub(super) waits: bool,
+    /// Fault in which disarming ends.
+    pub(super) ends_in: Option<Fault>,
+    /// Heat of the motors.
+    pub(super) heats: Heats<S, N>,
+}
+
+/// Progress of [`State::Arming`], and of [`State::Disarming`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Arming {
+    /// Ticks in this state.
+    pub(super) ticks: u32,
+    /// All drives are on, and torque acts on engaged brakes.
+    pub(super) preloads: bool,
+    /// Ticks in which the drives were to carry the whole weight of the arm.
+    pub(super) carried: u32,
+}
+
+impl Arming {
+    pub(super) const START: Self = Self { ticks: 0, preloads: false, carried: 0 };
+}
+
+/// Inputs of one decision.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Now<'a, S, const N: usize> {
+    pub(super) inputs: &'a Inputs<S, N>,
+    /// The host's reference, or that of an arm that is led by hand.
+    pub(super) reference: Option<&'a Reference<S, N>>,
+    pub(super) seen: &'a Seen<'a, S, N>,
+    /// The host has not been heard for too long.
+    pub(super) silent: bool,
+    /// A hand leads the arm: the reference is where the arm is.
+    pub(super) led: bool,
+}
+
+/// Action of the drives that the rules allow. For the first four the controller is asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Action {
+    /// Torque may act, along the memory's reference.
+    Drive,
+    /// The same, without a limit on its rate.
+    DriveAtOnce,
+    /// Torque with engaged brakes: for the weight of an arm at rest at the memory's reference, or along it while the arm is disarmed.
+    Preload,
+    /// Switch the drives on, if the arm can be held at all.
+    EnableFirst,
+    /// Switch the drives on.
+    Enable,
+    /// The safe action.
+    Safe,
+}
+
+impl Action {
+    /// True if torque is to act with open brakes.
+    #[inline]
+    pub(super) fn drives(self) -> bool {
+        self <= Self::DriveAtOnce
+    }
+
+    /// True if the controller is to be asked for a torque.
+    #[inline]
+    pub(super) fn asks(self) -> bool {
+        self <= Self::EnableFirst
+    }
+}
+
+/// Action of the drives, and the reason for which the request was rejected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Decision {
+    pub(super) action: Action,
+    pub(super) refused: Option<Refusal>,
+}
+
+impl Decision {
+    /// This action; no request was rejected.
+    pub(super) const fn of(action: Action) -> Self {
+        Self { action, refused: None }
+    }
+
+    /// The safe action.
+    pub(super) const fn safe(refused: Option<Refusal>) -> Self {
+        Self { action: Action::Safe, refused }
+    }
+
+    /// The same, with this request rejected, unless it was already.
+    pub(super) fn refusing(self, refusal: Option<Refusal>) -> Self {
+        Self { refused: self.refused.or(refusal), ..self }
+    }
+}
+
+impl<S: Real, const N: usize> Memory<S, N> {
+    /// Idle, not homed.
+    pub(super) fn new() -> Self {
+        let zero = [S::zero(); N];
+        Self {
+            state: State::Idle,
+            homed: false,
+            sensors: Sensors::new(),
+            reference: Reference { q: zero, qd: zero, qdd: zero },
+            held: None,
+            torque: zero,
+            limits: [LimitFlags::NONE; N],
+            alone: 0,
+            gave_way: false,
+            full_range: false,
+            along: false,
+            along_left: S::zero(),
+            arming: Arming::START,
+            pace: S::zero(),
+            settled: 0,
+            waited: 0,
+            waits: false,
+            ends_in: None,
+            heats: Heats::cold(),
+        }
+    }
+
+    /// The next tick of an arm that goes on. Out of line the compiler knows that nothing overlaps, and copies without a call.
+    #[inline(never)]
+    pub(super) fn go_on(&mut self, read: &[S; N], reference: &Reference<S, N>) {
+        self.sensors.last = *read;
+        self.reference.q = reference.q;
+        self.reference.qd = reference.qd;
+        self.reference.qdd = reference.qdd;
+        self.alone = 0;
+    }
+}

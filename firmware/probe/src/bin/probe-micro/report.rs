@@ -1,0 +1,19 @@
+//! Times of all stretches, as lines.
+
+use crate::stretches::{Data, Stretch, all};
+use core::fmt;
+
+/// Times every stretch a second time, when caches know it, and writes the lines.
+pub(crate) fn report(
+    data: &mut Data,
+    time: impl Fn(&Stretch, &mut Data) -> u32,
+    mut write: impl FnMut(fmt::Arguments<'_>),
+) {
+    write(format_args!("micro begin"));
+    for stretch in all() {
+        time(stretch, data);
+        let count = time(stretch, data);
+        write(format_args!("micro {} {count}", stretch.name()));
+    }
+    write(format_args!("micro end {}", all().len()));
+}

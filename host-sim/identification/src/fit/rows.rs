@@ -1,0 +1,60 @@
+//! Rows of a fit: columns of the unknowns, and the torque that they explain.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Rows of one joint.
+#[derive(Clone, Debug)]
+pub struct Rows {
+    /// Place of each column among all unknowns.
+    pub places: Vec<usize>,
+    /// Columns, samples x places.
+    pub columns: DMatrix<f64>,
+    /// Torque, N m or N.
+    pub target: DVector<f64>,
+    /// Log and block of each row.
+    pub from: Vec<(usize, usize)>,
+    /// Rows in which friction holds the joint: they weigh nothing.
+    pub held: Vec<bool>,
+    /// Rows a second.
+    pub rate: f64,
+}
+
+impl Rows {
+    /// Torque that the unknowns leave, N m or N.
+    #[must_use]
+    pub fn residual(&self, x: &DVector<f64>) -> DVector<f64> {
+        let mut left = self.target.clone();
+        for (column, &place) in self.columns.column_iter().zip(&self.places) {
+            left.axpy(-x[place], &column, 1.0);
+        }
+        left
+    }
+
+    /// 1 for every row, 0 where friction holds the joint.
+    #[must_use]
+    pub fn weights(&self) -> Vec<f64> {
+        self.held.iter().map(|held| if *held { 0.0 } else { 1.0 }).collect()
+    }
+
+    /// As [`Rows::residual`]; 0 where friction holds the joint.
+    #[must_use]
+    pub fn moving_residual(&self, x: &DVector<f64>) -> DVector<f64> {
+        self.residual(x).component_mul(&DVector::from_vec(self.weights()))
+    }
+
+    /// Robust deviation of the rows in which friction does not hold the joint.
+    #[must_use]
+    pub fn deviation(&self, left: &DVector<f64>) -> f64 {
+        let moving: Vec<f64> = left.iter().zip(&self.held).filter(|(_, held)| !**held).map(|(e, _)| *e).collect();
+        deviation(&moving)
+    }
+}
+
+/// Robust deviation: 1.4826 times the median of magnitudes, and not less than half of the root mean square.
+fn deviation(x: &[f64]) -> f64 {
+    let mut sizes: Vec<f64> = x.iter().map(|x| x.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
+    let square = (x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64).sqrt();
+    (1.4826 * median).max(0.5 * square).max(1e-9)
+}

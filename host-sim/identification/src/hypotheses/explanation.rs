@@ -1,0 +1,41 @@
+//! An explanation of a log.
+
+use super::Fault;
+use crate::correction::Correction;
+use crate::evidence::Score;
+use nalgebra::Vector3;
+
+/// Nats that a second fault must bring beyond its own cost.
+const SECOND: f64 = 8.0;
+
+/// Largest share of a joint's torque that one fault, and two, may leave unexplained. With more, nothing explains the log: with stiction in a
+/// slow log, for example, the residuals are long runs, and some unlikely fault always lowers them.
+const LEFT: [f64; 2] = [0.2, 0.1];
+
+/// One or two faults, and the correction of the log that undoes them.
+#[derive(Clone, Debug)]
+pub struct Explanation {
+    /// The faults.
+    pub faults: Vec<Fault>,
+    /// Signs, scales, order and delay that correct the log.
+    pub correction: Correction,
+    /// Gravity in the base frame, m/s^2.
+    pub gravity: Vector3<f64>,
+    /// The score of the mended log.
+    pub score: Score,
+}
+
+impl Explanation {
+    /// True if little of every joint's torque is left unexplained.
+    pub(super) fn explains(&self) -> bool {
+        let most = LEFT[usize::from(self.faults.len() > 1)];
+        self.score.left.iter().all(|left| *left <= most)
+    }
+
+    /// The score less the cost of the faults, nats.
+    #[must_use]
+    pub fn worth(&self) -> f64 {
+        let more = self.faults.len().saturating_sub(1) as f64;
+        self.score.nats - self.faults.iter().map(Fault::cost).sum::<f64>() - SECOND * more
+    }
+}

@@ -1,0 +1,117 @@
+//! An arm at rest with its loads.
+
+use crate::numbers::{finite, finite_entries};
+use clap::ValueEnum;
+use dynamics_core::chapter::posture::{Chain, Posture};
+use dynamics_core::chapter::reactions::Reaction;
+use dynamics_core::chapter::statics::{backward, holding_torque};
+use dynamics_core::trig::Libm;
+use dynamics_core::{Inertia, Trig, Wrench};
+use nalgebra::{Matrix3, Vector3};
+use robot_compiler::Robot;
+use sim::failure::Failure;
+
+/// Which axes a wrench is in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Axes {
+    /// Each link's own, z along its joint.
+    Link,
+    /// The base frame's.
+    Base,
+}
+
+/// Input of a statics computation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Question {
+    /// Joint position, rad or m; `None` with [`Question::minimise`] means the middle of the limits.
+    pub q: Option<Vec<f64>>,
+    /// Gravitational acceleration in the base frame, m/s^2.
+    pub gravity: Vec<f64>,
+    /// Mass of a point load at the tip (kg) and, if given, its position in the tip frame (m).
+    pub load: Option<Vec<f64>>,
+    /// Force (N) and moment (N m) of the environment on the arm at the tip's origin, in tip axes.
+    pub tip_wrench: Option<Vec<f64>>,
+    /// Quantity to minimise: a joint's name or number, `total` or `potential`.
+    pub minimise: Option<String>,
+    /// Joints that stay fixed in the search.
+    pub hold: Vec<String>,
+    /// Axes of the wrenches.
+    pub axes: Axes,
+}
+
+/// An arm with its loads.
+pub(super) struct Still<const N: usize> {
+    chain: Chain<f64, N>,
+    gravity: Vector3<f64>,
+    /// Wrench at the tip, in tip axes.
+    push: Wrench<f64>,
+}
+
+impl<const N: usize> Still<N> {
+    pub(super) fn new(robot: &Robot, question: &Question) -> Result<Self, Failure> {
+        let model = robot.model::<N>().map_err(Failure::input)?;
+        let held = load(question.load.as_deref()).map_err(wrong)?;
+        Ok(Self {
+            chain: Chain::new(&model, &held),
+            gravity: finite::<3>("--gravity", &question.gravity, "gx, gy, gz").map_err(wrong)?.into(),
+            push: wrench(question.tip_wrench.as_deref()).map_err(wrong)?,
+        })
+    }
+
+    fn posture(&self, q: &[f64; N]) -> Posture<f64, N> {
+        self.chain.posture(&Libm.sin_cos_all(q), q)
+    }
+
+    /// The tip's wrench in base axes.
+    fn push(&self, posture: &Posture<f64, N>) -> Wrench<f64> {
+        self.push.in_parent(&posture.tip.rotation, &Vector3::zeros())
+    }
+
+    pub(super) fn torque(&self, q: &[f64; N]) -> [f64; N] {
+        let posture = self.posture(q);
+        holding_torque(&posture, &self.gravity, &self.push(&posture))
+    }
+
+    pub(super) fn potential(&self, q: &[f64; N]) -> f64 {
+        self.posture(q).links.iter().map(|link| -link.mass * self.gravity.dot(&link.centre)).sum()
+    }
+
+    pub(super) fn reactions(&self, q: &[f64; N], axes: Axes) -> [Reaction<f64>; N] {
+        let posture = self.posture(q);
+        let joint = backward(&posture, &self.gravity, &[&[]; N], &self.push(&posture));
+        core::array::from_fn(|i| {
+            let link = &posture.links[i];
+            match axes {
+                Axes::Base => Reaction::of(link.kind, &link.axis, &joint[i]),
+                Axes::Link => {
+                    let local = joint[i].in_child(&link.rotation, &Vector3::zeros());
+                    Reaction::of(link.kind, &Vector3::z(), &local)
+                }
+            }
+        })
+    }
+}
+
+/// Inertia of a point mass in the tip frame.
+fn load(load: Option<&[f64]>) -> Result<Inertia<f64>, String> {
+    let Some(load) = load else { return Ok(Inertia::zero()) };
+    let (mass, place) = match load {
+        [mass] => (mass, Vector3::zeros()),
+        [mass, x, y, z] => (mass, Vector3::new(*x, *y, *z)),
+        _ => return Err(format!("`--load` has {} numbers; expected 1 or 4: mass, or mass, x, y, z", load.len())),
+    };
+    finite_entries("--load", load)?;
+    if *mass < 0.0 {
+        return Err(format!("`--load`: a mass of {mass} kg; expected none below zero"));
+    }
+    Ok(Inertia::from_mass_centre(*mass, &place, &Matrix3::zeros()))
+}
+
+fn wrench(values: Option<&[f64]>) -> Result<Wrench<f64>, String> {
+    let [fx, fy, fz, mx, my, mz] = finite::<6>("--tip-wrench", values.unwrap_or(&[0.0; 6]), "fx, fy, fz, mx, my, mz")?;
+    Ok(Wrench { force: Vector3::new(fx, fy, fz), moment: Vector3::new(mx, my, mz) })
+}
+
+pub(super) fn wrong(problem: String) -> Failure {
+    Failure::Input(miette::miette!(help = "see `newtau help model statics`", "{problem}"))
+}

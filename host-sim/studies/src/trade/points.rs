@@ -1,0 +1,60 @@
+//! Choices with their measurements.
+
+use super::chip::{Cost, Load, Surroundings};
+use super::choice::{Choice, Named};
+use super::drive_step::DriveStep;
+use super::measure::OnMotion;
+use super::simulator::MethodReport;
+use super::test_motions::TestMotionReport;
+use serde::Serialize;
+
+/// A choice and its measurements.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Point {
+    /// The choice, by the names of the command line.
+    pub choice: Named,
+    /// Command that repeats the measurement of this point.
+    pub command: String,
+    /// Cost of the controller on the chip.
+    pub cost: Cost,
+    /// Cost of the whole interrupt on the chip, and its share of the processor.
+    pub interrupt: Load,
+    /// Errors on each test motion.
+    pub courses: Vec<OnMotion>,
+    /// Greatest torque error over its joint's limit on any test motion; `None` if the controller braked.
+    pub torque_of_limit: Option<f64>,
+    /// Greatest tracking error of any joint on any test motion, rad or m; `None` if a loop ended early.
+    pub tracking: Option<f64>,
+    /// On the Pareto front of cycles and torque error: no other point takes fewer cycles with a smaller torque error.
+    pub on_torque_front: bool,
+    /// On the Pareto front of cycles and tracking error: no other point takes fewer cycles with a smaller tracking
+    /// error.
+    pub on_tracking_front: bool,
+    /// The choice of accuracy itself.
+    #[serde(skip)]
+    pub chosen: Choice,
+}
+
+/// A trade-off.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Trade {
+    /// Name of the scene.
+    pub scene: String,
+    /// Name of the robot.
+    pub robot: String,
+    /// Names of the joints.
+    pub joints: Vec<String>,
+    /// Steps of the drives' frames, joint by joint; empty where the drives take no frames.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub drives: Vec<DriveStep>,
+    /// The test motions.
+    pub courses: Vec<TestMotionReport>,
+    /// The choice in the scene's own file.
+    pub own: Named,
+    /// Cost of the interrupt around the controller, the same for every choice.
+    pub surroundings: Surroundings,
+    /// Every choice, sorted by cycles, the fewest first.
+    pub points: Vec<Point>,
+    /// Integrators of the simulated arm and their steps.
+    pub simulator: Vec<MethodReport>,
+}
