@@ -2,7 +2,7 @@
 
 use crate::common::pinned;
 use crate::control::support::{Desk, UnitMasses, braked, by_hand, config, driven, measured, planar};
-use dynamics_core::control::{
+use dynamics_core::control::{ControllerOf, 
     CollisionConfig, CollisionWatch, Integral, Law, LimitFlags, MomentumFilter, MomentumObserver, Protection, Reaction,
     Seen, Unprotected, Verdict,
 };
@@ -34,7 +34,7 @@ fn settings(reaction: Reaction) -> CollisionConfig<f64, 2> {
 }
 
 type Watched =
-    Controller<f64, 2, UnitMasses, Desk, dynamics_core::ControllerConfig<f64, 2>, CollisionWatch<f64, 2, Rails>>;
+    ControllerOf<f64, 2, UnitMasses, Desk, dynamics_core::ControllerConfig<f64, 2>, CollisionWatch<f64, 2, Rails>>;
 
 fn watched(reaction: Reaction) -> Watched {
     Controller::new(config::<2>(Law::ComputedTorque), UnitMasses::default(), Desk)

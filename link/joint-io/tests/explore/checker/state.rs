@@ -10,7 +10,7 @@ use super::world::{Brake, CommandFate, ReplyFate, Wire, World};
 use core::borrow::{Borrow, BorrowMut};
 use core::cell::Cell;
 use core::fmt::Debug;
-use dynamics_core::control::{Controller, Unprotected};
+use dynamics_core::control::{Controller, Parts, Unprotected};
 use dynamics_core::safety;
 use dynamics_core::trig::Polynomial;
 use joint_io::can::CanJoints;
@@ -61,7 +61,7 @@ impl Counter for Uncounted {
     fn exercise(&self) {}
 }
 
-type Board<const N: usize> = Session<N, Lift, Polynomial, Numbers<N>, Numbers<N>, Unprotected, Kept<N>>;
+type Board<const N: usize> = Session<N, Parts<Lift, Polynomial, Numbers<N>, Unprotected, Numbers<N>>, Kept<N>>;
 
 /// A state: the board, all that is around it, and the judge.
 #[derive(Clone)]
