@@ -27,7 +27,7 @@ mod teach;
 pub mod trajectory;
 
 pub use ask::Ask;
-pub use build::{ArmBuild, Parts, Unsupervised};
+pub use build::{ArmBuild, BuildOf, Unsupervised};
 pub use collision::{
     CollisionConfig, CollisionConfiguration, CollisionWatch, Protection, Reaction, Seen, Unprotected, Verdict,
 };

@@ -1,7 +1,7 @@
 //! The tick.
 
 use super::ask::Ask;
-use super::build::{ArmBuild, Parts, Unsupervised};
+use super::build::{ArmBuild, BuildOf, Unsupervised};
 use super::collision::{Protection, Seen, Unprotected, Verdict};
 use super::config::{Configuration, ControllerConfig, Guard};
 use super::integral::{Integral, Integrated};
@@ -80,22 +80,22 @@ struct Regulator<S, const N: usize, D, T, C, P> {
 ///
 /// Its parts are chosen when the program is compiled ([`ArmBuild`]): inverse dynamics, sine and cosine, the place of the configuration
 /// ([`Configuration`]), and the collision observer ([`Protection`]; none costs nothing).
-pub struct Controller<S, const N: usize, A: ArmBuild<S, N>> {
+pub struct Controller<S: Real, const N: usize, A: ArmBuild<S, N>> {
     regulator: Regulator<S, N, A::Dynamics, A::Trig, A::Tuning, A::Protection>,
     alone: Alone<S, N>,
 }
 
 /// A controller of these parts.
 pub type ControllerOf<S, const N: usize, D, T, C = ControllerConfig<S, N>, P = Unprotected, K = Unsupervised> =
-    Controller<S, N, Parts<D, T, C, P, K>>;
+    Controller<S, N, BuildOf<D, T, C, P, K>>;
 
-impl<S: Clone, const N: usize, A: ArmBuild<S, N>> Clone for Controller<S, N, A> {
+impl<S: Real, const N: usize, A: ArmBuild<S, N>> Clone for Controller<S, N, A> {
     fn clone(&self) -> Self {
-        Self { regulator: self.regulator.clone(), alone: self.alone.clone() }
+        Self { regulator: self.regulator.clone(), alone: self.alone }
     }
 }
 
-impl<S: Debug, const N: usize, A: ArmBuild<S, N>> Debug for Controller<S, N, A>
+impl<S: Real, const N: usize, A: ArmBuild<S, N>> Debug for Controller<S, N, A>
 where
     A::Dynamics: Debug,
     A::Trig: Debug,
@@ -107,7 +107,7 @@ where
     }
 }
 
-impl<S: PartialEq, const N: usize, A: ArmBuild<S, N>> PartialEq for Controller<S, N, A>
+impl<S: Real, const N: usize, A: ArmBuild<S, N>> PartialEq for Controller<S, N, A>
 where
     A::Dynamics: PartialEq,
     A::Trig: PartialEq,
@@ -119,7 +119,7 @@ where
     }
 }
 
-impl<S, const N: usize, D, T, C> Controller<S, N, Parts<D, T, C>>
+impl<S, const N: usize, D, T, C> Controller<S, N, BuildOf<D, T, C>>
 where
     S: Real,
     D: InverseDynamics<S, N> + Clone,
@@ -134,21 +134,21 @@ where
 
     /// The same controller with a collision observer.
     #[must_use]
-    pub fn with_protection<P: Protection<S, N> + Clone>(self, protection: P) -> Controller<S, N, Parts<D, T, C, P>> {
+    pub fn with_protection<P: Protection<S, N> + Clone>(self, protection: P) -> Controller<S, N, BuildOf<D, T, C, P>> {
         let Regulator { config, dynamics, trig, live, memory, .. } = self.regulator;
         Controller { regulator: Regulator { config, dynamics, trig, live, memory, protection }, alone: self.alone }
     }
 }
 
-impl<S: Real, const N: usize, D, T, C, P, K> Controller<S, N, Parts<D, T, C, P, K>>
+impl<S: Real, const N: usize, D, T, C, P, K> Controller<S, N, BuildOf<D, T, C, P, K>>
 where
-    Parts<D, T, C, P, K>: ArmBuild<S, N, Dynamics = D, Trig = T, Tuning = C, Protection = P>,
+    BuildOf<D, T, C, P, K>: ArmBuild<S, N, Dynamics = D, Trig = T, Tuning = C, Protection = P>,
 {
     /// The same controller inside a safety state machine with settings of another type.
     #[must_use]
-    pub fn with_settings<L>(self) -> Controller<S, N, Parts<D, T, C, P, L>>
+    pub fn with_settings<L>(self) -> Controller<S, N, BuildOf<D, T, C, P, L>>
     where
-        Parts<D, T, C, P, L>: ArmBuild<S, N, Dynamics = D, Trig = T, Tuning = C, Protection = P>,
+        BuildOf<D, T, C, P, L>: ArmBuild<S, N, Dynamics = D, Trig = T, Tuning = C, Protection = P>,
     {
         Controller { regulator: self.regulator, alone: self.alone }
     }

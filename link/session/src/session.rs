@@ -20,8 +20,8 @@ use crate::trajectory::Trajectory;
 use core::borrow::BorrowMut;
 use core::fmt::Debug;
 use dynamics_core::control::{
-    ArmBuild, Configuration, Controller, ControllerOf, Fault, Measurement, Parts, Protection, Reference, Spring, SpringOwner,
-    Unprotected,
+    ArmBuild, BuildOf, Configuration, Controller, ControllerOf, Fault, Measurement, Protection, Reference, Spring,
+    SpringOwner,
 };
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::{self, SafeAction};
@@ -181,7 +181,7 @@ where
     }
 }
 
-impl<const N: usize, D, T, C, P, K> Session<N, Parts<D, T, C, P, K>>
+impl<const N: usize, D, T, C, P, K> Session<N, BuildOf<D, T, C, P, K>>
 where
     D: InverseDynamics<f32, N> + Clone,
     T: Trig<f32> + Clone,
@@ -256,7 +256,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
     /// The safe action: the action of the drives when no torque is commanded.
     #[inline]
     pub fn safe_action(&self) -> SafeAction {
-        self.safety.rules().safe_action
+        safety::Configuration::rules(&self.safety).safe_action
     }
 
     /// True if the host asks in this tick to clear a fault: latched errors of the drives are cleared too, before the fault can be.

@@ -5,8 +5,8 @@ use super::waiting::{Change, Changed};
 use super::{Buffers, Outcome, Session};
 use crate::parameters;
 use core::borrow::BorrowMut;
-use dynamics_core::control::{ArmBuild, Ask, Configuration as _, ControllerConfig, Fault, LimitFlags};
-use dynamics_core::safety;
+use dynamics_core::control::{ArmBuild, Ask, Configuration, ControllerConfig, Fault, LimitFlags};
+use dynamics_core::safety::{self, Configuration as _};
 use dynamics_core::scene::Live;
 use link::{Pacing, Refusal, Setting, Value};
 

@@ -3,7 +3,7 @@
 use super::{Buffers, Session};
 use crate::black_box::{Beside, Report};
 use core::borrow::BorrowMut;
-use dynamics_core::control::ArmBuild;
+use dynamics_core::control::{ArmBuild, Protection as _};
 use dynamics_core::safety;
 use link::{Frame, Parts};
 

@@ -2,7 +2,6 @@
 
 use super::{Build, Looks, OWN, UnitMasses, config, protected};
 use dynamics_core::control::{Controller, Measurement, Reference, Sensed};
-use dynamics_core::safety::Protected;
 use dynamics_core::safety::SafeAction;
 use dynamics_core::scene::Live;
 use dynamics_core::trig::Polynomial;

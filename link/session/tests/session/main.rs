@@ -8,7 +8,7 @@ mod supervised;
 mod trajectory;
 
 use dynamics_core::control::{
-    ControllerConfig, Encoder, Gains, Guard, Law, Parts, Teach, TrackingObserver, Unprotected,
+    BuildOf, ControllerConfig, Encoder, Gains, Guard, Law, Teach, TrackingObserver, Unprotected,
 };
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::{JointRules, Protected, Rules, SafeAction};
@@ -53,7 +53,8 @@ impl Counter for Looks {
 }
 
 /// The parts of a controller of unit masses.
-type Build = Parts<UnitMasses, dynamics_core::trig::Polynomial, ControllerConfig<f32, 2>, Unprotected, Protected<f32, 2>>;
+type Build =
+    BuildOf<UnitMasses, dynamics_core::trig::Polynomial, ControllerConfig<f32, 2>, Unprotected, Protected<f32, 2>>;
 
 const OWN: Hello = Hello { robot: 7, joints: 2, rate_hz: 500.0, pacing: Pacing::LockStep };
 

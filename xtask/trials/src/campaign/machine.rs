@@ -119,6 +119,8 @@ pub trait Machine<const N: usize> {
 /// The firmware's session on the desk.
 pub struct Desk<const N: usize> {
     session: DeskSession<N>,
+    /// The session before its first hello: a run begins with it, because a hello does not end a session that drives the arm.
+    new: DeskSession<N>,
     meter: Meter<Uncounted>,
     decoder: Decoder,
     pacing: Pacing,
@@ -129,8 +131,22 @@ impl<const N: usize> Desk<N> {
     /// The session of a scene.
     #[must_use]
     pub fn new(scene: &SceneFile, model: &Model<f64, N>, pacing: Pacing) -> Self {
-        let session = desk_session(scene, model);
-        Self { session, meter: Meter::new(Uncounted), decoder: Decoder::new(), pacing, answers: Vec::new() }
+        let new = desk_session(scene, model);
+        Self {
+            session: new.clone(),
+            new,
+            meter: Meter::new(Uncounted),
+            decoder: Decoder::new(),
+            pacing,
+            answers: Vec::new(),
+        }
+    }
+
+    /// Begin anew, as after a reset of the board.
+    pub(super) fn restart(&mut self) {
+        self.session.clone_from(&self.new);
+        self.decoder = Decoder::new();
+        self.answers.clear();
     }
 
     /// Feed received bytes to the session.
@@ -185,6 +201,11 @@ impl<const N: usize> Desk<N> {
 impl<const N: usize> Machine<N> for Desk<N> {
     fn pacing(&self) -> Pacing {
         self.pacing
+    }
+
+    fn begin(&mut self) -> Result<Option<SealKey>, Trouble> {
+        self.restart();
+        Ok(None)
     }
 
     fn tick(&mut self, bytes: &[u8], told: &Told<N>) -> Result<Said<N>, Trouble> {
