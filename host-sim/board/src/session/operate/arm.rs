@@ -117,7 +117,15 @@ impl<const N: usize> Joints for OfScene<N> {
             let (low, high) = self.bounds.position[i];
             (low.min(from[i]), high.max(from[i]))
         });
-        Ok(Rc::new(way::<N>(from, joints(to), time, &Bounds { position, ..self.bounds })?))
+        let inward = way::<N>(from, joints(to), time, &Bounds { position, ..self.bounds });
+        Ok(Rc::new(inward.map_err(|error| match error {
+            // The limits of the robot file are what the user knows.
+            MotionError::PositionOutOfLimits { point, joint, position, .. } => {
+                let limits = self.bounds.position.get(joint).copied().unwrap_or_default();
+                MotionError::PositionOutOfLimits { point, joint, position, limits }
+            }
+            error => error,
+        })?))
     }
 
     fn live(&self, payload: Option<Inertia<f32>>) -> Result<link::Live, AsymmetricInertia> {
