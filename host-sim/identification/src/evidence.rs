@@ -10,10 +10,11 @@
 use crate::arm::Arm;
 use crate::base::Base;
 use crate::consistent::{Maker, prior};
-use crate::fit::{Problem, inverse};
+use crate::fit::{Problem, inverse, solve};
 use crate::friction::{Direction, Law};
 use crate::log::Log;
 use crate::prepare::{Filters, Prepared};
+use crate::statistics::median;
 use dynamics_core::regressor::PARAMETERS;
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -189,9 +190,7 @@ impl Evidence {
             );
             ((&block.gram * &own).dot(&own) / square).sqrt()
         };
-        let mut sizes: Vec<f64> = self.blocks.iter().zip(&solved.squares).map(size).collect();
-        sizes.sort_by(f64::total_cmp);
-        [fitted, sizes[sizes.len() / 2]]
+        [fitted, median(self.blocks.iter().zip(&solved.squares).map(size).collect())]
     }
 
     /// The factor of one joint's torque with which it fits the bodies that the other joints see.
@@ -219,7 +218,7 @@ impl Evidence {
                 matrix[(i + 1, j + 1)] = block.gram[(at, to)];
             }
         }
-        crate::fit::solve(&matrix, &right)[0].abs().recip()
+        solve(&matrix, &right)[0].abs().recip()
     }
 
     /// Torque of the bodies over that by the maker's numbers, rotors left out.

@@ -3,7 +3,8 @@
 //! They follow from the limits of the robot file and the settings of a scene. Limits are software: a fault of the software, the board or a
 //! drive may exceed them.
 
-use crate::posture_search::{ROUGH, minimise_to, positions};
+use crate::numbers::digits;
+use crate::posture_search::{ROUGH, minimise_to, ranges};
 use dynamics_core::chapter::posture::{Chain, Posture};
 use dynamics_core::chapter::statics::holding_torque;
 use dynamics_core::mass_matrix::mass_matrix;
@@ -64,11 +65,7 @@ pub(super) fn hazard<const N: usize>(
     let model = file.robot.model::<N>().ok()?;
     let chain = Chain::new(&model, &Inertia::zero());
     let limits = model.links().map(|link| link.limits);
-    let bounds: [(f64, f64); N] = core::array::from_fn(|i| {
-        let link = &model.links()[i];
-        positions(link.kind, link.limits.position).unwrap_or((0.0, 0.0))
-    });
-    let middle = bounds.map(|(low, high)| low + (high - low) / 2.0);
+    let (bounds, middle) = ranges(&model);
     let posture = |q: &[f64; N]| chain.posture(&Libm.sin_cos_all(q), q);
     let velocity = finite(limits.map(|limits| limits.velocity));
     let reach = axis_to_tip(&model);
@@ -277,10 +274,4 @@ impl Hazard {
         }
         text + "\n  Limits are software. Class I counts what the arm can do without them, so that no setting here makes a class I robot.\n"
     }
-}
-
-/// Three digits.
-fn digits(x: f64) -> String {
-    let decimals = if x > 0.0 { (2.0 - x.log10().floor()).clamp(0.0, 6.0) as usize } else { 0 };
-    format!("{x:.decimals$}")
 }

@@ -109,8 +109,8 @@ pub struct Cell<const N: usize> {
 pub struct Gap {
     /// Lower bound, m; below zero the parts overlap.
     pub gap: f64,
-    /// The pair.
-    pub(crate) pair: usize,
+    /// The pair, which [`Cell::names`] names.
+    pub pair: usize,
 }
 
 impl<const N: usize> Cell<N> {
@@ -231,17 +231,11 @@ impl<const N: usize> Cell<N> {
         self.pairs.iter().all(|pair| self.gap_if_below(pair, &poses, required) >= required)
     }
 
-    /// Names of the two parts of a gap.
+    /// Names of the two parts of a pair.
     #[must_use]
     pub fn names(&self, pair: usize) -> (&str, &str) {
         let pair = &self.pairs[pair];
         (&self.parts[pair.near].name, &self.parts[pair.far].name)
-    }
-
-    /// Names of the two parts of a gap.
-    #[must_use]
-    pub fn names_of(&self, gap: &Gap) -> (&str, &str) {
-        self.names(gap.pair)
     }
 }
 

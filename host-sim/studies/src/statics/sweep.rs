@@ -87,7 +87,7 @@ pub fn sweep<const N: usize>(robot: &Robot, question: &Question, joint: &str) ->
         tau,
         potential,
         least,
-        labels: robot.joints.iter().map(|j| JointLabel { name: j.name.clone(), kind: j.spec.kind }).collect(),
+        labels: robot.joints.iter().map(JointLabel::from).collect(),
         swept,
     })
 }

@@ -29,16 +29,10 @@ impl Results {
 
     /// Rank correlations as bars; `None` where there are none.
     fn influence(&self) -> Option<Figure> {
-        let mut names: Vec<String> = Vec::new();
-        for found in &self.sensitivities {
-            if !names.contains(&found.key) {
-                names.push(found.key.clone());
-            }
-        }
+        let names: Vec<String> = self.keys().into_iter().map(str::to_owned).collect();
         let of = |metric: &Distribution| {
             let bars = names.iter().enumerate().filter_map(|(place, key)| {
-                let found = self.sensitivities.iter().find(|it| it.metric == metric.metric && it.key == *key)?;
-                let correlation = found.correlation?;
+                let correlation = self.correlation(metric, key)?;
                 let told = format!(
                     "{} with {key}: {:+.2} ({:+.2} to {:+.2})",
                     metric.metric, correlation.value, correlation.low, correlation.high
