@@ -197,50 +197,33 @@ impl Hazard {
     pub fn text(&self) -> String {
         let or = |x: Option<f64>, unit: &str| x.map_or("unbounded".to_owned(), |x| format!("{} {unit}", digits(x)));
         let (mass, force, speed) = CLASS_I;
+        let class = [format!("{mass} kg"), format!("{force} N"), format!("{speed} m/s"), "-".to_owned()];
+        let [mass, force, speed, none] = class.each_ref().map(String::as_str);
         let bound =
             self.tip_speed_bound.map_or(String::new(), |bound| format!("; no posture exceeds {} m/s", digits(bound)));
+        let largest_speed = format!("largest |sum J_i qd_i| over postures, |qd_i| at its limit{bound}");
         let rows = [
-            (
-                "moving mass",
-                or(Some(self.moving_mass), "kg"),
-                format!("{mass} kg"),
-                "links, tool and payload".to_owned(),
-            ),
-            (
-                "tip speed",
-                or(self.tip_speed, "m/s"),
-                format!("{speed} m/s"),
-                format!("largest |sum J_i qd_i| over postures, |qd_i| at its limit{bound}"),
-            ),
+            ("moving mass", or(Some(self.moving_mass), "kg"), mass, "links, tool and payload"),
+            ("tip speed", or(self.tip_speed, "m/s"), speed, &largest_speed),
             (
                 "tip force",
                 or(self.tip_force, "N"),
-                format!("{force} N"),
-                "at the motion's start: max over u = J_k / |J_k| of min_i (tau_i + |G_i|) / |J_i . u|".to_owned(),
+                force,
+                "at the motion's start: max over u = J_k / |J_k| of min_i (tau_i + |G_i|) / |J_i . u|",
             ),
-            (
-                "energy",
-                or(self.kinetic_energy, "J"),
-                "-".to_owned(),
-                "largest qd^T M qd / 2 over postures, rotors included".to_owned(),
-            ),
+            ("energy", or(self.kinetic_energy, "J"), none, "largest qd^T M qd / 2 over postures, rotors included"),
             (
                 "reaction",
-                format!("{} ms", digits(1e3 * self.reaction_time)),
-                "-".to_owned(),
-                "t = age_max T + T (tick) + T (reply of a drive on CAN) + latency".to_owned(),
+                or(Some(1e3 * self.reaction_time), "ms"),
+                none,
+                "t = age_max T + T (tick) + T (reply of a drive on CAN) + latency",
             ),
-            (
-                "time to rest",
-                or(self.stopping_time, "s"),
-                "-".to_owned(),
-                "t + max v_i / a_i, a_i the scene's `deceleration`".to_owned(),
-            ),
+            ("time to rest", or(self.stopping_time, "s"), none, "t + max v_i / a_i, a_i the scene's `deceleration`"),
             (
                 "tip's way to rest",
                 or(self.stopping_distance, "m"),
-                "-".to_owned(),
-                "at most sum r_i (v_i t + v_i^2 / (2 a_i)), r_i axis to tip".to_owned(),
+                none,
+                "at most sum r_i (v_i t + v_i^2 / (2 a_i)), r_i axis to tip",
             ),
         ];
         let scene = self.scene.as_deref().map_or("the default scene".to_owned(), |name| format!("scene {name}"));

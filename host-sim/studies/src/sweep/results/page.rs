@@ -13,8 +13,7 @@ impl Results {
     pub fn page(&self, prepared: &Prepared, study: &Path) -> Page {
         let mut blocks = vec![Block::Facts(self.about(prepared))];
         for titled in self.titled() {
-            let head: Vec<&str> = titled.head.iter().map(String::as_str).collect();
-            let mut table = Table::new(titled.title, &head);
+            let mut table = Table::new(titled.title, &titled.head);
             titled.rows.into_iter().for_each(|row| table.row(row.into_iter().map(Cell::from).collect()));
             blocks.push(Block::Table(table));
         }
