@@ -99,7 +99,7 @@ pub(crate) struct Pair<const N: usize> {
 pub struct Cell<const N: usize> {
     model: Model<f64, N>,
     parts: Vec<Part>,
-    pairs: Vec<Pair<N>>,
+    pub(super) pairs: Vec<Pair<N>>,
     /// Names of parts that are not judged against each other.
     pub exempt: Vec<(String, String, Reason)>,
 }
@@ -185,10 +185,6 @@ impl<const N: usize> Cell<N> {
         let links = link_poses(&self.model, &Libm.sin_cos_all(q), q);
         let moved = links.iter().map(|place| pose(&place.rotation, &place.translation));
         std::iter::once(Pose::IDENTITY).chain(moved).collect()
-    }
-
-    pub(crate) fn pairs(&self) -> &[Pair<N>] {
-        &self.pairs
     }
 
     /// Lower bound on the gap of a pair, m.

@@ -77,7 +77,7 @@ impl<const N: usize> Cell<N> {
             let (q, way) = course.about(middle, half);
             let poses = self.poses(&q);
             let mut sure = true;
-            for pair in self.pairs() {
+            for pair in &self.pairs {
                 let nearer = approach(&pair.per_joint, &way);
                 let gap = self.gap_if_below(pair, &poses, required + nearer);
                 if gap < required {
@@ -128,7 +128,7 @@ impl<const N: usize> Cell<N> {
         let (q, way) = course.about(middle, half);
         let poses = self.poses(&q);
         let mut bound = f64::INFINITY;
-        for (index, pair) in self.pairs().iter().enumerate() {
+        for (index, pair) in self.pairs.iter().enumerate() {
             let nearer = approach(&pair.per_joint, &way);
             let gap = self.gap_if_below(pair, &poses, best.found + nearer);
             if gap < best.found {
