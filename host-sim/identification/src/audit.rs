@@ -5,10 +5,9 @@
 //! extreme eigenvalues of `M_0^-1 M`, which have no unit.
 
 use crate::arm::Arm;
+use crate::random::Random;
 use dynamics_core::regressor::PARAMETERS;
 use nalgebra::DMatrix;
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
 
 /// Random postures.
 const POSTURES: usize = 200;
@@ -90,11 +89,10 @@ pub fn audit(arm: &dyn Arm, maker: &[f64], identified: &[f64], limits: &[(f64, f
 
 /// Lowest value of a function over postures: random ones, the best of them improved one joint at a time.
 fn lowest(range: &[(f64, f64)], value: &dyn Fn(&[f64]) -> f64) -> Extreme {
-    let mut random = ChaCha8Rng::seed_from_u64(3);
-    let mut share = || f64::from(random.next_u32()) / f64::from(u32::MAX);
+    let mut random = Random::new(3);
     let mut tried: Vec<Extreme> = (0..POSTURES)
         .map(|_| {
-            let q: Vec<f64> = range.iter().map(|(lo, hi)| lo + share() * (hi - lo)).collect();
+            let q: Vec<f64> = range.iter().map(|(lo, hi)| lo + random.share() * (hi - lo)).collect();
             Extreme { value: value(&q), q }
         })
         .collect();

@@ -1,10 +1,9 @@
 //! The combinations of inertial parameters that torques depend on.
 
 use crate::arm::{Arm, parameter_count, parameter_name};
+use crate::random::Random;
 use dynamics_core::regressor::PARAMETERS;
 use nalgebra::{DMatrix, DVector};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
 
 /// States that the combinations are found from; each gives a row for every joint.
 const STATES: usize = 60;
@@ -108,10 +107,34 @@ impl Base {
         k.checked_sub(PARAMETERS * self.joints).unwrap_or(k / PARAMETERS)
     }
 
+    /// True if a base parameter can have an effect on a joint.
+    #[must_use]
+    pub fn acts(&self, index: usize, joint: usize) -> bool {
+        let rotor = self.columns[index] >= PARAMETERS * self.joints;
+        if rotor { self.link(index) == joint } else { self.link(index) >= joint }
+    }
+
     /// `beta = R pi`.
     #[must_use]
     pub fn of_parameters(&self, parameters: &[f64]) -> DVector<f64> {
         &self.regroup * DVector::from_column_slice(parameters)
+    }
+
+    /// `Y_b` in one state: a row for each joint, in the units of [`Arm::columns`].
+    #[must_use]
+    pub fn rows(&self, arm: &dyn Arm, [q, qd, qdd]: [&[f64]; 3]) -> Vec<DVector<f64>> {
+        let width = PARAMETERS * self.joints;
+        let mut out = vec![0.0; self.joints * width];
+        arm.columns(q, qd, qdd, &mut out);
+        let row = |joint: usize| {
+            let column = |k: &usize| match k.checked_sub(width) {
+                Some(rotor) if rotor == joint => qdd[joint],
+                Some(_) => 0.0,
+                None => out[joint * width + k],
+            };
+            DVector::from_iterator(self.len(), self.columns.iter().map(column))
+        };
+        (0..self.joints).map(row).collect()
     }
 }
 
@@ -127,13 +150,11 @@ fn preferred(joints: usize) -> Vec<usize> {
 /// Columns of every parameter at random states, a row for each joint.
 fn random_rows(arm: &dyn Arm) -> DMatrix<f64> {
     let n = arm.joints();
-    let mut random = ChaCha8Rng::seed_from_u64(16);
-    let mut uniform = |size: f64| size * (random.next_u32() as f64 / f64::from(u32::MAX) * 2.0 - 1.0);
+    let mut random = Random::new(16);
     let mut out = vec![0.0; n * PARAMETERS * n];
     let mut stack = DMatrix::zeros(STATES * n, parameter_count(n));
     for state in 0..STATES {
-        let mut draw = |size: f64| -> Vec<f64> { (0..n).map(|_| uniform(size)).collect() };
-        let (q, qd, qdd) = (draw(3.0), draw(2.0), draw(5.0));
+        let [q, qd, qdd] = [3.0, 2.0, 5.0].map(|size| random.list(n, size));
         arm.columns(&q, &qd, &qdd, &mut out);
         for i in 0..n {
             for k in 0..PARAMETERS * n {

@@ -7,6 +7,7 @@
 use crate::Series;
 use crate::filter::LowPass;
 use crate::log::Log;
+use crate::statistics::rms;
 
 /// Cut-off of what a clock may drift, Hz.
 const DRIFT: f64 = 0.5;
@@ -15,18 +16,12 @@ const SMOOTHER: f64 = 0.6;
 /// Stamps that are nearer to even, as a share of a step, are left as they are.
 const EVEN: f64 = 0.005;
 
-/// Root mean square deviation of the stamps from the clock that is used, s: 0 if the stamps are believed.
+/// The log with an even clock if positions say that its stamps jitter, else as it is; and the root mean square deviation of the stamps
+/// from the clock that is used, s.
 #[must_use]
-pub fn jitter(log: &Log) -> f64 {
-    let (_, jitter) = clock(log);
-    jitter
-}
-
-/// The log with an even clock if positions say that its stamps jitter, else as it is.
-#[must_use]
-pub fn repaired(log: &Log) -> Log {
-    let (time, _) = clock(log);
-    Log { time, ..log.clone() }
+pub fn repaired(log: &Log) -> (Log, f64) {
+    let (time, jitter) = clock(log);
+    (Log { time, ..log.clone() }, jitter)
 }
 
 fn clock(log: &Log) -> (Vec<f64>, f64) {
@@ -38,8 +33,7 @@ fn clock(log: &Log) -> (Vec<f64>, f64) {
     let line = line(&log.time);
     let off: Vec<f64> = log.time.iter().zip(&line).map(|(t, l)| t - l).collect();
     let step = (line[n - 1] - line[0]) / (n - 1) as f64;
-    let size = |x: &[f64]| (x.iter().map(|x| x * x).sum::<f64>() / n as f64).sqrt();
-    if size(&off) < EVEN * step {
+    if rms(&off) < EVEN * step {
         return stamps();
     }
     let rate = step.recip();
@@ -54,7 +48,7 @@ fn clock(log: &Log) -> (Vec<f64>, f64) {
     match best {
         Some((rough, clock)) if rough < SMOOTHER * by_stamps => {
             let jitter: Vec<f64> = log.time.iter().zip(&clock).map(|(t, c)| t - c).collect();
-            let size = size(&jitter);
+            let size = rms(&jitter);
             (clock, size)
         }
         _ => stamps(),

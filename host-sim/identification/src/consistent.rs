@@ -10,6 +10,7 @@
 //! nothing, the maker's numbers stay.
 
 use crate::base::Base;
+use crate::fit::{inverse, solve};
 use dynamics_core::regressor::PARAMETERS;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix4, Vector3};
 
@@ -42,6 +43,12 @@ impl Maker {
     #[must_use]
     pub fn deviation_of(&self, link: usize) -> f64 {
         if is_missing(&self.links[link]) { GUESS.1 } else { self.deviation }
+    }
+
+    /// Largest mass and largest moment of inertia of a link, kg and kg m^2.
+    fn largest(&self) -> (f64, f64) {
+        let heaviest = self.links.iter().fold(1e-3_f64, |m, link| m.max(link[0]));
+        (heaviest, self.links.iter().map(|link| link[9].abs()).fold(1e-6, f64::max))
     }
 
     /// True if some link has neither mass nor inertia: a description of geometry alone.
@@ -155,11 +162,9 @@ impl Search<'_> {
         for (link, l) in self.factors.iter().enumerate() {
             let at = PARAMETERS * link;
             let (found, slopes) = body(l, &theta.as_slice()[at..at + PARAMETERS]);
-            for k in 0..PARAMETERS {
-                value[at + k] = found[k];
-                for (coordinate, slopes) in slopes.iter().enumerate() {
-                    slope[(at + k, at + coordinate)] = slopes[k];
-                }
+            value.rows_mut(at, PARAMETERS).copy_from_slice(&found);
+            for (coordinate, slopes) in slopes.iter().enumerate() {
+                slope.view_mut((at, at + coordinate), (PARAMETERS, 1)).copy_from_slice(slopes);
             }
         }
         for (joint, rotor) in self.rotors.iter().enumerate() {
@@ -174,78 +179,7 @@ impl Search<'_> {
         let off = wanted - &self.base.regroup * (self.parameters(theta).0 + &self.fixed);
         off.dot(&(precision * &off)) + theta.component_mul(theta).dot(&self.trust)
     }
-}
 
-/// The bodies nearest to the base parameters `wanted`, of covariance `covariance`, and to the maker's.
-#[must_use]
-pub fn nearest(base: &Base, maker: &Maker, wanted: &DVector<f64>, covariance: &DMatrix<f64>) -> Consistent {
-    let n = base.joints;
-    let heaviest = maker.links.iter().fold(1e-3_f64, |m, link| m.max(link[0]));
-    let largest = maker.links.iter().map(|link| link[9].abs()).fold(1e-6, f64::max);
-    let rotors: Vec<f64> = maker.rotors.iter().map(|r| if *r > 0.0 { *r } else { 0.1 * largest }).collect();
-    let mut trust = DVector::zeros(base.regroup.ncols());
-    for link in 0..n {
-        trust.rows_mut(PARAMETERS * link, PARAMETERS).fill(maker.deviation_of(link).powi(-2));
-    }
-    for (joint, rotor) in maker.rotors.iter().enumerate() {
-        trust[PARAMETERS * n + joint] = if *rotor > 0.0 { ROTOR.0 } else { ROTOR.1 }.powi(-2);
-    }
-    let mut fixed = DVector::zeros(base.regroup.ncols());
-    for (place, value) in fixed.iter_mut().zip(maker.fixed.iter().flatten()) {
-        *place = *value;
-    }
-    let factors = maker.links.iter().map(|link| factor(link, heaviest)).collect();
-    let search = Search { base, factors, fixed, rotors, trust };
-    let precision = crate::fit::inverse(covariance);
-    let theta = search.run(wanted, &precision);
-    let (value, slope) = search.parameters(&theta);
-    let seen = search.curvature(&slope, &precision);
-    let spread = &slope * crate::fit::inverse(&seen) * slope.transpose();
-    let before = &slope * DMatrix::from_diagonal(&search.trust.map(f64::recip)) * slope.transpose();
-    let deviations: Vec<f64> = spread.diagonal().iter().map(|v| v.max(0.0).sqrt()).collect();
-    let unseen = deviations.iter().zip(before.diagonal().iter()).map(|(d, b)| d / b.sqrt().max(1e-300)).collect();
-    let beta = &base.regroup * (&value + &search.fixed);
-    let of_beta = |covariance: &DMatrix<f64>| &base.regroup * covariance * base.regroup.transpose();
-    let (beta_covariance, beta_before) = (of_beta(&spread), of_beta(&before));
-    Consistent { parameters: value.as_slice().to_vec(), deviations, unseen, beta, beta_covariance, beta_before }
-}
-
-/// Standard deviation of the roots of a maker's masses and second moments where the log itself is in doubt.
-const WIDE: f64 = 0.25;
-/// Standard deviation of a rotor's inertia: of a known one as a share of it, of an unknown one in inertias of the largest link.
-const WIDE_ROTOR: (f64, f64) = (1.0, 10.0);
-
-/// Mean and covariance of the base parameters by the maker's numbers, linear about his bodies and wide: what a log is judged by before
-/// its columns are believed.
-#[must_use]
-pub fn prior(base: &Base, maker: &Maker) -> (DVector<f64>, DMatrix<f64>) {
-    let n = base.joints;
-    let total = base.regroup.ncols();
-    let heaviest = maker.links.iter().fold(1e-3_f64, |m, link| m.max(link[0]));
-    let largest = maker.links.iter().map(|link| link[9].abs()).fold(1e-6, f64::max);
-    let (mut mean, mut covariance) = (DVector::zeros(total), DMatrix::zeros(total, total));
-    for (link, (own, fixed)) in maker.links.iter().zip(&maker.fixed).enumerate() {
-        let at = PARAMETERS * link;
-        let wide = WIDE.max(maker.deviation_of(link));
-        let (value, slopes) = body(&factor(own, heaviest), &[0.0; PARAMETERS]);
-        for i in 0..PARAMETERS {
-            mean[at + i] = value[i] + fixed[i];
-            for j in 0..PARAMETERS {
-                let product: f64 = slopes.iter().map(|slope| slope[i] * slope[j]).sum();
-                covariance[(at + i, at + j)] = wide * wide * product;
-            }
-        }
-    }
-    for (joint, rotor) in maker.rotors.iter().enumerate() {
-        let at = PARAMETERS * n + joint;
-        mean[at] = if *rotor > 0.0 { *rotor } else { 0.1 * largest };
-        let deviation = if *rotor > 0.0 { WIDE_ROTOR.0 * rotor } else { WIDE_ROTOR.1 * largest };
-        covariance[(at, at)] = deviation * deviation;
-    }
-    (&base.regroup * mean, &base.regroup * covariance * base.regroup.transpose())
-}
-
-impl Search<'_> {
     /// Gauss and Newton's matrix of the whole cost.
     fn curvature(&self, slope: &DMatrix<f64>, precision: &DMatrix<f64>) -> DMatrix<f64> {
         let through = &self.base.regroup * slope;
@@ -268,7 +202,7 @@ impl Search<'_> {
                 for k in 0..theta.len() {
                     damped[(k, k)] *= 1.0 + damping;
                 }
-                let step = crate::fit::solve(&damped, &downhill);
+                let step = solve(&damped, &downhill);
                 // A step of e in a logarithm is far enough for one.
                 let longest = step.amax();
                 let next = &theta + step * (1.0 / longest.max(1.0));
@@ -289,6 +223,71 @@ impl Search<'_> {
         }
         theta
     }
+}
+
+/// The bodies nearest to the base parameters `wanted`, of covariance `covariance`, and to the maker's.
+#[must_use]
+pub fn nearest(base: &Base, maker: &Maker, wanted: &DVector<f64>, covariance: &DMatrix<f64>) -> Consistent {
+    let n = base.joints;
+    let (heaviest, largest) = maker.largest();
+    let rotors: Vec<f64> = maker.rotors.iter().map(|r| if *r > 0.0 { *r } else { 0.1 * largest }).collect();
+    let mut trust = DVector::zeros(base.regroup.ncols());
+    for link in 0..n {
+        trust.rows_mut(PARAMETERS * link, PARAMETERS).fill(maker.deviation_of(link).powi(-2));
+    }
+    for (joint, rotor) in maker.rotors.iter().enumerate() {
+        trust[PARAMETERS * n + joint] = if *rotor > 0.0 { ROTOR.0 } else { ROTOR.1 }.powi(-2);
+    }
+    let mut fixed = DVector::zeros(base.regroup.ncols());
+    fixed.iter_mut().zip(maker.fixed.iter().flatten()).for_each(|(place, value)| *place = *value);
+    let factors = maker.links.iter().map(|link| factor(link, heaviest)).collect();
+    let search = Search { base, factors, fixed, rotors, trust };
+    let precision = inverse(covariance);
+    let theta = search.run(wanted, &precision);
+    let (value, slope) = search.parameters(&theta);
+    let seen = search.curvature(&slope, &precision);
+    let spread = &slope * inverse(&seen) * slope.transpose();
+    let before = &slope * DMatrix::from_diagonal(&search.trust.map(f64::recip)) * slope.transpose();
+    let deviations: Vec<f64> = spread.diagonal().iter().map(|v| v.max(0.0).sqrt()).collect();
+    let unseen = deviations.iter().zip(before.diagonal().iter()).map(|(d, b)| d / b.sqrt().max(1e-300)).collect();
+    let beta = &base.regroup * (&value + &search.fixed);
+    let of_beta = |covariance: &DMatrix<f64>| &base.regroup * covariance * base.regroup.transpose();
+    let (beta_covariance, beta_before) = (of_beta(&spread), of_beta(&before));
+    Consistent { parameters: value.as_slice().to_vec(), deviations, unseen, beta, beta_covariance, beta_before }
+}
+
+/// Standard deviation of the roots of a maker's masses and second moments where the log itself is in doubt.
+const WIDE: f64 = 0.25;
+/// Standard deviation of a rotor's inertia: of a known one as a share of it, of an unknown one in inertias of the largest link.
+const WIDE_ROTOR: (f64, f64) = (1.0, 10.0);
+
+/// Mean and covariance of the base parameters by the maker's numbers, linear about his bodies and wide: what a log is judged by before
+/// its columns are believed.
+#[must_use]
+pub fn prior(base: &Base, maker: &Maker) -> (DVector<f64>, DMatrix<f64>) {
+    let n = base.joints;
+    let total = base.regroup.ncols();
+    let (heaviest, largest) = maker.largest();
+    let (mut mean, mut covariance) = (DVector::zeros(total), DMatrix::zeros(total, total));
+    for (link, (own, fixed)) in maker.links.iter().zip(&maker.fixed).enumerate() {
+        let at = PARAMETERS * link;
+        let wide = WIDE.max(maker.deviation_of(link));
+        let (value, slopes) = body(&factor(own, heaviest), &[0.0; PARAMETERS]);
+        for i in 0..PARAMETERS {
+            mean[at + i] = value[i] + fixed[i];
+            for j in 0..PARAMETERS {
+                let product: f64 = slopes.iter().map(|slope| slope[i] * slope[j]).sum();
+                covariance[(at + i, at + j)] = wide * wide * product;
+            }
+        }
+    }
+    for (joint, rotor) in maker.rotors.iter().enumerate() {
+        let at = PARAMETERS * n + joint;
+        mean[at] = if *rotor > 0.0 { *rotor } else { 0.1 * largest };
+        let deviation = if *rotor > 0.0 { WIDE_ROTOR.0 * rotor } else { WIDE_ROTOR.1 * largest };
+        covariance[(at, at)] = deviation * deviation;
+    }
+    (&base.regroup * mean, &base.regroup * covariance * base.regroup.transpose())
 }
 
 /// Mass, mass centre and inertia about it, of ten parameters about an origin.

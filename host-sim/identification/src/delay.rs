@@ -4,12 +4,17 @@
 //! in the joint's rows, and its coefficient is what is left of the delay (Gauss and Newton's method: the torque is then moved by it, and
 //! the columns are taken again). The column comes from the model, not from the measured torque, whose noise would bias it towards zero.
 
+use crate::arm::Arm;
 use crate::base::Base;
+use crate::choose::EARNED;
+use crate::correction::shifted;
 use crate::filter::{derivative, spline};
-use crate::fit::{Normal, Problem, Rows, solve};
-use crate::friction::Law;
-use crate::prepare::Prepared;
+use crate::fit::{Fit, Normal, Problem, Rows, inverse, solve};
+use crate::friction::{Direction, Law};
+use crate::log::Log;
+use crate::prepare::{Filters, Prepared};
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 /// Largest delay that is looked for, s.
 const LONGEST: f64 = 0.25;
@@ -21,6 +26,27 @@ const STEPS: usize = 8;
 const SETTLED: f64 = 3e-4;
 /// Standard deviation of a delay before the log is seen, s.
 const EXPECTED: f64 = 0.1;
+
+/// Ways of telling the direction of friction: the first ones to estimate a delay, all of them to judge it.
+const DIRECTIONS: [Direction; 7] = [
+    Direction::Hysteresis(1e-4),
+    Direction::Smooth(2e-3),
+    Direction::Smooth(2e-2),
+    Direction::Smooth(8e-2),
+    Direction::Hysteresis(1e-3),
+    Direction::Hysteresis(5e-3),
+    Direction::Hysteresis(2e-2),
+];
+const BY_LAW: usize = 3;
+/// Share by which a delay must lower the held-out error to be compensated: one of all torques, in half of the joints, and one of a
+/// single joint, in that joint. Friction of a shape that no law here has takes less.
+const WORTH_A_DELAY: f64 = 0.1;
+const WORTH_ONE_DELAY: f64 = 0.25;
+
+/// Standard deviations from which on a delay is compensated.
+const SURE: f64 = 4.0;
+/// Delay that filters and friction make up by themselves, s.
+const OWN: f64 = 1e-3;
 
 /// Delay of each joint's torque after its position, and its standard deviation, s.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -42,6 +68,25 @@ impl Delays {
             weight += w;
         }
         (sum / weight.max(1e-300), weight.max(1e-300).sqrt().recip())
+    }
+
+    /// Delays that are worth a try, and whether they are one for all joints: the common one, then each joint's own where it is seen.
+    ///
+    /// Positions may be late together, but not those of one joint: what looks so is friction.
+    #[must_use]
+    pub fn candidates(&self) -> Vec<(bool, Vec<f64>)> {
+        let n = self.value.len();
+        let mut found = Vec::new();
+        let (common, sure) = self.common();
+        if common.abs() > SURE * sure + OWN {
+            found.push((true, vec![common; n]));
+        }
+        let own = |(d, s): (&f64, &f64)| if *d > SURE * s + OWN { *d } else { 0.0 };
+        let own: Vec<f64> = self.value.iter().zip(&self.deviation).map(own).collect();
+        if own.iter().any(|d| *d != 0.0) {
+            found.push((false, own));
+        }
+        found
     }
 }
 
@@ -103,7 +148,7 @@ pub fn delays(logs: &[Prepared], base: &Base, laws: &[Law]) -> Delays {
                 found.value[joint] = next;
             }
             if change < SETTLED || step + 1 == STEPS {
-                let covariance = crate::fit::inverse(&normal.matrix);
+                let covariance = inverse(&normal.matrix);
                 for joint in 0..n {
                     let left = more[joint].moving_residual(&all);
                     let runs = more[joint].runs(left.as_slice());
@@ -138,7 +183,7 @@ fn moved(logs: &[Prepared], joint: usize, delay: f64, count: usize) -> DVector<f
 }
 
 /// Slope of the torque that a fit predicts for one joint, at its rows, per second: the error that a second of delay makes.
-pub(crate) fn torque_slope(logs: &[Prepared], fit: &crate::fit::Fit, joint: usize) -> DVector<f64> {
+pub(crate) fn torque_slope(logs: &[Prepared], fit: &Fit, joint: usize) -> DVector<f64> {
     -slope(logs, &fit.rows[joint], &fit.x)
 }
 
@@ -157,28 +202,60 @@ fn slope(logs: &[Prepared], rows: &Rows, x: &DVector<f64>) -> DVector<f64> {
     DVector::from_vec(slope)
 }
 
-/// Which delays are compensated.
-const SURE: f64 = 4.0;
-/// Delay that filters and friction make up by themselves, s.
-const OWN: f64 = 1e-3;
-
-impl Delays {
-    /// Delays that are worth a try, and whether they are one for all joints: the common one, then each joint's own where it is seen.
-    ///
-    /// Positions may be late together, but not those of one joint: what looks so is friction.
-    #[must_use]
-    pub fn candidates(&self) -> Vec<(bool, Vec<f64>)> {
-        let n = self.value.len();
-        let mut found = Vec::new();
-        let (common, sure) = self.common();
-        if common.abs() > SURE * sure + OWN {
-            found.push((true, vec![common; n]));
+/// The delays that lower the held-out error, and those that the logs show.
+///
+/// Friction that turns over otherwise than its law says looks like a delay. So delays are estimated by each way of telling the direction,
+/// and each joint is judged by the one that suits it, with and without its delay.
+pub(crate) fn best_delay(arm: &dyn Arm, base: &Base, logs: &[Log], torque: f64) -> (Vec<f64>, Delays) {
+    let n = base.joints;
+    let prepare = |delay: &[f64]| -> Vec<Prepared> {
+        let filters = Filters { motion: torque, torque };
+        logs.iter().map(|log| Prepared::new(&shifted(log, delay), arm, base, filters)).collect()
+    };
+    let laws = DIRECTIONS.map(|direction| vec![Law::with(direction, &[]); n]);
+    let judge_by = |count: usize, logs: &[Prepared]| -> Vec<Vec<f64>> {
+        laws[..count].par_iter().map(|laws| Problem { logs, base, laws }.fit().held_out()).collect()
+    };
+    let judge = |logs: &[Prepared]| judge_by(laws.len(), logs);
+    let least = |errors: &[Vec<f64>]| -> Vec<(usize, f64)> {
+        let of = |joint: usize| errors.iter().map(|e| e[joint]).enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+        (0..n).map(|joint| of(joint).unwrap_or((0, f64::MAX))).collect()
+    };
+    let mean = |errors: &[(usize, f64)]| errors.iter().map(|(_, e)| e.max(1e-12).ln()).sum::<f64>() / n.max(1) as f64;
+    let prepared = prepare(&vec![0.0; n]);
+    let by_law: Vec<Delays> = laws[..BY_LAW].par_iter().map(|laws| delays(&prepared, base, laws)).collect();
+    let any = by_law.iter().any(|delays| !delays.candidates().is_empty());
+    let now = least(&judge_by(if any { laws.len() } else { BY_LAW }, &prepared));
+    let chosen = |pick: &[(usize, f64)]| {
+        let of = |joint: usize| if pick[joint].0 < BY_LAW { pick[joint].0 } else { 0 };
+        Delays {
+            value: (0..n).map(|joint| by_law[of(joint)].value[joint]).collect(),
+            deviation: (0..n).map(|joint| by_law[of(joint)].deviation[joint]).collect(),
         }
-        let own = |(d, s): (&f64, &f64)| if *d > SURE * s + OWN { *d } else { 0.0 };
-        let own: Vec<f64> = self.value.iter().zip(&self.deviation).map(own).collect();
-        if own.iter().any(|d| *d != 0.0) {
-            found.push((false, own));
+    };
+    let (mut best, mut error, mut seen) = (vec![0.0; n], mean(&now), chosen(&now));
+    for delays in &by_law {
+        for (is_common, mut candidate) in delays.candidates() {
+            let mut there = least(&judge(&prepare(&candidate)));
+            let lower = |there: &[(usize, f64)], joint: usize, by: f64| there[joint].1 < (1.0 - by) * now[joint].1;
+            if is_common {
+                if 2 * (0..n).filter(|joint| lower(&there, *joint, WORTH_A_DELAY)).count() < n {
+                    continue;
+                }
+            } else {
+                let worth: Vec<bool> = (0..n).map(|joint| lower(&there, joint, WORTH_ONE_DELAY)).collect();
+                if !worth.contains(&true) {
+                    continue;
+                }
+                if candidate.iter().zip(&worth).any(|(d, worth)| *d != 0.0 && !worth) {
+                    candidate.iter_mut().zip(&worth).filter(|(_, worth)| !**worth).for_each(|(d, _)| *d = 0.0);
+                    there = least(&judge(&prepare(&candidate)));
+                }
+            }
+            if mean(&there) < error + (1.0 - EARNED).ln() {
+                (best, error, seen) = (candidate, mean(&there), chosen(&there));
+            }
         }
-        found
     }
+    (best, seen)
 }

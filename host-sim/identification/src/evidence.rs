@@ -10,10 +10,11 @@
 use crate::arm::Arm;
 use crate::base::Base;
 use crate::consistent::{Maker, prior};
-use crate::fit::{Problem, inverse};
+use crate::fit::{Problem, inverse, solve};
 use crate::friction::{Direction, Law};
 use crate::log::Log;
 use crate::prepare::{Filters, Prepared};
+use crate::statistics::median;
 use dynamics_core::regressor::PARAMETERS;
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -58,9 +59,9 @@ impl Expected {
         Self { base, mean, precision: inverse(&covariance), complete: !maker.is_incomplete() }
     }
 
-    /// True if a base parameter is a rotor's inertia alone.
-    fn is_rotor(&self, place: usize) -> bool {
-        self.base.columns[place] >= PARAMETERS * self.base.joints
+    /// True if an unknown is a base parameter of bodies, neither a rotor's inertia alone nor friction.
+    fn is_body(&self, place: usize) -> bool {
+        self.base.columns.get(place).is_some_and(|k| *k < PARAMETERS * self.base.joints)
     }
 }
 
@@ -73,6 +74,13 @@ struct Block {
     cross: Vec<DVector<f64>>,
     /// Mean power of unit friction coefficients.
     power: DVector<f64>,
+}
+
+impl Block {
+    /// Values of the joint's own unknowns.
+    fn own(&self, value: impl Fn(usize) -> f64) -> DVector<f64> {
+        DVector::from_iterator(self.places.len(), self.places.iter().map(|place| value(*place)))
+    }
 }
 
 /// Normal equations of a log.
@@ -183,29 +191,19 @@ impl Evidence {
         let solved = self.solve(expected, sources, FAINT, None);
         let fitted = self.heavier(expected, &solved.x, &solved.squares).abs().recip();
         let size = |(block, square): (&Block, &f64)| {
-            let own = DVector::from_iterator(
-                block.places.len(),
-                block.places.iter().map(|k| if *k < expected.base.len() { expected.mean[*k] } else { 0.0 }),
-            );
+            let own = block.own(|place| expected.mean.get(place).copied().unwrap_or(0.0));
             ((&block.gram * &own).dot(&own) / square).sqrt()
         };
-        let mut sizes: Vec<f64> = self.blocks.iter().zip(&solved.squares).map(size).collect();
-        sizes.sort_by(f64::total_cmp);
-        [fitted, sizes[sizes.len() / 2]]
+        [fitted, median(self.blocks.iter().zip(&solved.squares).map(size).collect())]
     }
 
     /// The factor of one joint's torque with which it fits the bodies that the other joints see.
     pub(crate) fn joint_scale(&self, expected: &Expected, sources: &[Source], joint: usize) -> f64 {
         let solved = self.solve(expected, sources, 1.0, Some(joint));
         let block = &self.blocks[joint];
-        let bodies = block.places.len() - FRICTION;
-        let own = DVector::from_fn(block.places.len(), |k, _| {
-            let place = block.places[k];
-            if k < bodies && !expected.is_rotor(place) { solved.x[place] } else { 0.0 }
-        });
+        let own = block.own(|place| if expected.is_body(place) { solved.x[place] } else { 0.0 });
         // Torque over the bodies' torque, with friction and the rotor free beside it.
-        let free: Vec<usize> =
-            (0..block.places.len()).filter(|k| *k >= bodies || expected.is_rotor(block.places[*k])).collect();
+        let free: Vec<usize> = (0..block.places.len()).filter(|k| !expected.is_body(block.places[*k])).collect();
         let moved = &block.gram * &own;
         let size = free.len() + 1;
         let mut matrix = DMatrix::zeros(size, size);
@@ -219,22 +217,17 @@ impl Evidence {
                 matrix[(i + 1, j + 1)] = block.gram[(at, to)];
             }
         }
-        crate::fit::solve(&matrix, &right)[0].abs().recip()
+        solve(&matrix, &right)[0].abs().recip()
     }
 
     /// Torque of the bodies over that by the maker's numbers, rotors left out.
     fn heavier(&self, expected: &Expected, x: &DVector<f64>, squares: &[f64]) -> f64 {
         let (mut both, mut maker) = (0.0, 0.0);
         for (block, square) in self.blocks.iter().zip(squares) {
-            let pick = |of: &dyn Fn(usize) -> f64| {
-                DVector::from_fn(block.places.len(), |k, _| {
-                    let place = block.places[k];
-                    if place < expected.base.len() && !expected.is_rotor(place) { of(place) } else { 0.0 }
-                })
-            };
-            let given = pick(&|place| expected.mean[place]);
+            let pick = |of: &DVector<f64>| block.own(|place| if expected.is_body(place) { of[place] } else { 0.0 });
+            let given = pick(&expected.mean);
             let through = &block.gram * &given;
-            both += through.dot(&pick(&|place| x[place])) / square;
+            both += through.dot(&pick(x)) / square;
             maker += through.dot(&given) / square;
         }
         both / maker.max(1e-300)
@@ -272,7 +265,7 @@ impl Evidence {
             x = found.solve(&right);
             for (joint, block) in self.blocks.iter().enumerate() {
                 let (from, scale) = sources[joint];
-                let own = DVector::from_iterator(block.places.len(), block.places.iter().map(|k| x[*k]));
+                let own = block.own(|place| x[place]);
                 let square =
                     squares[joint] - 2.0 * scale * block.cross[from].dot(&own) + (&block.gram * &own).dot(&own);
                 left[joint] = square.max(FLOOR * FLOOR * squares[joint]);

@@ -6,10 +6,9 @@
 
 use crate::arm::Arm;
 use crate::base::Base;
-use crate::fit::inverse;
+use crate::fit::{condition, inverse};
+use crate::random::Random;
 use nalgebra::{DMatrix, DVector};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
 
 /// Samples of a period.
 const SAMPLES: usize = 120;
@@ -86,24 +85,6 @@ pub trait Workspace {
     fn series(&self, sine: &[Vec<f64>], cosine: &[Vec<f64>]) -> bool;
 }
 
-/// A workspace without obstacles.
-#[derive(Clone, Copy, Debug)]
-pub struct Unlimited;
-
-impl Workspace for Unlimited {
-    fn posture(&self, _: &[f64]) -> bool {
-        true
-    }
-
-    fn line(&self, _: &[f64], _: &[f64]) -> bool {
-        true
-    }
-
-    fn series(&self, _: &[Vec<f64>], _: &[Vec<f64>]) -> bool {
-        true
-    }
-}
-
 /// `[q, qd, qdd]` of every sample of a period.
 type Motion = Vec<[Vec<f64>; 3]>;
 
@@ -115,8 +96,8 @@ struct Coefficients {
 /// The most telling series within the room; `tick` is called after every try. `None` if none was found that stays in the workspace.
 #[must_use]
 pub fn excite(subject: &Subject<'_>, room: &Room, search: &Search, tick: &dyn Fn()) -> Option<Series> {
-    let mut random = ChaCha8Rng::seed_from_u64(search.seed);
-    let mut uniform = || f64::from(random.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
+    let mut random = Random::new(search.seed);
+    let mut uniform = || random.signed();
     let joints = room.centre.len();
     let mut best: Option<(f64, Coefficients)> = None;
     let starts = ((search.tries as f64 * STARTS) as usize).max(1);
@@ -157,15 +138,12 @@ pub fn excite(subject: &Subject<'_>, room: &Room, search: &Search, tick: &dyn Fn
         }
         tick();
     }
-    let (_, Coefficients { sine, cosine }) = best?;
-    let chosen = Coefficients { sine, cosine };
+    let (_, chosen) = best?;
     let (information, matrix) = information(subject, room, &motion(room, search, &chosen));
     let b = subject.base.len();
     let spread = inverse(&matrix);
     let deviations = (0..b).map(|k| spread[(k, k)].max(0.0).sqrt()).collect();
-    let scale = matrix.diagonal().map(|d| if d > 0.0 { d.sqrt().recip() } else { 0.0 });
-    let scaled = DMatrix::from_fn(b, b, |i, j| matrix[(i, j)] * scale[i] * scale[j]).symmetric_eigenvalues();
-    let condition = (scaled.max() / scaled.min().max(1e-300)).sqrt();
+    let condition = condition(&matrix.view((0, 0), (b, b)).into_owned());
     Some(Series { sine: chosen.sine, cosine: chosen.cosine, information, condition, deviations })
 }
 
@@ -237,20 +215,8 @@ fn holds(subject: &Subject<'_>, room: &Room, state: &[Vec<f64>; 3]) -> bool {
 }
 
 /// Columns of the base parameters at each joint.
-fn rows(subject: &Subject<'_>, state: &[Vec<f64>; 3]) -> Vec<Vec<f64>> {
-    let n = subject.base.joints;
-    let width = dynamics_core::regressor::PARAMETERS * n;
-    let mut out = vec![0.0; n * width];
-    subject.arm.columns(&state[0], &state[1], &state[2], &mut out);
-    let of = |joint: usize| {
-        let column = |k: &usize| match k.checked_sub(width) {
-            Some(rotor) if rotor == joint => state[2][joint],
-            Some(_) => 0.0,
-            None => out[joint * width + k],
-        };
-        subject.base.columns.iter().map(column).collect()
-    };
-    (0..n).map(of).collect()
+fn rows(subject: &Subject<'_>, state: &[Vec<f64>; 3]) -> Vec<DVector<f64>> {
+    subject.base.rows(subject.arm, state.each_ref().map(Vec::as_slice))
 }
 
 /// `log det` of the information of one period about bodies and friction, and the information.
@@ -262,9 +228,7 @@ fn information(subject: &Subject<'_>, room: &Room, motion: &Motion) -> (f64, DMa
         for (joint, row) in rows(subject, state).iter().enumerate() {
             let rub = [1.0, state[1][joint], state[1][joint].signum()];
             let mut all = DVector::zeros(unknowns);
-            for (place, y) in all.iter_mut().zip(row) {
-                *place = *y;
-            }
+            all.rows_mut(0, b).copy_from(row);
             for (k, x) in rub.into_iter().enumerate() {
                 all[b + FRICTION * joint + k] = x;
             }
@@ -286,8 +250,7 @@ fn information(subject: &Subject<'_>, room: &Room, motion: &Motion) -> (f64, DMa
 /// go to on a straight line in joint space. From the last it can go back to the first.
 #[must_use]
 pub fn postures(subject: &Subject<'_>, room: &Room, count: usize, seed: u64, tick: &dyn Fn()) -> Vec<Vec<f64>> {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut share = || f64::from(random.next_u32()) / f64::from(u32::MAX);
+    let mut random = Random::new(seed);
     let joints = room.centre.len();
     let still = vec![0.0; joints];
     let b = subject.base.len();
@@ -297,7 +260,7 @@ pub fn postures(subject: &Subject<'_>, room: &Room, count: usize, seed: u64, tic
         let covariance = inverse(&matrix);
         let mut found: Vec<(f64, Vec<f64>)> = Vec::new();
         for _ in 0..200 {
-            let q: Vec<f64> = room.position.iter().map(|(lo, hi)| lo + share() * (hi - lo)).collect();
+            let q: Vec<f64> = room.position.iter().map(|(lo, hi)| lo + random.share() * (hi - lo)).collect();
             let state = [q, still.clone(), still.clone()];
             if !holds(subject, room, &state) {
                 continue;
@@ -305,10 +268,7 @@ pub fn postures(subject: &Subject<'_>, room: &Room, count: usize, seed: u64, tic
             let gain: f64 = rows(subject, &state)
                 .iter()
                 .zip(&room.noise)
-                .map(|(row, noise)| {
-                    let y = DVector::from_column_slice(row);
-                    (1.0 + y.dot(&(&covariance * &y)) / (noise * noise)).ln()
-                })
+                .map(|(y, noise)| (1.0 + y.dot(&(&covariance * y)) / (noise * noise)).ln())
                 .sum();
             found.push((gain, state[0].clone()));
         }
@@ -316,9 +276,8 @@ pub fn postures(subject: &Subject<'_>, room: &Room, count: usize, seed: u64, tic
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
         let here = chosen.last().unwrap_or(&room.centre);
         let Some((_, q)) = found.into_iter().find(|(_, q)| subject.workspace.line(here, q)) else { break };
-        for (row, noise) in rows(subject, &[q.clone(), still.clone(), still.clone()]).iter().zip(&room.noise) {
-            let y = DVector::from_column_slice(row);
-            matrix += &y * y.transpose() / (noise * noise);
+        for (y, noise) in rows(subject, &[q.clone(), still.clone(), still.clone()]).iter().zip(&room.noise) {
+            matrix += y * y.transpose() / (noise * noise);
         }
         chosen.push(q);
     }

@@ -4,6 +4,7 @@ mod covariance;
 mod normal;
 mod rows;
 
+pub(crate) use normal::condition;
 pub use normal::{Normal, inverse, solve};
 pub use rows::Rows;
 

@@ -5,6 +5,7 @@
 //! there they stay, and friction is what the last motion has left ([`crate::friction::Direction::Hysteresis`]).
 
 use crate::Series;
+use crate::statistics::median;
 
 /// Time for which a joint has not moved before and after a sample, in `1 / cut-off` of the torque filter.
 const STILL: f64 = 0.1;
@@ -48,9 +49,8 @@ fn of_joint(q: &[f64], still: usize, mixed: usize) -> Vec<bool> {
 
 /// Standard deviation of a position's noise, from the median of third differences: a motion leaves little in them, a jolt moves no median.
 fn noise(q: &[f64]) -> f64 {
-    let mut third: Vec<f64> = q.windows(4).map(|q| (q[3] - 3.0 * q[2] + 3.0 * q[1] - q[0]).abs()).collect();
-    third.sort_by(f64::total_cmp);
-    1.4826 * third.get(third.len() / 2).copied().unwrap_or(0.0) / 20.0_f64.sqrt()
+    let third = q.windows(4).map(|q| (q[3] - 3.0 * q[2] + 3.0 * q[1] - q[0]).abs());
+    1.4826 * median(third.collect()) / 20.0_f64.sqrt()
 }
 
 #[cfg(test)]

@@ -1,26 +1,10 @@
 //! A log: columns of a text file, and what is wrong with them.
-//!
-//! | module | holds |
-//! |---|---|
-//! | `read` | all of it in order |
-//! | `foreign` | files of other programs that are not text |
-//! | `decode` | bytes as text |
-//! | `grid` | text as header, units and rows |
-//! | `unit` | units that a header can name |
-//! | `name` | the meaning of a column's name |
-//! | `sets` | columns of one quantity, of all joints |
-//! | `spec` | columns named by hand |
-//! | `vocabulary` | words of columns' names |
-//! | `header` | the columns that are read |
-//! | `factor` | their units |
-//! | `time_column` | the column of time |
-//! | `clock` | time |
-//! | `check` | rules about the numbers |
 
 mod check;
 mod clock;
 mod decode;
 mod factor;
+mod fields;
 mod foreign;
 mod grid;
 mod header;

@@ -50,7 +50,7 @@ pub struct Known {
 }
 
 /// Estimated payload.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Payload {
     /// kg.
     pub mass: f64,
@@ -107,7 +107,7 @@ impl Known {
     /// Payload along these logs. `scale` is measured torque over true torque with its deviation: [`torque_scale`], or (1, 0).
     #[must_use]
     pub fn payload(&self, arm: &dyn Arm, logs: &[Log], scale: (f64, f64)) -> Payload {
-        let in_time = |log: &Log| shifted(&repaired(log), &self.delay);
+        let in_time = |log: &Log| shifted(&repaired(log).0, &self.delay);
         let prepared: Vec<Prepared> =
             logs.iter().map(|log| Prepared::new(&in_time(log), arm, &self.base, self.filters)).collect();
         let problem = Problem { logs: &prepared, base: &self.base, laws: &self.laws };
@@ -121,7 +121,7 @@ impl Known {
         known.rows_mut(b, more).copy_from(&start);
         let mut weights: Vec<Vec<f64>> = Vec::new();
         let mut sigma = vec![1.0; self.laws.len()];
-        let mut found = None;
+        let (mut matrix, mut through) = (DMatrix::zeros(0, 0), DMatrix::zeros(0, 0));
         for _ in 0..ROUNDS {
             let carried = &self.beta + &last * &held;
             let loads: Vec<Series> = prepared.iter().map(|log| log.of_bodies(carried.as_slice())).collect();
@@ -133,7 +133,7 @@ impl Known {
             }
             let prior = self.prior(&sigma, &start, more);
             let normal = Normal::of(&asked, &sigma, &weights, |_| true, PARAMETERS + more);
-            let matrix = &normal.matrix + DMatrix::from_diagonal(&prior);
+            matrix = &normal.matrix + DMatrix::from_diagonal(&prior);
             let x = solve(&matrix, &normal.right);
             held = x.rows(0, PARAMETERS).into_owned();
             for ((rows, sigma), weights) in asked.iter().zip(&mut sigma).zip(&mut weights) {
@@ -144,18 +144,13 @@ impl Known {
                 let weight = |e: &f64| (1.5 * size / e.abs().max(1e-12)).min(1.0) / runs;
                 *weights = left.iter().zip(rows.weights()).map(|(e, moving)| moving * weight(e)).collect();
             }
-            let through = self.through(&rows, &asked, &sigma, &weights, more);
-            found = Some((asked, x, matrix, through));
+            through = self.through(&rows, &asked, &sigma, &weights, more);
         }
-        let Some((asked, _, matrix, through)) = found else { return Payload::nothing(self.laws.len()) };
         let spread = inverse(&matrix);
         let by_arm = &spread * through;
         let spread = &spread + &by_arm * &self.covariance * by_arm.transpose();
         let covariance = spread.view((0, 0), (PARAMETERS, PARAMETERS)).into_owned();
-        let mut unknowns = DVector::zeros(PARAMETERS + more);
-        unknowns.rows_mut(0, PARAMETERS).copy_from(&held);
-        let rms = asked.iter().zip(&sigma).map(|(_, sigma)| *sigma).collect();
-        Payload::of(&held, &covariance, scale, rms)
+        Payload::of(&held, &covariance, scale, sigma)
     }
 
     /// One over the variance that each unknown is expected to have: none for the load, drift for friction.
@@ -219,27 +214,18 @@ fn rows_of_load(rows: &Rows, base: usize, last: &DMatrix<f64>, known: &DVector<f
 }
 
 impl Payload {
-    fn nothing(joints: usize) -> Self {
-        Self {
-            mass: 0.0,
-            mass_deviation: 0.0,
-            unscaled: 0.0,
-            unscaled_deviation: 0.0,
-            com: None,
-            com_deviation: Vector3::zeros(),
-            inertia: Matrix3::zeros(),
-            scale: (1.0, 0.0),
-            rms: vec![0.0; joints],
-        }
-    }
-
     fn of(held: &DVector<f64>, covariance: &DMatrix<f64>, scale: (f64, f64), rms: Vec<f64>) -> Self {
-        let mut payload = Self::nothing(rms.len());
         let deviation = |k: usize| covariance[(k, k)].max(0.0).sqrt();
-        (payload.rms, payload.scale) = (rms, scale);
-        (payload.unscaled, payload.unscaled_deviation) = (held[0], deviation(0));
-        payload.mass = held[0] / scale.0;
-        payload.mass_deviation = (deviation(0) / scale.0).hypot(payload.mass * scale.1 / scale.0);
+        let mass = held[0] / scale.0;
+        let mut payload = Self {
+            mass,
+            mass_deviation: (deviation(0) / scale.0).hypot(mass * scale.1 / scale.0),
+            unscaled: held[0],
+            unscaled_deviation: deviation(0),
+            scale,
+            rms,
+            ..Self::default()
+        };
         if held[0] < 2.0 * deviation(0) {
             return payload;
         }

@@ -6,7 +6,6 @@ use crate::base::Base;
 use crate::filter::{LowPass, derivative, even_times, lines, spline, thinned};
 use crate::held::held;
 use crate::log::Log;
-use dynamics_core::regressor::PARAMETERS;
 use nalgebra::DMatrix;
 
 /// Rate that is enough for what is left after the filter of torques, and of motions, in cut-offs.
@@ -113,27 +112,12 @@ impl Prepared {
 }
 
 fn columns(arm: &dyn Arm, base: &Base, motion: [&Series; 3], low_pass: &LowPass) -> Vec<DMatrix<f64>> {
-    let n = arm.joints();
     let count = motion[0].first().map_or(0, Vec::len);
-    let width = PARAMETERS * n;
-    let mut out = vec![0.0; n * width];
-    let mut found: Vec<DMatrix<f64>> = (0..n).map(|_| DMatrix::zeros(count, base.len())).collect();
-    let mut state = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
+    let mut found: Vec<DMatrix<f64>> = (0..base.joints).map(|_| DMatrix::zeros(count, base.len())).collect();
     for k in 0..count {
-        for (values, series) in state.iter_mut().zip(motion) {
-            for (value, samples) in values.iter_mut().zip(series) {
-                *value = samples[k];
-            }
-        }
-        arm.columns(&state[0], &state[1], &state[2], &mut out);
-        for (i, matrix) in found.iter_mut().enumerate() {
-            for (b, &parameter) in base.columns.iter().enumerate() {
-                matrix[(k, b)] = match parameter.checked_sub(width) {
-                    Some(rotor) if rotor == i => state[2][i],
-                    Some(_) => 0.0,
-                    None => out[i * width + parameter],
-                };
-            }
+        let state = motion.map(|series| series.iter().map(|samples| samples[k]).collect::<Vec<f64>>());
+        for (matrix, row) in found.iter_mut().zip(base.rows(arm, state.each_ref().map(Vec::as_slice))) {
+            matrix.row_mut(k).tr_copy_from(&row);
         }
     }
     for (i, matrix) in found.iter_mut().enumerate() {
@@ -143,13 +127,4 @@ fn columns(arm: &dyn Arm, base: &Base, motion: [&Series; 3], low_pass: &LowPass)
         }
     }
     found
-}
-
-impl Base {
-    /// True if a base parameter can have an effect on a joint.
-    #[must_use]
-    pub fn acts(&self, index: usize, joint: usize) -> bool {
-        let rotor = self.columns[index] >= PARAMETERS * self.joints;
-        if rotor { self.link(index) == joint } else { self.link(index) >= joint }
-    }
 }

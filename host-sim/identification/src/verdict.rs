@@ -1,7 +1,8 @@
 //! Verdict on an identification: trusted, doubtful or refused, with reasons.
 
 use crate::hypotheses::{Explanation, Findings};
-use crate::identify::{Identified, Prediction, rms};
+use crate::identify::Identified;
+use crate::prediction::{Prediction, rms};
 
 /// Judgement of an identified model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

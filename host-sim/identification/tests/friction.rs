@@ -5,7 +5,8 @@ use crate::made::{Making, log};
 use identification::base::Base;
 use identification::fit::Problem;
 use identification::friction::{Direction, Law, Term};
-use identification::identify::{Settings, difference, identify, rms};
+use identification::identify::{Settings, identify};
+use identification::prediction::{difference, rms};
 use identification::prepare::{Filters, Prepared};
 
 #[test]

@@ -2,7 +2,24 @@
 
 use crate::arms::load;
 use identification::base::Base;
-use identification::excite::{Room, Search, Subject, Unlimited, Workspace, excite, postures};
+use identification::excite::{Room, Search, Subject, Workspace, excite, postures};
+
+/// A workspace in which everything is free, or nothing.
+struct Workroom(bool);
+
+impl Workspace for Workroom {
+    fn posture(&self, _: &[f64]) -> bool {
+        self.0
+    }
+
+    fn line(&self, _: &[f64], _: &[f64]) -> bool {
+        self.0
+    }
+
+    fn series(&self, _: &[Vec<f64>], _: &[Vec<f64>]) -> bool {
+        self.0
+    }
+}
 
 fn room() -> Room {
     Room {
@@ -20,7 +37,7 @@ fn a_motion_keeps_its_limits_is_the_same_for_a_seed_and_better_for_more_tries() 
     let known = load("yam.toml");
     let base = Base::of(known.arm.as_ref());
     let beta = base.of_parameters(&known.parameters);
-    let subject = Subject { arm: known.arm.as_ref(), base: &base, beta: beta.as_slice(), workspace: &Unlimited };
+    let subject = Subject { arm: known.arm.as_ref(), base: &base, beta: beta.as_slice(), workspace: &Workroom(true) };
     let search = Search { harmonics: 4, period: 8.0, tries: 40, seed: 5 };
     let first = excite(&subject, &room(), &search, &|| ()).unwrap();
     assert_eq!(first, excite(&subject, &room(), &search, &|| ()).unwrap());
@@ -40,28 +57,12 @@ fn a_motion_keeps_its_limits_is_the_same_for_a_seed_and_better_for_more_tries() 
     }
 }
 
-struct Nowhere;
-
-impl Workspace for Nowhere {
-    fn posture(&self, _: &[f64]) -> bool {
-        false
-    }
-
-    fn line(&self, _: &[f64], _: &[f64]) -> bool {
-        false
-    }
-
-    fn series(&self, _: &[Vec<f64>], _: &[Vec<f64>]) -> bool {
-        false
-    }
-}
-
 #[test]
 fn no_motion_is_found_where_no_posture_is_allowed() {
     let known = load("yam.toml");
     let base = Base::of(known.arm.as_ref());
     let beta = base.of_parameters(&known.parameters);
-    let subject = Subject { arm: known.arm.as_ref(), base: &base, beta: beta.as_slice(), workspace: &Nowhere };
+    let subject = Subject { arm: known.arm.as_ref(), base: &base, beta: beta.as_slice(), workspace: &Workroom(false) };
     assert!(excite(&subject, &room(), &Search { harmonics: 3, period: 8.0, tries: 5, seed: 1 }, &|| ()).is_none());
     assert_eq!(postures(&subject, &room(), 4, 1, &|| ()).len(), 1);
 }

@@ -4,8 +4,9 @@ use crate::arms::{Known, load};
 use crate::made::{Making, log};
 use identification::consistent::Maker;
 use identification::hypotheses::explain;
-use identification::identify::{Settings, difference, identify, rms};
+use identification::identify::{Settings, identify};
 use identification::log::Log;
+use identification::prediction::{difference, rms};
 use identification::verdict::{Errors, Grade, Reason, Verdict, persistence, verdict};
 
 fn settings() -> Settings {

@@ -16,15 +16,13 @@ pub struct Figure {
     labels: (String, String),
     scales: (Scale, Scale),
     series: Vec<Series>,
-    /// Pen of each series: its colour, and how it is dashed.
-    pens: Vec<usize>,
 }
 
 /// Colours of series that the style sheet has, and ways to draw in each: whole, dashed, dotted.
 const COLOURS: usize = 6;
 const DASHES: usize = 3;
 
-/// Classes of a pen.
+/// Classes of the pen of a series: its colour, and how it is dashed.
 fn class(pen: usize) -> String {
     let dashes = pen / COLOURS % DASHES;
     let dashed = if dashes > 0 { format!(" d{dashes}") } else { String::new() };
@@ -40,7 +38,6 @@ impl Figure {
             labels: (abscissa.into(), ordinate.into()),
             scales: (Scale::Linear, Scale::Linear),
             series: Vec::new(),
-            pens: Vec::new(),
         }
     }
 
@@ -53,15 +50,6 @@ impl Figure {
     /// The same figure with one more series, drawn unlike those before.
     #[must_use]
     pub fn with(mut self, series: Series) -> Self {
-        self.pens.push(self.pens.last().map_or(0, |pen| pen + 1));
-        self.series.push(series);
-        self
-    }
-
-    /// The same figure with one more series that belongs to the one before, in its colour: what was measured of a predicted line.
-    #[must_use]
-    pub fn with_of_last(mut self, series: Series) -> Self {
-        self.pens.push(self.pens.last().map_or(0, |pen| *pen));
         self.series.push(series);
         self
     }
@@ -71,9 +59,9 @@ impl Figure {
         let _ = write!(out, "<figure><figcaption>{caption}</figcaption>");
         if self.series.len() > 1 {
             out.push_str("<p class=\"legend\">");
-            for (series, pen) in self.series.iter().zip(&self.pens) {
+            for (pen, series) in self.series.iter().enumerate() {
                 let dots = if series.kind == Kind::Points { " dots" } else { "" };
-                let _ = write!(out, "<span class=\"{}{dots}\">{}</span>", class(*pen), html(&series.name));
+                let _ = write!(out, "<span class=\"{}{dots}\">{}</span>", class(pen), html(&series.name));
             }
             out.push_str("</p>");
         }
@@ -139,8 +127,8 @@ impl Figure {
         );
         let gap = self.gap(x);
         let mut bar = 0;
-        for (series, pen) in self.series.iter().zip(&self.pens) {
-            let _ = write!(out, "<g class=\"{}\">", class(*pen));
+        for (pen, series) in self.series.iter().enumerate() {
+            let _ = write!(out, "<g class=\"{}\">", class(pen));
             match series.kind {
                 Kind::Points => series.draw_points(out, x, &y),
                 Kind::Line | Kind::Limit => series.draw_line(out, x, &y),
@@ -215,20 +203,15 @@ mod tests {
     }
 
     #[test]
-    fn dots_have_the_colour_of_their_line_and_no_two_lines_look_alike() {
-        let mut figure = Figure::new("a", "x", "y");
-        for k in 0..12 {
-            figure = figure.with(Series::line(format!("l{k}"), [(0.0, 0.0), (1.0, 1.0)]));
-            figure = figure.with_of_last(Series::points(format!("p{k}"), vec![Point::at(0.5, 0.5)]));
-        }
-        let out = drawn(&figure);
-        let classes: Vec<&str> =
-            out.split("<g class=\"").skip(1).filter_map(|rest| Some(rest.split_once('"')?.0)).collect();
-        assert_eq!(classes.len(), 24);
-        assert!(classes.chunks(2).all(|pair| pair[0] == pair[1]), "{classes:?}");
-        let unlike: std::collections::BTreeSet<&str> = classes.into_iter().collect();
-        assert_eq!(unlike.len(), 12);
-        assert!(out.contains("<span class=\"c1 d1\">l7</span><span class=\"c1 d1 dots\">p7</span>"), "{out}");
+    fn no_two_lines_look_alike() {
+        let line = |k: usize| Series::line(format!("l{k}"), [(0.0, 0.0), (1.0, 1.0)]);
+        let out = drawn(&(0..12).map(line).fold(Figure::new("a", "x", "y"), Figure::with));
+        let classes = out.split("<g class=\"").skip(1).filter_map(|rest| Some(rest.split_once('"')?.0));
+        assert_eq!(classes.collect::<std::collections::BTreeSet<&str>>().len(), 12);
+        assert!(out.contains("<span class=\"c1 d1\">l7</span>"), "{out}");
+        let dots =
+            drawn(&Figure::new("a", "x", "y").with(line(0)).with(Series::points("p", vec![Point::at(0.5, 0.5)])));
+        assert!(dots.contains("<span class=\"c1 dots\">p</span>"), "{dots}");
     }
 
     #[test]

@@ -3,15 +3,6 @@
 //! Nothing here knows of simulations. A [`Page`] is a title and blocks from top to bottom: words, tables, figures, and at most one
 //! viewer of runs, which is the only block that needs the scripts.
 //!
-//! | module | holds |
-//! |---|---|
-//! | [`page`] | the page and its blocks, as HTML |
-//! | [`table`] | tables whose cells keep the exact number behind what they show |
-//! | [`figure`] | scatter, lines and bars as SVG inside the page, whose points say on hover what they are and how to repeat them |
-//! | [`mod@column`] | time series as base64 of f32 |
-//! | `axis`, `series` | ticks and scales of figures; what is drawn between them |
-//! | `escape` | text inside HTML and JSON inside scripts |
-//!
 //! A study writes its page in three steps:
 //!
 //! ```

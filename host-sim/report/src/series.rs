@@ -95,26 +95,6 @@ impl Series {
     pub fn bars(name: impl Into<String>, points: Vec<Point>) -> Self {
         Self { name: name.into(), kind: Kind::Bars, points }
     }
-
-    /// A histogram of values: `bins` bars of equal width over their range, at the middle of each.
-    #[must_use]
-    pub fn histogram(name: impl Into<String>, values: &[f64], bins: usize) -> Self {
-        let finite = || values.iter().copied().filter(|x| x.is_finite());
-        let (low, high) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
-        let bins = bins.max(1);
-        let width = if high > low { (high - low) / bins as f64 } else { 1.0 };
-        let mut counts = vec![0_u32; bins];
-        for x in finite() {
-            counts[(((x - low) / width) as usize).min(bins - 1)] += 1;
-        }
-        let bar = |(k, count): (usize, &u32)| {
-            let from = low + k as f64 * width;
-            let name = format!("{from:.4} to {:.4}: {count}", from + width);
-            Point::at(from + 0.5 * width, f64::from(*count)).named(name)
-        };
-        let points = if low <= high { counts.iter().enumerate().map(bar).collect() } else { Vec::new() };
-        Self { name: name.into(), kind: Kind::Bars, points }
-    }
 }
 
 /// The lowest and the highest of every so many neighbours, in their order, where there are more than two in a column of pixels.
@@ -224,13 +204,5 @@ mod tests {
         let line = Series::line("l", all);
         assert!(line.points.len() <= 1520 && line.points.iter().any(|p| p.at == (31_415.0, 7.0)));
         assert!(line.points.is_sorted_by(|a, b| a.at.0 <= b.at.0));
-    }
-
-    #[test]
-    fn every_value_is_in_one_bar_of_a_histogram() {
-        let series = Series::histogram("all", &[0.0, 0.1, 0.9, 1.0, f64::NAN], 2);
-        let counts: Vec<f64> = series.points.iter().map(|p| p.at.1).collect();
-        assert_eq!(counts, [2.0, 2.0]);
-        assert!(Series::histogram("none", &[], 3).points.is_empty());
     }
 }

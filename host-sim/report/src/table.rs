@@ -91,8 +91,9 @@ pub struct Table {
 impl Table {
     /// A table without rows.
     #[must_use]
-    pub fn new(caption: impl Into<String>, head: &[&str]) -> Self {
-        Self { caption: caption.into(), head: head.iter().map(|&name| name.to_owned()).collect(), rows: Vec::new() }
+    pub fn new<S: AsRef<str>>(caption: impl Into<String>, head: &[S]) -> Self {
+        let head = head.iter().map(|name| name.as_ref().to_owned()).collect();
+        Self { caption: caption.into(), head, rows: Vec::new() }
     }
 
     /// Add a row.

@@ -1,13 +1,6 @@
 //! Two runs on one page, from their reports.
 //!
 //! A report holds its run's curves and `summary.json`: whoever has two reports needs neither logs nor scenes.
-//!
-//! | module | holds |
-//! |---|---|
-//! | `side` | a run, read from its report |
-//! | `tables` | the numbers of both summaries, and how they differ |
-//! | `thin` | fewer rows, so that both fit |
-//! | `words` | what matters most, settings, events |
 
 mod side;
 mod tables;

@@ -1,6 +1,6 @@
 //! The wrench at the tip, felt through a sensor in the base; or the reading of that sensor for a known contact.
 
-use super::numbers::finite;
+use super::numbers::{finite, wrench};
 use dynamics_core::chapter::contact::{base_wrench, contact_wrench};
 use dynamics_core::chapter::global::{Assembled, residuals, weights};
 use dynamics_core::chapter::posture::Chain;
@@ -95,13 +95,8 @@ pub fn answer<const N: usize>(robot: &Robot, question: &Question) -> Result<Answ
         tip_wrench: six(&tip),
         joints: joints.iter().map(six).collect(),
         residual: if size > 0.0 { missed / size } else { missed },
-        labels: robot.joints.iter().map(|j| JointLabel { name: j.name.clone(), kind: j.spec.kind }).collect(),
+        labels: robot.joints.iter().map(JointLabel::from).collect(),
     })
-}
-
-fn wrench(name: &str, values: &[f64]) -> Result<Wrench<f64>, String> {
-    let [fx, fy, fz, mx, my, mz] = finite::<6>(name, values, "fx, fy, fz, mx, my, mz")?;
-    Ok(Wrench { force: Vector3::new(fx, fy, fz), moment: Vector3::new(mx, my, mz) })
 }
 
 fn six(wrench: &Wrench<f64>) -> [f64; 6] {

@@ -111,15 +111,11 @@ fn read(line: &str) -> Result<Question, String> {
         let text = error.to_string();
         // Every line is its own document, so only the column is useful.
         let what = text.split(" at line ").next().unwrap_or(&text);
-        let shown: String = what.chars().take(200).flat_map(printable).collect();
+        // A terminal would obey control characters.
+        let printable = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.to_string() };
+        let shown: String = what.chars().take(200).map(printable).collect();
         format!("{shown} (column {})", error.column())
     })
-}
-
-/// A character, or its escape if a terminal would obey it.
-fn printable(c: char) -> impl Iterator<Item = char> {
-    let (shown, escaped) = if c.is_control() { (None, Some(c.escape_default())) } else { (Some(c), None) };
-    shown.into_iter().chain(escaped.into_iter().flatten())
 }
 
 /// Compute the dynamics of one state.

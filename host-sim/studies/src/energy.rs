@@ -80,17 +80,14 @@ impl Change {
 /// # Errors
 /// [`Failure::Input`] if the scene cannot be run.
 pub fn account<const N: usize>(scene: &SceneFile, stop: &AtomicBool) -> Result<(Run, Account), Failure> {
-    if scene.plant.elasticity.is_some() {
+    let left_out = [
+        (scene.plant.elasticity.is_some(), "elasticity", "in the springs of elastic joints"),
+        (scene.plant.rotor_coupling, "rotor_coupling", "of the coupling of rotors with their links"),
+    ];
+    if let Some((_, key, place)) = left_out.iter().find(|(is_there, ..)| *is_there) {
         return Err(Failure::Input(miette::miette!(
-            help = "expected a scene without `elasticity` in [plant]",
-            "{}: energy in the springs of elastic joints is not accounted for",
-            scene.path.display()
-        )));
-    }
-    if scene.plant.rotor_coupling {
-        return Err(Failure::Input(miette::miette!(
-            help = "expected a scene without `rotor_coupling` in [plant]",
-            "{}: energy of the coupling of rotors with their links is not accounted for",
+            help = format!("expected a scene without `{key}` in [plant]"),
+            "{}: energy {place} is not accounted for",
             scene.path.display()
         )));
     }

@@ -4,6 +4,7 @@
 //! more than `reach` of the scene's `[safety]`, where the firmware would hold. A number goes away from its own value in steps of a
 //! factor of `sqrt(2)` until the arm is lost, and between the last two values the border is bisected to 3 %.
 
+use crate::numbers::digits;
 use indicatif::ProgressBar;
 use robot_compiler::{JointFriction, SceneFile, with_dof};
 use serde::Serialize;
@@ -271,10 +272,4 @@ impl Margins {
         }
         format!("{}: how far each number may go before the arm is lost\n{rows}\n", self.scene)
     }
-}
-
-/// Three digits.
-fn digits(value: f64) -> String {
-    let decimals = if value == 0.0 { 0 } else { (2 - value.abs().log10().floor() as i32).clamp(0, 6) as usize };
-    format!("{value:.decimals$}")
 }

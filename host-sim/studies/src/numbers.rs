@@ -1,6 +1,7 @@
-//! Checks of lists of numbers from the user.
+//! Lists of numbers from the user, and numbers as text.
 
-use dynamics_core::Real;
+use dynamics_core::{Real, Wrench};
+use nalgebra::Vector3;
 
 /// Convert a list to `K` finite numbers.
 pub(crate) fn numbers<S: Real, const K: usize>(name: &str, values: &[f64], meaning: &str) -> Result<[S; K], String> {
@@ -22,10 +23,22 @@ pub(super) fn finite<const K: usize>(name: &str, values: &[f64], meaning: &str) 
     numbers::<f64, K>(name, values, meaning)
 }
 
+/// Convert a list to force (N) and moment (N m).
+pub(super) fn wrench(name: &str, values: &[f64]) -> Result<Wrench<f64>, String> {
+    let [fx, fy, fz, mx, my, mz] = finite::<6>(name, values, "fx, fy, fz, mx, my, mz")?;
+    Ok(Wrench { force: Vector3::new(fx, fy, fz), moment: Vector3::new(mx, my, mz) })
+}
+
 /// Check that all numbers are finite.
 pub(super) fn finite_entries(name: &str, values: &[f64]) -> Result<(), String> {
     match values.iter().position(|x| !x.is_finite()) {
         None => Ok(()),
         Some(i) => Err(format!("entry {} of `{name}` is {}; expected a finite number", i + 1, values[i])),
     }
+}
+
+/// Three digits.
+pub(super) fn digits(value: f64) -> String {
+    let decimals = if value == 0.0 { 0 } else { (2 - value.abs().log10().floor() as i32).clamp(0, 6) as usize };
+    format!("{value:.decimals$}")
 }

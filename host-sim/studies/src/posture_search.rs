@@ -7,7 +7,7 @@
 //! joint alone can improve the result. A global minimum is likely with so many starts, but not proved.
 
 use core::f64::consts::{PI, TAU};
-use dynamics_core::JointKind;
+use dynamics_core::{JointKind, Model};
 
 /// Number of starting points.
 pub const STARTS: usize = 64;
@@ -131,6 +131,13 @@ pub fn positions(kind: JointKind, limits: (f64, f64)) -> Option<(f64, f64)> {
         (_, false, true) => Some((limits.1 - TAU, limits.1)),
         (_, false, false) => Some((-PI, PI)),
     }
+}
+
+/// Ranges of all joints, as [`positions`], and their middle; a prismatic joint without limits stays at zero.
+#[must_use]
+pub fn ranges<const N: usize>(model: &Model<f64, N>) -> ([(f64, f64); N], [f64; N]) {
+    let bounds = model.links().map(|link| positions(link.kind, link.limits.position).unwrap_or((0.0, 0.0)));
+    (bounds, bounds.map(|(low, high)| low + (high - low) / 2.0))
 }
 
 #[cfg(test)]

@@ -1,23 +1,5 @@
 //! Speed against accuracy, measured: the cost of every choice on the chip, and its errors in newton-metres and radians.
 //!
-//! | module | holds |
-//! |---|---|
-//! | [`choice`] | the choices, and how a scene file states them |
-//! | [`product`] | the set of choices to measure |
-//! | [`baseline`] | the scene that choices are written into |
-//! | [`mod@test_motions`] | the motions on which every choice is measured |
-//! | [`measure`] | torque error against a computation in 31 digits, tracking error of the closed loop |
-//! | `store` | measurements of earlier calls |
-//! | `points` | the choices with their measurements |
-//! | [`mod@pareto_front`] | the choices on the Pareto front |
-//! | [`mod@drive_step`] | steps of the drives' frames |
-//! | `drive_comparison` | the same, beside the errors of a choice |
-//! | [`simulator`] | errors of an integrator and its step |
-//! | [`request`] | requirements on a choice, and the cheapest choice that meets them |
-//! | [`chip`] | costs on the chip: of the controller, of the whole interrupt, and its share of the processor |
-//! | [`report`] | tables, Markdown |
-//! | `files` | CSV |
-//!
 //! A choice is a scene file: the desk's simulation, the chip's program and the user read the same text.
 
 pub mod baseline;

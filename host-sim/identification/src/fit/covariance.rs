@@ -13,31 +13,26 @@ impl Rows {
     /// Number of neighbouring rows of this residual that say as much as one independent row.
     #[must_use]
     pub fn runs(&self, left: &[f64]) -> f64 {
-        runs(left, self)
+        run_length(&autocovariance(left, self))
     }
 }
 
 impl Fit {
     /// Covariance of the unknowns. Residuals behind a filter, and all that a model does not know, come in runs: their measured
     /// autocorrelation is counted.
+    ///
+    /// `H^-1 S H^-1`, with `S = sum_j sum_k gamma_j(k) (1 - k / K) sum_t a_t a_(t+k)^T`: Bartlett's weights on the autocovariance `gamma` of
+    /// each joint's weighted residual (Newey and West 1987, with the residual independent of the columns). `gamma` is raised by the share
+    /// of the independent residuals that the unknowns have used up.
     #[must_use]
     pub fn covariance(&self) -> DMatrix<f64> {
-        covariance(self)
+        let mut spread = DMatrix::zeros(self.x.len(), self.x.len());
+        for ((rows, sigma), weights) in self.rows.iter().zip(&self.sigma).zip(&self.weights) {
+            add(&mut spread, rows, *sigma, weights, &self.x);
+        }
+        let inverse = inverse(&self.normal.matrix);
+        &inverse * spread * &inverse
     }
-}
-
-/// `H^-1 S H^-1`, with `S = sum_j sum_k gamma_j(k) (1 - k / K) sum_t a_t a_(t+k)^T`: Bartlett's weights on the autocovariance `gamma` of
-/// each joint's weighted residual (Newey and West 1987, with the residual independent of the columns).
-///
-/// `gamma` is raised by the share of the independent residuals that the unknowns have used up.
-fn covariance(fit: &Fit) -> DMatrix<f64> {
-    let unknowns = fit.x.len();
-    let mut spread = DMatrix::zeros(unknowns, unknowns);
-    for ((rows, sigma), weights) in fit.rows.iter().zip(&fit.sigma).zip(&fit.weights) {
-        add(&mut spread, rows, *sigma, weights, &fit.x);
-    }
-    let inverse = inverse(&fit.normal.matrix);
-    &inverse * spread * &inverse
 }
 
 fn add(spread: &mut DMatrix<f64>, rows: &Rows, sigma: f64, weights: &[f64], x: &DVector<f64>) {
@@ -74,11 +69,6 @@ fn run_length(covariances: &[f64]) -> f64 {
     let lags = covariances.len() as f64;
     let sum: f64 = covariances.iter().enumerate().skip(1).map(|(k, c)| (1.0 - k as f64 / lags) * c).sum();
     (1.0 + 2.0 * sum / covariances[0]).max(1.0)
-}
-
-/// The same for a residual.
-fn runs(left: &[f64], rows: &Rows) -> f64 {
-    run_length(&autocovariance(left, rows))
 }
 
 /// Autocovariance of a residual up to the end of its runs.

@@ -70,9 +70,17 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Scale that makes the diagonal one; zero for what nothing sees.
-pub(super) fn scales(matrix: &DMatrix<f64>) -> DVector<f64> {
+fn scales(matrix: &DMatrix<f64>) -> DVector<f64> {
     let largest = matrix.diagonal().amax();
     matrix.diagonal().map(|d| if d > 1e-30 * largest { d.sqrt().recip() } else { 0.0 })
+}
+
+/// Ratio of the largest and the least singular value of columns of one length, from their normal matrix.
+pub(crate) fn condition(matrix: &DMatrix<f64>) -> f64 {
+    let scale = matrix.diagonal().map(|d| if d > 0.0 { d.sqrt().recip() } else { 0.0 });
+    let scaled = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] * scale[i] * scale[j]);
+    let values = scaled.symmetric_eigenvalues();
+    (values.max() / values.min().max(1e-300)).sqrt()
 }
 
 /// Solution of the normal equations; unknowns that nothing sees are zero.

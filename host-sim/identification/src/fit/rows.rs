@@ -1,5 +1,6 @@
 //! Rows of a fit: columns of the unknowns, and the torque that they explain.
 
+use crate::statistics::{median, rms};
 use nalgebra::{DMatrix, DVector};
 
 /// Rows of one joint.
@@ -42,19 +43,12 @@ impl Rows {
         self.residual(x).component_mul(&DVector::from_vec(self.weights()))
     }
 
-    /// Robust deviation of the rows in which friction does not hold the joint.
+    /// Robust deviation of the rows in which friction does not hold the joint: 1.4826 times the median of magnitudes, and not less than
+    /// half of the root mean square.
     #[must_use]
     pub fn deviation(&self, left: &DVector<f64>) -> f64 {
         let moving: Vec<f64> = left.iter().zip(&self.held).filter(|(_, held)| !**held).map(|(e, _)| *e).collect();
-        deviation(&moving)
+        let median = median(moving.iter().map(|x| x.abs()).collect());
+        (1.4826 * median).max(0.5 * rms(&moving)).max(1e-9)
     }
-}
-
-/// Robust deviation: 1.4826 times the median of magnitudes, and not less than half of the root mean square.
-fn deviation(x: &[f64]) -> f64 {
-    let mut sizes: Vec<f64> = x.iter().map(|x| x.abs()).collect();
-    sizes.sort_by(f64::total_cmp);
-    let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
-    let square = (x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64).sqrt();
-    (1.4826 * median).max(0.5 * square).max(1e-9)
 }

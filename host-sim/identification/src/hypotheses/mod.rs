@@ -5,6 +5,7 @@
 
 mod explanation;
 mod fault;
+mod orders;
 mod search;
 
 pub use explanation::Explanation;
@@ -35,12 +36,11 @@ pub struct Findings {
 /// Looks for one or two faults that explain logs of an arm better than no fault does.
 #[must_use]
 pub fn explain(arm: &dyn Arm, maker: &Maker, logs: &[Log]) -> Findings {
-    let logs: Vec<Log> = logs.iter().map(repaired).collect();
-    let logs = logs.as_slice();
+    let logs: Vec<Log> = logs.iter().map(|log| repaired(log).0).collect();
     let expected = Expected::of(arm, maker);
-    let evidence = Evidence::of(arm, &expected, logs);
+    let evidence = Evidence::of(arm, &expected, &logs);
     let recorded = evidence.score(&expected, &evidence.as_recorded());
-    let all = search::search(arm, &expected, logs, &evidence, &recorded);
+    let all = search::search(arm, &expected, &logs, &evidence, &recorded);
     let mut clear: Vec<Explanation> =
         all.into_iter().filter(|found| found.worth() > recorded.nats + CLEAR && found.explains()).collect();
     clear.sort_by(|a, b| b.worth().total_cmp(&a.worth()));

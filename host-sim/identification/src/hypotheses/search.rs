@@ -1,11 +1,13 @@
 //! The order in which faults are tried.
 
+use super::orders::{all_orders, usual_orders};
 use super::{Explanation, Fault};
 use crate::arm::Arm;
 use crate::correction::Correction;
 use crate::evidence::{Evidence, Expected, Score, Source};
 use crate::log::Log;
 use nalgebra::Vector3;
+use rayon::prelude::*;
 
 /// A factor nearer to 1 than this is no other unit: torque constants and masses are off by as much.
 const NEAR: f64 = 1.8;
@@ -29,12 +31,6 @@ const HEAVIER: f64 = 1.5;
 const POLISHED: usize = 3;
 /// Gain below which a log that fits well is left alone, nats.
 const SUSPECT: f64 = 8.0;
-
-/// A log with some faults mended, and its columns.
-struct Mended<'a> {
-    evidence: &'a Evidence,
-    faults: Vec<Fault>,
-}
 
 struct Bench<'a> {
     arm: &'a dyn Arm,
@@ -60,9 +56,9 @@ pub(super) fn search(
     evidence: &Evidence,
     recorded: &Score,
 ) -> Vec<Explanation> {
-    let mut found = rough(arm, expected, logs, evidence, recorded);
-    found.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
     let bench = Bench { arm, expected, logs, joints: arm.joints() };
+    let mut found = rough(&bench, evidence, recorded);
+    found.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
     for one in found.iter_mut().take(POLISHED) {
         if let Some(better) = bench.polished(one) {
             *one = better;
@@ -72,10 +68,9 @@ pub(super) fn search(
 }
 
 /// Explanations whose scales are as the grid has them.
-fn rough(arm: &dyn Arm, expected: &Expected, logs: &[Log], evidence: &Evidence, recorded: &Score) -> Vec<Explanation> {
-    let bench = Bench { arm, expected, logs, joints: arm.joints() };
+fn rough(bench: &Bench<'_>, evidence: &Evidence, recorded: &Score) -> Vec<Explanation> {
     let suspicious = is_suspicious(recorded);
-    let mut found = bench.torque_faults(&Mended { evidence, faults: Vec::new() }, suspicious);
+    let mut found = bench.torque_faults(evidence, &[], suspicious);
     if !suspicious && !found.iter().any(|one| one.worth() > recorded.nats + SUSPECT) {
         return Vec::new();
     }
@@ -83,8 +78,13 @@ fn rough(arm: &dyn Arm, expected: &Expected, logs: &[Log], evidence: &Evidence, 
     // A sign of a torque may as well be that of the position, about an axis of symmetry.
     let torques_suffice = clean(&found);
     let motions = if torques_suffice { bench.signs_alike(&found) } else { bench.motion_faults() };
-    let evidences = parallel(&motions, &|fault| bench.evidence(std::slice::from_ref(fault)));
-    let alone: Vec<(Fault, Evidence)> = motions.into_iter().zip(evidences).collect();
+    let alone: Vec<(Fault, Evidence)> = motions
+        .into_par_iter()
+        .map(|fault| {
+            let evidence = bench.evidence(std::slice::from_ref(&fault));
+            (fault, evidence)
+        })
+        .collect();
     let singles: Vec<Explanation> =
         alone.iter().map(|(fault, evidence)| bench.explanation(evidence, vec![fault.clone()])).collect();
     found.extend(singles.iter().cloned());
@@ -93,10 +93,9 @@ fn rough(arm: &dyn Arm, expected: &Expected, logs: &[Log], evidence: &Evidence, 
         return found;
     }
     // A fault of motion and one of torque.
-    let both = |(fault, evidence): &(Fault, Evidence)| {
-        bench.torque_faults(&Mended { evidence, faults: vec![fault.clone()] }, false)
-    };
-    found.extend(parallel(&alone, &both).into_iter().flatten());
+    let both =
+        |(fault, evidence): &(Fault, Evidence)| bench.torque_faults(evidence, std::slice::from_ref(fault), false);
+    found.extend(alone.par_iter().map(both).collect::<Vec<_>>().into_iter().flatten());
     let pair = |(a, b): &(usize, usize)| {
         let faults = vec![alone[*a].0.clone(), alone[*b].0.clone()];
         bench.explanation(&bench.evidence(&faults), faults)
@@ -105,7 +104,7 @@ fn rough(arm: &dyn Arm, expected: &Expected, logs: &[Log], evidence: &Evidence, 
     let signs: Vec<usize> = (0..alone.len()).filter(sign).collect();
     let pairs: Vec<(usize, usize)> =
         signs.iter().flat_map(|a| signs.iter().filter(move |b| *b > a).map(move |b| (*a, *b))).collect();
-    found.extend(parallel(&pairs, &pair));
+    found.par_extend(pairs.par_iter().map(pair));
     // Two of torques: from the best ones, and from common scales, which may be all that is wrong with the others.
     found.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
     let torques = |one: &&Explanation| one.faults.len() == 1 && !one.faults[0].is_of_motion();
@@ -113,7 +112,7 @@ fn rough(arm: &dyn Arm, expected: &Expected, logs: &[Log], evidence: &Evidence, 
     let mut first: Vec<Vec<Fault>> = found.iter().filter(torques).take(BEAM).map(|one| one.faults.clone()).collect();
     first.extend(found.iter().filter(scales).map(|one| one.faults.clone()));
     for faults in first {
-        found.extend(bench.torque_faults(&Mended { evidence, faults }, false));
+        found.extend(bench.torque_faults(evidence, &faults, false));
     }
     if clean(&found) {
         return found;
@@ -125,23 +124,8 @@ fn rough(arm: &dyn Arm, expected: &Expected, logs: &[Log], evidence: &Evidence, 
     for &a in order.iter().take(BEAM_OF_MOTION) {
         pairs.extend((0..alone.len()).filter(|b| *b != a).map(|b| (a, b)));
     }
-    found.extend(parallel(&pairs, &pair));
+    found.par_extend(pairs.par_iter().map(pair));
     found
-}
-
-/// Results of work on each item, by as many threads as there are processors.
-fn parallel<I: Sync, T: Send>(items: &[I], work: &(dyn Fn(&I) -> T + Sync)) -> Vec<T> {
-    let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get).min(8);
-    let each = items.len().div_ceil(threads).max(1);
-    let parts: Vec<Vec<T>> = std::thread::scope(|scope| {
-        let parts: Vec<_> =
-            items.chunks(each).map(|part| scope.spawn(move || part.iter().map(work).collect::<Vec<T>>())).collect();
-        let joined = |part: std::thread::ScopedJoinHandle<'_, Vec<T>>| {
-            part.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-        };
-        parts.into_iter().map(joined).collect()
-    });
-    parts.into_iter().flatten().collect()
 }
 
 /// The explanation that is worth most.
@@ -199,10 +183,10 @@ impl Bench<'_> {
         Explanation { faults, correction, gravity, score }
     }
 
-    /// One fault of torques more. With `wide`, every order and every pair of signs.
-    fn torque_faults(&self, mended: &Mended<'_>, wide: bool) -> Vec<Explanation> {
+    /// One fault of torques more than `faults`, whose columns `evidence` has. With `wide`, every order and every pair of signs.
+    fn torque_faults(&self, evidence: &Evidence, faults: &[Fault], wide: bool) -> Vec<Explanation> {
         let n = self.joints;
-        let with = |more: &[Fault]| self.explanation(mended.evidence, [mended.faults.as_slice(), more].concat());
+        let with = |more: &[Fault]| self.explanation(evidence, [faults, more].concat());
         let mut found: Vec<Explanation> = (0..n).map(|joint| with(&[Fault::TorqueSign(joint)])).collect();
         found.push(with(&[Fault::TorqueSigns]));
         if wide {
@@ -211,12 +195,12 @@ impl Bench<'_> {
         }
         let orders = if wide && n <= ALL_ORDERS { all_orders(n) } else { usual_orders(n) };
         found.extend(orders.into_iter().map(|order| with(&[Fault::TorqueOrder(order)])));
-        let sources = sources(&self.mend(&mended.faults).0);
-        for common in mended.evidence.common_scales(self.expected, &sources) {
+        let sources = sources(&self.mend(faults).0);
+        for common in evidence.common_scales(self.expected, &sources) {
             found.extend(best_scale(common, NEAR, &|by| with(&[Fault::TorqueScales(by)])));
         }
         for joint in 0..n {
-            let own = mended.evidence.joint_scale(self.expected, &sources, joint);
+            let own = evidence.joint_scale(self.expected, &sources, joint);
             found.extend(best_scale(own, NEAR_ONE, &|by| with(&[Fault::TorqueScale(joint, by)])));
         }
         found
@@ -282,42 +266,4 @@ fn best_scale(estimate: f64, near: f64, with: &dyn Fn(f64) -> Explanation) -> Op
     }
     let tried = [0.7, 0.85, 1.0, 1.2, 1.4].map(|by| estimate * by).into_iter().filter(|by| by.max(by.recip()) > near);
     tried.map(with).max_by(|a, b| a.score.nats.total_cmp(&b.score.nats))
-}
-
-/// Exchanges of two joints, the reversed order, and columns that are one off.
-fn usual_orders(n: usize) -> Vec<Vec<usize>> {
-    let own: Vec<usize> = (0..n).collect();
-    let mut found: Vec<Vec<usize>> = Vec::new();
-    for (a, b) in (0..n).flat_map(|a| (a + 1..n).map(move |b| (a, b))) {
-        let mut order = own.clone();
-        order.swap(a, b);
-        found.push(order);
-    }
-    found.push(own.iter().rev().copied().collect());
-    found.push((0..n).map(|k| (k + 1) % n.max(1)).collect());
-    found.push((0..n).map(|k| (k + n - 1) % n.max(1)).collect());
-    // With two or three joints several of these are the same order.
-    let mut seen: Vec<Vec<usize>> = vec![own];
-    found.retain(|order| {
-        let new = !seen.contains(order);
-        seen.push(order.clone());
-        new
-    });
-    found
-}
-
-/// Every order but the own one.
-fn all_orders(n: usize) -> Vec<Vec<usize>> {
-    let mut orders: Vec<Vec<usize>> = vec![Vec::new()];
-    for _ in 0..n {
-        orders = orders
-            .iter()
-            .flat_map(|order| {
-                (0..n).filter(|k| !order.contains(k)).map(|k| [order.as_slice(), &[k]].concat()).collect::<Vec<_>>()
-            })
-            .collect();
-    }
-    let own: Vec<usize> = (0..n).collect();
-    orders.retain(|order| *order != own);
-    orders
 }

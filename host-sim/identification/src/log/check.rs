@@ -77,8 +77,7 @@ impl Table<'_> {
     }
 
     fn time(&self, time: &[f64]) -> Result<(), BadLog> {
-        let few = time.len() < FEWEST;
-        if few {
+        if time.len() < FEWEST {
             let found = format!("{} samples", time.len());
             return Err(self.wrong("the whole file".to_owned(), found, "100 samples or more, over a second at least"));
         }

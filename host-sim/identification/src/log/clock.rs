@@ -1,6 +1,8 @@
 //! Units of a log's time column.
 
-use super::grid::{Problem, number};
+use super::fields::number;
+use super::grid::Problem;
+use crate::statistics::median;
 
 /// Interpretation of a time column.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,9 +83,8 @@ fn column<'t>(
 impl Counted {
     /// Factor to s, and a remark unless it is s.
     fn judged(&self) -> Result<(f64, Option<String>), Problem> {
-        let mut steps: Vec<f64> = self.raw.windows(2).map(|t| t[1] - t[0]).filter(|step| *step > 0.0).collect();
-        steps.sort_by(f64::total_cmp);
-        let step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+        let steps = self.raw.windows(2).map(|t| t[1] - t[0]).filter(|step| *step > 0.0);
+        let step = median(steps.collect());
         let said = |name: &str, factor: f64| {
             let by = if self.origin == 0.0 { "by its steps" } else { "by its date" };
             (factor, Some(format!("time in {name}, judged {by}: {} s", short(step * factor))))

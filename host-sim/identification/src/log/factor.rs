@@ -93,15 +93,10 @@ impl Finder<'_> {
     pub(super) fn note_units(&mut self, places: &[usize]) {
         let mut said: Vec<(&str, Vec<usize>)> = Vec::new();
         for place in places {
-            let unit = [
-                None,
-                self.given(Key::Position),
-                self.given(Key::Velocity),
-                self.given(Key::Torque),
-                self.given(Key::Current),
-            ]
-            .into_iter()
-            .find_map(|given| self.unit(*place, given.filter(|given| self.is_given(given, *place))).ok().flatten());
+            let by_hand = [Key::Position, Key::Velocity, Key::Torque, Key::Current].map(|key| self.given(key));
+            let unit = std::iter::once(None)
+                .chain(by_hand)
+                .find_map(|given| self.unit(*place, given.filter(|given| self.is_given(given, *place))).ok().flatten());
             let Some(unit) = unit.filter(|unit| (unit.factor - 1.0).abs() > 1e-12) else { continue };
             match said.iter_mut().find(|(name, _)| *name == unit.name) {
                 Some((_, places)) => places.push(*place),

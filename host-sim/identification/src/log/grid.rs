@@ -1,5 +1,6 @@
 //! A text file as a header, a row of units and rows of fields.
 
+use super::fields::{Separator, between_blanks, comment, elements, is_list, is_missing, number, numbers};
 use super::unit::Unit;
 use csv::StringRecord;
 
@@ -19,140 +20,6 @@ pub(super) struct Grid {
     pub(super) rows: Vec<(u64, StringRecord)>,
     /// Remarks for the reader of the report.
     pub(super) notes: Vec<String>,
-}
-
-/// A number of a table, with a decimal point or a decimal comma; `None` if it is none, or not finite.
-pub(super) fn number(text: &str) -> Option<f64> {
-    let text = text.trim();
-    let number = text.parse::<f64>().ok().or_else(|| {
-        let comma = text.matches(',').count() == 1 && !text.contains('.');
-        let plain = text.replace('−', "-").replace(',', if comma { "." } else { "," });
-        plain.parse().ok()
-    });
-    number.filter(|x: &f64| x.is_finite())
-}
-
-/// True if a field holds no reading.
-pub(super) fn is_missing(text: &str) -> bool {
-    matches!(text.trim().to_lowercase().as_str(), "" | "nan" | "null" | "none" | "na" | "n/a")
-}
-
-/// Separator of fields.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Separator {
-    Semicolon,
-    Tab,
-    Comma,
-    Blanks,
-    Bar,
-}
-
-const SEPARATORS: [Separator; 5] =
-    [Separator::Semicolon, Separator::Tab, Separator::Comma, Separator::Blanks, Separator::Bar];
-
-impl Separator {
-    fn byte(self) -> u8 {
-        match self {
-            Self::Semicolon => b';',
-            Self::Tab | Self::Blanks => b'\t',
-            Self::Comma => b',',
-            Self::Bar => b'|',
-        }
-    }
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Semicolon => "semicolons",
-            Self::Tab => "tabs",
-            Self::Comma => "commas",
-            Self::Blanks => "blanks",
-            Self::Bar => "vertical bars",
-        }
-    }
-
-    fn fields(self, line: &str) -> Vec<String> {
-        if self == Self::Blanks {
-            return between_blanks(line, false);
-        }
-        self.rows(line).next().map_or_else(Vec::new, |(_, row)| row.iter().map(str::to_owned).collect())
-    }
-
-    /// Line and fields of each row of a text, in which blanks have been replaced by tabs.
-    fn rows(self, text: &str) -> impl Iterator<Item = (u64, StringRecord)> {
-        let reader = csv::ReaderBuilder::new()
-            .has_headers(false)
-            .flexible(true)
-            .trim(csv::Trim::All)
-            .delimiter(self.byte())
-            .from_reader(text.as_bytes());
-        // A text in memory cannot fail, and it is UTF-8.
-        let rows = reader.into_records().filter_map(Result::ok);
-        rows.map(|row| (row.position().map_or(0, csv::Position::line), row))
-    }
-}
-
-/// Fields between blanks; brackets and quotes hold together. `glue`: a bracket belongs to the word before it.
-fn between_blanks(line: &str, glue: bool) -> Vec<String> {
-    let mut fields: Vec<String> = Vec::new();
-    let (mut depth, mut quoted, mut open) = (0_i32, false, false);
-    for c in line.trim().chars() {
-        match c {
-            '"' => {
-                quoted = !quoted;
-                if !open {
-                    fields.push(String::new());
-                    open = true;
-                }
-                continue;
-            }
-            '[' | '(' => {
-                open |= glue && !fields.is_empty();
-                depth += 1;
-            }
-            ']' | ')' => depth -= 1,
-            _ => {}
-        }
-        if c.is_whitespace() && depth <= 0 && !quoted {
-            open = false;
-            continue;
-        }
-        if !open {
-            fields.push(String::new());
-            open = true;
-        }
-        if let Some(field) = fields.last_mut() {
-            field.push(c);
-        }
-    }
-    fields
-}
-
-/// The text of a comment line, without its mark.
-fn comment(line: &str) -> Option<&str> {
-    let line = line.trim_start();
-    ["#", "%", "//"]
-        .iter()
-        .find_map(|mark| line.strip_prefix(mark))
-        .map(|rest| rest.trim_start_matches(['#', '%', '/']))
-}
-
-/// Numbers of a row; a list of numbers counts as many as there are in it.
-fn numbers(fields: &[String]) -> usize {
-    let count = |field: &String| {
-        let is_list = is_list(field);
-        if is_list {
-            elements(field).iter().filter(|field| number(field).is_some()).count()
-        } else {
-            usize::from(number(field).is_some())
-        }
-    };
-    fields.iter().map(count).sum()
-}
-
-/// True for `[0.1, 0.2]` and `(0.1, 0.2)`.
-fn is_list(field: &str) -> bool {
-    let ends = field.chars().next().zip(field.chars().next_back());
-    matches!(ends, Some(('[', ']') | ('(', ')'))) && elements(field).len() > 1
 }
 
 /// True for a row of readings: two numbers or more, and not fewer than half of the fields that are not empty.
@@ -184,8 +51,8 @@ impl Grid {
             counts.sort_unstable();
             counts.get(counts.len() / 2).copied().unwrap_or(0)
         };
-        let best = SEPARATORS.into_iter().rev().max_by_key(|separator| usual(*separator, numbers));
-        let separator = best.unwrap_or(Separator::Comma);
+        let best = Separator::ALL.into_iter().rev().max_by_key(|separator| usual(*separator, numbers));
+        let separator = best.unwrap_or(Separator::COMMA);
         let width = usual(separator, <[String]>::len);
         let first = lines.iter().position(|line| {
             readable(line) && {
@@ -211,7 +78,7 @@ impl Grid {
             .iter()
             .map(|line| match separator {
                 _ if !readable(line) => "\n".to_owned(),
-                Separator::Blanks => between_blanks(line, false).join("\t") + "\n",
+                Separator::BLANKS => between_blanks(line, false).join("\t") + "\n",
                 _ => format!("{line}\n"),
             })
             .collect();
@@ -230,7 +97,7 @@ impl Grid {
         let mut grid = Self { head: Vec::new(), head_line: 0, units: Vec::new(), rows: Vec::new(), notes: Vec::new() };
         let split = |line: &str, by: Separator| {
             let fields = by.fields(line);
-            if by == Separator::Blanks && fields.len() != width { between_blanks(line, true) } else { fields }
+            if by == Separator::BLANKS && fields.len() != width { between_blanks(line, true) } else { fields }
         };
         let plain = (0..first).rev().filter(|k| !lines[*k].trim().is_empty() && comment(lines[*k]).is_none());
         let plain: Vec<usize> = plain.filter(|k| !lines[*k].to_lowercase().starts_with("sep=")).collect();
@@ -250,7 +117,7 @@ impl Grid {
         if grid.head.is_empty() {
             for k in (0..first).rev() {
                 let Some(text) = comment(lines[k]) else { continue };
-                let ways = [separator, Separator::Comma, Separator::Tab, Separator::Semicolon, Separator::Blanks];
+                let ways = [separator, Separator::COMMA, Separator::TAB, Separator::SEMICOLON, Separator::BLANKS];
                 let Some(fields) = ways.into_iter().map(|by| split(text, by)).find(|fields| fields.len() == width)
                 else {
                     continue;
@@ -284,8 +151,8 @@ impl Grid {
         let row = separator.fields(lines[first]);
         let beyond = row.iter().skip(grid.head.len()).filter(|field| !field.is_empty()).count();
         if beyond > 0 {
-            let found = format!("{} fields between {}, and {filled} names in the header", row.len(), separator.name());
-            let decimal = separator == Separator::Comma && row.len() * 2 >= filled * 3;
+            let found = format!("{} fields between {}, and {filled} names in the header", row.len(), separator.name);
+            let decimal = separator == Separator::COMMA && row.len() * 2 >= filled * 3;
             let cause = if decimal {
                 "as many as names. Decimal commas between commas cannot be told apart: export with decimal points, or with semicolons"
             } else {
@@ -326,12 +193,4 @@ impl Grid {
             *row = spread(row.iter().map(str::to_owned).collect(), &parts).into_iter().collect();
         }
     }
-}
-
-/// Elements of a list in one field.
-fn elements(field: &str) -> Vec<String> {
-    let inner = field.trim_matches(['[', ']', '(', ')']);
-    let parts = inner.split(|c: char| c == ',' || c == ';' || c.is_whitespace());
-    let bare = parts.map(|part| part.trim_matches(['\'', '"', ' ']).to_owned());
-    bare.filter(|part| !part.is_empty()).collect()
 }

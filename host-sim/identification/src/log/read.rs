@@ -1,6 +1,6 @@
 //! From the bytes of a file to a log.
 
-use super::{BadLog, Log, Reading, check, clock, decode, foreign, grid, header};
+use super::{BadLog, Log, Reading, check, clock, decode, fields, foreign, grid, header};
 
 impl Log {
     /// Reads and checks a text file with a header, and returns remarks on how it was understood.
@@ -36,7 +36,7 @@ impl Log {
             .iter()
             .filter(|(_, row)| {
                 // A tick without a reading, or without a torque: a record has such before the arm is armed.
-                let empty = |of: &[usize]| of.iter().all(|place| row.get(*place).is_some_and(grid::is_missing));
+                let empty = |of: &[usize]| of.iter().all(|place| row.get(*place).is_some_and(fields::is_missing));
                 !empty(places.positions()) && !empty(places.torques())
             })
             .collect();
@@ -59,12 +59,12 @@ impl Log {
             let mut column = Vec::with_capacity(rows.len());
             for (line, row) in &rows {
                 let text = row.get(place).unwrap_or("");
-                if grid::is_missing(text) && places.speeds().contains(&place) {
+                if fields::is_missing(text) && places.speeds().contains(&place) {
                     column.push(f64::NAN);
                     continue;
                 }
                 let place = || format!("line {line}, {}", grid.head[place]);
-                let number = grid::number(text).ok_or_else(|| {
+                let number = fields::number(text).ok_or_else(|| {
                     let found = if text.is_empty() { "nothing".to_owned() } else { format!("{text:?}") };
                     let expected = match text.contains(',') && text.contains('.') {
                         true => "a number without separators of thousands",

@@ -1,6 +1,7 @@
 //! Columns that belong together: one quantity of all joints.
 
-use super::grid::{Grid, Problem, is_missing};
+use super::fields::is_missing;
+use super::grid::{Grid, Problem};
 use super::name::{Id, Meaning, Names, Role};
 use super::unit::Unit;
 use super::vocabulary::Quantity;

@@ -65,18 +65,12 @@ pub fn torque_scale(arm: &dyn Arm, known: &Known, maker: &Maker, deviation: f64)
 /// Directions among the base parameters that gravity's torques depend on.
 fn gravity_directions(arm: &dyn Arm, base: &Base) -> DMatrix<f64> {
     let n = base.joints;
-    let width = PARAMETERS * n;
-    let mut out = vec![0.0; n * width];
+    let zero = vec![0.0; n];
     let mut gram = DMatrix::zeros(base.len(), base.len());
     for state in 0..200 {
         let q: Vec<f64> =
             (0..n).map(|joint| 3.0 * (f64::from(state) * (1.0 + 0.37 * joint as f64) + joint as f64).sin()).collect();
-        arm.columns(&q, &vec![0.0; n], &vec![0.0; n], &mut out);
-        for joint in 0..n {
-            let row = DVector::from_iterator(
-                base.len(),
-                base.columns.iter().map(|k| if *k < width { out[joint * width + k] } else { 0.0 }),
-            );
+        for row in base.rows(arm, [&q, &zero, &zero]) {
             gram += &row * row.transpose();
         }
     }

@@ -3,6 +3,7 @@
 use core::fmt::{self, Write as _};
 use dynamics_core::control::LimitFlags;
 use dynamics_core::{Fault, JointKind};
+use robot_compiler::RobotJoint;
 use std::io::{self, Write};
 
 /// Name and kind of a joint.
@@ -12,6 +13,12 @@ pub struct JointLabel {
     pub name: String,
     /// Revolute or prismatic; decides the units.
     pub kind: JointKind,
+}
+
+impl From<&RobotJoint> for JointLabel {
+    fn from(joint: &RobotJoint) -> Self {
+        Self { name: joint.name.clone(), kind: joint.spec.kind }
+    }
 }
 
 impl JointLabel {

@@ -199,7 +199,7 @@ async fn within_with<S: Real, const N: usize, C: Torques<S, N>>(
     progress.set_length(ticks);
     let model = scene.robot.model::<N>().map_err(Failure::input)?;
     controller.set_live(&live_inputs(scene, &model)).map_err(Failure::Target)?;
-    let labels = scene.robot.joints.iter().map(|j| JointLabel { name: j.name.clone(), kind: j.spec.kind }).collect();
+    let labels = scene.robot.joints.iter().map(JointLabel::from).collect();
     let mut record = Record::new(labels, usize::try_from(ticks).unwrap_or(usize::MAX));
     // The bar limits its own redraws; fewer calls cost less still.
     let after_tick = |tick: u64| {

@@ -151,7 +151,7 @@ pub fn answer<const N: usize>(
         let Found { value, state: at } = found[i];
         JointAnswer {
             name: joint.name.clone(),
-            unit: JointLabel { name: joint.name.clone(), kind: joint.spec.kind }.torque_unit(),
+            unit: JointLabel::from(joint).torque_unit(),
             position: region.inputs[0][i],
             velocity: region.inputs[1][i].1,
             acceleration: region.inputs[2][i].1,

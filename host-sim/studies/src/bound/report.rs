@@ -2,7 +2,7 @@
 
 use super::Answer;
 use sim::run::numbers::engineering;
-use sim::table::table;
+use sim::table::{self, table};
 
 /// A share of the actuator's limit.
 fn share(value: f64, limit: Option<f64>) -> String {
@@ -54,13 +54,9 @@ impl Answer {
 /// Markdown for a document.
 #[must_use]
 pub fn markdown(answers: &[Answer]) -> String {
-    let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-    let mut text = format!("| arm | {} |\n|{}\n", HEADER.join(" | "), "---|".repeat(HEADER.len() + 1));
-    for answer in answers {
-        for row in answer.rows() {
-            let arm = answer.scene.as_ref().unwrap_or(&answer.robot).clone();
-            text += &line(&[&[arm][..], &row].concat());
-        }
-    }
-    text
+    let rows = answers.iter().flat_map(|answer| {
+        let arm = answer.scene.as_ref().unwrap_or(&answer.robot);
+        answer.rows().map(|row| [&[arm.clone()][..], &row].concat())
+    });
+    table::markdown(&[&["arm"][..], &HEADER].concat(), rows)
 }

@@ -1,14 +1,14 @@
 //! Error of single precision in a state, and bounds on it.
 
 use super::region::{Region, State};
-use core::cmp::Ordering;
+use crate::ranked::Ranked;
 use core::f64::consts::{FRAC_PI_4, TAU};
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{Dynamics, Field, InverseDynamics, JointKind, Live, Model, Scalar, Scene, SinCos, Trig};
 use indicatif::ProgressBar;
 use robot_compiler::kernel::functions::input_values;
 use robot_compiler::kernel::{Function, Level, Precision, Program, compile};
-use robot_compiler::precision::{Bounded, Double, DoubleDouble, Rounding, Single};
+use robot_compiler::precision::{Bounded, DoubleDouble, Rounding, Single};
 use sim::parallel::in_parallel;
 use std::collections::BinaryHeap;
 
@@ -126,13 +126,6 @@ impl<const N: usize> TorqueError<N> {
         self.bounds_of(None)
     }
 
-    /// Bounds on the error of [`Self::double`].
-    #[must_use]
-    pub fn bounds_of_double(&self) -> Bounds<'_, Double, N> {
-        // libm's errors are below a unit in the last place.
-        self.bounds_of(Some((f64::EPSILON, f64::EPSILON)))
-    }
-
     /// Bounds with another rounding. If `trig` is given, its errors of sine and cosine replace [`TRIG_ERROR`].
     #[must_use]
     pub fn bounds_of<R: Rounding>(&self, trig: Option<(f64, f64)>) -> Bounds<'_, R, N> {
@@ -171,18 +164,19 @@ impl<R: Rounding, const N: usize> Bounds<'_, R, N> {
 
     fn for_joint(&self, joint: usize, region: &Region<N>, boxes: usize, progress: &ProgressBar) -> f64 {
         let bound = |region: &Region<N>| self.over(region)[joint];
-        let mut heap = BinaryHeap::from([Cell { bound: bound(region), region: *region }]);
+        // Regions that wait to be cut, by their bounds.
+        let mut heap = BinaryHeap::from([Ranked { rank: bound(region), item: *region }]);
         let mut looked_at = 1;
         while looked_at < boxes {
             let Some(worst) = heap.pop() else { break };
             // The input with the best bound along one half; sign changes of velocities pay off only after two cuts.
             let mut best: Option<(f64, [Region<N>; 2], f64)> = None;
             for input in 0..3 * N {
-                let (lo, hi) = worst.region.inputs[input / N][input % N];
+                let (lo, hi) = worst.item.inputs[input / N][input % N];
                 if lo + (hi - lo) / 2.0 <= lo {
                     continue;
                 }
-                let halves = worst.region.halves(input);
+                let halves = worst.item.halves(input);
                 let value = bound(&halves[1]);
                 looked_at += 1;
                 if best.as_ref().is_none_or(|(least, ..)| value < *least) {
@@ -196,10 +190,10 @@ impl<R: Rounding, const N: usize> Bounds<'_, R, N> {
             looked_at += 1;
             progress.inc(3 * N as u64 + 1);
             // A bound of a region also holds for each half of it.
-            heap.push(Cell { bound: bound(&lower).min(worst.bound), region: lower });
-            heap.push(Cell { bound: value.min(worst.bound), region: upper });
+            heap.push(Ranked { rank: bound(&lower).min(worst.rank), item: lower });
+            heap.push(Ranked { rank: value.min(worst.rank), item: upper });
         }
-        heap.peek().map_or(f64::INFINITY, |cell| cell.bound)
+        heap.peek().map_or(f64::INFINITY, |worst| worst.rank)
     }
 }
 
@@ -209,29 +203,3 @@ fn trig_error((lo, hi): (f64, f64)) -> (f64, f64) {
     let row = TRIG_ERROR.iter().find(|(limit, ..)| size <= f64::from(*limit as f32));
     row.map_or((f64::INFINITY, f64::INFINITY), |(_, sin, cos)| (sin + TRIG_SLACK, cos + TRIG_SLACK))
 }
-
-/// A region that waits to be cut; the worst comes first.
-struct Cell<const N: usize> {
-    bound: f64,
-    region: Region<N>,
-}
-
-impl<const N: usize> Ord for Cell<N> {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.bound.total_cmp(&other.bound)
-    }
-}
-
-impl<const N: usize> PartialOrd for Cell<N> {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl<const N: usize> PartialEq for Cell<N> {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl<const N: usize> Eq for Cell<N> {}

@@ -3,7 +3,8 @@
 //! They follow from the limits of the robot file and the settings of a scene. Limits are software: a fault of the software, the board or a
 //! drive may exceed them.
 
-use crate::posture_search::{ROUGH, minimise_to, positions};
+use crate::numbers::digits;
+use crate::posture_search::{ROUGH, minimise_to, ranges};
 use dynamics_core::chapter::posture::{Chain, Posture};
 use dynamics_core::chapter::statics::holding_torque;
 use dynamics_core::mass_matrix::mass_matrix;
@@ -64,11 +65,7 @@ pub(super) fn hazard<const N: usize>(
     let model = file.robot.model::<N>().ok()?;
     let chain = Chain::new(&model, &Inertia::zero());
     let limits = model.links().map(|link| link.limits);
-    let bounds: [(f64, f64); N] = core::array::from_fn(|i| {
-        let link = &model.links()[i];
-        positions(link.kind, link.limits.position).unwrap_or((0.0, 0.0))
-    });
-    let middle = bounds.map(|(low, high)| low + (high - low) / 2.0);
+    let (bounds, middle) = ranges(&model);
     let posture = |q: &[f64; N]| chain.posture(&Libm.sin_cos_all(q), q);
     let velocity = finite(limits.map(|limits| limits.velocity));
     let reach = axis_to_tip(&model);
@@ -200,50 +197,33 @@ impl Hazard {
     pub fn text(&self) -> String {
         let or = |x: Option<f64>, unit: &str| x.map_or("unbounded".to_owned(), |x| format!("{} {unit}", digits(x)));
         let (mass, force, speed) = CLASS_I;
+        let class = [format!("{mass} kg"), format!("{force} N"), format!("{speed} m/s"), "-".to_owned()];
+        let [mass, force, speed, none] = class.each_ref().map(String::as_str);
         let bound =
             self.tip_speed_bound.map_or(String::new(), |bound| format!("; no posture exceeds {} m/s", digits(bound)));
+        let largest_speed = format!("largest |sum J_i qd_i| over postures, |qd_i| at its limit{bound}");
         let rows = [
-            (
-                "moving mass",
-                or(Some(self.moving_mass), "kg"),
-                format!("{mass} kg"),
-                "links, tool and payload".to_owned(),
-            ),
-            (
-                "tip speed",
-                or(self.tip_speed, "m/s"),
-                format!("{speed} m/s"),
-                format!("largest |sum J_i qd_i| over postures, |qd_i| at its limit{bound}"),
-            ),
+            ("moving mass", or(Some(self.moving_mass), "kg"), mass, "links, tool and payload"),
+            ("tip speed", or(self.tip_speed, "m/s"), speed, &largest_speed),
             (
                 "tip force",
                 or(self.tip_force, "N"),
-                format!("{force} N"),
-                "at the motion's start: max over u = J_k / |J_k| of min_i (tau_i + |G_i|) / |J_i . u|".to_owned(),
+                force,
+                "at the motion's start: max over u = J_k / |J_k| of min_i (tau_i + |G_i|) / |J_i . u|",
             ),
-            (
-                "energy",
-                or(self.kinetic_energy, "J"),
-                "-".to_owned(),
-                "largest qd^T M qd / 2 over postures, rotors included".to_owned(),
-            ),
+            ("energy", or(self.kinetic_energy, "J"), none, "largest qd^T M qd / 2 over postures, rotors included"),
             (
                 "reaction",
-                format!("{} ms", digits(1e3 * self.reaction_time)),
-                "-".to_owned(),
-                "t = age_max T + T (tick) + T (reply of a drive on CAN) + latency".to_owned(),
+                or(Some(1e3 * self.reaction_time), "ms"),
+                none,
+                "t = age_max T + T (tick) + T (reply of a drive on CAN) + latency",
             ),
-            (
-                "time to rest",
-                or(self.stopping_time, "s"),
-                "-".to_owned(),
-                "t + max v_i / a_i, a_i the scene's `deceleration`".to_owned(),
-            ),
+            ("time to rest", or(self.stopping_time, "s"), none, "t + max v_i / a_i, a_i the scene's `deceleration`"),
             (
                 "tip's way to rest",
                 or(self.stopping_distance, "m"),
-                "-".to_owned(),
-                "at most sum r_i (v_i t + v_i^2 / (2 a_i)), r_i axis to tip".to_owned(),
+                none,
+                "at most sum r_i (v_i t + v_i^2 / (2 a_i)), r_i axis to tip",
             ),
         ];
         let scene = self.scene.as_deref().map_or("the default scene".to_owned(), |name| format!("scene {name}"));
@@ -277,10 +257,4 @@ impl Hazard {
         }
         text + "\n  Limits are software. Class I counts what the arm can do without them, so that no setting here makes a class I robot.\n"
     }
-}
-
-/// Three digits.
-fn digits(x: f64) -> String {
-    let decimals = if x > 0.0 { (2.0 - x.log10().floor()).clamp(0.0, 6.0) as usize } else { 0 };
-    format!("{x:.decimals$}")
 }

@@ -4,7 +4,7 @@ mod hazard;
 mod report;
 
 use super::numbers::finite;
-use super::posture_search::{ROUGH, minimise_to, positions};
+use super::posture_search::{ROUGH, minimise_to, ranges};
 use dynamics_core::chapter::posture::Chain;
 use dynamics_core::chapter::statics::holding_torque;
 use dynamics_core::mass_matrix::mass_matrix;
@@ -84,11 +84,7 @@ fn loads<const N: usize>(mut arm: Robot, gravity: &Vector3<f64>) -> Option<Vec<J
     }
     let model = arm.model::<N>().ok()?;
     let (chain, dynamics) = (Chain::new(&model, &Inertia::zero()), Dynamics::new(model, Scene::free_space()));
-    let bounds: [(f64, f64); N] = core::array::from_fn(|i| {
-        let link = &model.links()[i];
-        positions(link.kind, link.limits.position).unwrap_or((0.0, 0.0))
-    });
-    let middle = bounds.map(|(low, high)| low + (high - low) / 2.0);
+    let (bounds, middle) = ranges(&model);
     let torque = |q: &[f64; N]| {
         let posture = chain.posture(&Libm.sin_cos_all(q), q);
         holding_torque(&posture, gravity, &Wrench::zero())

@@ -99,7 +99,7 @@ pub(crate) struct Pair<const N: usize> {
 pub struct Cell<const N: usize> {
     model: Model<f64, N>,
     parts: Vec<Part>,
-    pairs: Vec<Pair<N>>,
+    pub(super) pairs: Vec<Pair<N>>,
     /// Names of parts that are not judged against each other.
     pub exempt: Vec<(String, String, Reason)>,
 }
@@ -109,8 +109,8 @@ pub struct Cell<const N: usize> {
 pub struct Gap {
     /// Lower bound, m; below zero the parts overlap.
     pub gap: f64,
-    /// The pair.
-    pub(crate) pair: usize,
+    /// The pair, which [`Cell::names`] names.
+    pub pair: usize,
 }
 
 impl<const N: usize> Cell<N> {
@@ -187,10 +187,6 @@ impl<const N: usize> Cell<N> {
         std::iter::once(Pose::IDENTITY).chain(moved).collect()
     }
 
-    pub(crate) fn pairs(&self) -> &[Pair<N>] {
-        &self.pairs
-    }
-
     /// Lower bound on the gap of a pair, m.
     pub(crate) fn gap_of(&self, pair: &Pair<N>, poses: &[Pose]) -> f64 {
         self.gap_if_below(pair, poses, f64::INFINITY)
@@ -231,17 +227,11 @@ impl<const N: usize> Cell<N> {
         self.pairs.iter().all(|pair| self.gap_if_below(pair, &poses, required) >= required)
     }
 
-    /// Names of the two parts of a gap.
+    /// Names of the two parts of a pair.
     #[must_use]
     pub fn names(&self, pair: usize) -> (&str, &str) {
         let pair = &self.pairs[pair];
         (&self.parts[pair.near].name, &self.parts[pair.far].name)
-    }
-
-    /// Names of the two parts of a gap.
-    #[must_use]
-    pub fn names_of(&self, gap: &Gap) -> (&str, &str) {
-        self.names(gap.pair)
     }
 }
 

@@ -6,8 +6,8 @@
 //! Mirtich 1996).
 
 use super::cell::Cell;
+use crate::ranked::Ranked;
 use dynamics_core::control::trajectory::Motion;
-use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 /// Longest stretch to begin with, s.
@@ -28,36 +28,8 @@ pub struct Clearance {
     pub found: f64,
     /// That time, s from the start.
     pub time: f64,
-    /// Its pair.
-    pub(crate) pair: usize,
-}
-
-/// A stretch of time about its middle, with a lower bound on all gaps in it.
-struct Stretch {
-    middle: f64,
-    half: f64,
-    bound: f64,
-}
-
-impl PartialEq for Stretch {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Stretch {}
-
-impl PartialOrd for Stretch {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Stretch {
-    /// The least bound is the greatest: a heap gives it first.
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.bound.total_cmp(&self.bound)
-    }
+    /// Its pair, which [`Cell::names`] names.
+    pub pair: usize,
 }
 
 /// A motion with its peaks.
@@ -105,7 +77,7 @@ impl<const N: usize> Cell<N> {
             let (q, way) = course.about(middle, half);
             let poses = self.poses(&q);
             let mut sure = true;
-            for pair in self.pairs() {
+            for pair in &self.pairs {
                 let nearer = approach(&pair.per_joint, &way);
                 let gap = self.gap_if_below(pair, &poses, required + nearer);
                 if gap < required {
@@ -129,20 +101,22 @@ impl<const N: usize> Cell<N> {
         let start = self.posture(&motion.sample(0.0).q)?;
         let course = Course::new(motion);
         let mut best = Clearance { bound: f64::INFINITY, found: start.gap, time: 0.0, pair: start.pair };
-        let mut open: BinaryHeap<Stretch> = BinaryHeap::new();
+        // Middle and half length of stretches, the least bound on all gaps first.
+        let mut open: BinaryHeap<Ranked<(f64, f64)>> = BinaryHeap::new();
         for (middle, half) in course.stretches() {
             let bound = self.look(&course, middle, half, &mut best);
-            open.push(Stretch { middle, half, bound });
+            open.push(Ranked { rank: -bound, item: (middle, half) });
         }
         let mut looks = open.len();
-        while let Some(Stretch { middle, half, bound }) = open.pop() {
+        while let Some(Ranked { rank, item: (middle, half) }) = open.pop() {
+            let bound = -rank;
             if bound >= best.found - tolerance || looks > LOOKS || half < SHORTEST {
                 // The least of all that is open: nothing else is smaller.
                 return Some(Clearance { bound: bound.min(best.found), ..best });
             }
             for middle in [middle - 0.5 * half, middle + 0.5 * half] {
                 let bound = self.look(&course, middle, 0.5 * half, &mut best);
-                open.push(Stretch { middle, half: 0.5 * half, bound });
+                open.push(Ranked { rank: -bound, item: (middle, 0.5 * half) });
             }
             looks += 2;
         }
@@ -154,7 +128,7 @@ impl<const N: usize> Cell<N> {
         let (q, way) = course.about(middle, half);
         let poses = self.poses(&q);
         let mut bound = f64::INFINITY;
-        for (index, pair) in self.pairs().iter().enumerate() {
+        for (index, pair) in self.pairs.iter().enumerate() {
             let nearer = approach(&pair.per_joint, &way);
             let gap = self.gap_if_below(pair, &poses, best.found + nearer);
             if gap < best.found {
@@ -163,12 +137,6 @@ impl<const N: usize> Cell<N> {
             bound = bound.min(gap - nearer);
         }
         bound
-    }
-
-    /// Names of the two parts that come nearest.
-    #[must_use]
-    pub fn nearest(&self, clearance: &Clearance) -> (&str, &str) {
-        self.names(clearance.pair)
     }
 }
 

@@ -55,7 +55,7 @@ fn table(caption: &str, quantities: &[Quantity], a: &Side, b: &Side) -> Table {
     let head: Vec<String> = std::iter::once("joint".to_owned())
         .chain(quantities.iter().flat_map(|(name, ..)| [format!("A {name}"), format!("B {name}"), "change".to_owned()]))
         .collect();
-    let mut table = Table::new(caption, &head.iter().map(String::as_str).collect::<Vec<_>>());
+    let mut table = Table::new(caption, &head);
     for (index, joint) in a.joints().iter().enumerate() {
         let mut row = vec![Cell::from(a.name(index))];
         for (_, list, unit) in quantities {

@@ -54,7 +54,7 @@ impl<const N: usize> Watched<'_, N> {
         if found.gap >= required {
             return Ok(());
         }
-        let (a, b) = self.judged.cell.names_of(&found);
+        let (a, b) = self.judged.cell.names(found.pair);
         let how = match found.gap {
             gap if gap <= 0.0 => format!("overlap by {:.4} m or more", -gap),
             gap => format!("are {gap:.4} m apart, with a --clearance of {required} m"),
@@ -80,7 +80,7 @@ impl<const N: usize> Watched<'_, N> {
     /// The smallest gap at the centre, in words.
     pub(super) fn nearest_at_centre(&self) -> String {
         self.judged.cell.posture(&fixed(self.centre)).map_or_else(String::new, |found| {
-            let (a, b) = self.judged.cell.names_of(&found);
+            let (a, b) = self.judged.cell.names(found.pair);
             format!("; at the centre {a} and {b} are nearest, {:.4} m apart", found.gap)
         })
     }
@@ -96,7 +96,7 @@ impl<const N: usize> Watched<'_, N> {
         let (line, value) = match cell.least(motion, TOLERANCE) {
             None => ("Clearance: no two parts are judged.".to_owned(), Value::Null),
             Some(least) => {
-                let (a, b) = cell.nearest(&least);
+                let (a, b) = cell.names(least.pair);
                 if least.found < required {
                     return Err(Failure::Input(miette::miette!(
                         help = "expected another --centre, less --swing or a smaller --clearance",

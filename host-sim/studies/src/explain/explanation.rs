@@ -1,10 +1,10 @@
 //! Data of an explanation, term by term.
 
 use crate::trade::chip::{Cost, Load};
-use dynamics_core::JointKind;
 use robot_compiler::choose::TorqueError;
 use robot_compiler::kernel::Operations;
 use serde::Serialize;
+use sim::run::record::JointLabel;
 
 /// Terms of a scene's model: their cost and their benefit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -179,12 +179,10 @@ pub struct Fewest {
 impl Joint {
     pub(super) fn new(joint: &robot_compiler::RobotJoint) -> Self {
         let limit = joint.spec.limits.torque;
-        let (torque_unit, position_unit) = match joint.spec.kind {
-            JointKind::Revolute => ("N m", "rad"),
-            JointKind::Prismatic => ("N", "m"),
-        };
+        let label = JointLabel::from(joint);
+        let (torque_unit, position_unit) = (label.torque_unit(), label.position_unit());
         let torque_limit = limit.is_finite().then_some(limit);
-        Self { name: joint.name.clone(), torque_unit, position_unit, torque_limit }
+        Self { name: label.name, torque_unit, position_unit, torque_limit }
     }
 }
 

@@ -3,8 +3,9 @@
 use super::subject::{Subject, torque};
 use identification::choose::WITHOUT_OFFSET;
 use identification::friction::{JointLaw, Law, Term};
-use identification::identify::{Identified, difference};
+use identification::identify::Identified;
 use identification::log::Log;
+use identification::prediction::difference;
 use robot_compiler::{Breakaway, JointFriction};
 use serde_json::{Map, Value as Json, json};
 

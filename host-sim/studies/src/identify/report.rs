@@ -2,10 +2,10 @@
 
 use super::outcome::{Judged, Outcome};
 use super::subject::{Subject, torque as friction_torque};
-use dynamics_core::JointKind;
 use identification::friction::Direction;
 use report::{Block, Cell, Figure, Page, Series, Table};
 use sim::failure::{Failure, in_file};
+use sim::run::record::JointLabel;
 use std::path::Path;
 
 /// Points of a friction curve to either side of rest.
@@ -55,7 +55,7 @@ fn lead(outcome: &Outcome, subject: &Subject) -> Vec<String> {
 }
 
 fn unit(subject: &Subject, joint: usize) -> &'static str {
-    if subject.robot.joints[joint].spec.kind == JointKind::Prismatic { "N" } else { "N m" }
+    JointLabel::from(&subject.robot.joints[joint]).torque_unit()
 }
 
 fn torque(judged: &Judged, subject: &Subject, joint: usize) -> Block {

@@ -280,13 +280,9 @@ fn options(found: &Explanation) -> Vec<String> {
     }
     let moved = |fault: &Fault| matches!(fault, Fault::Gravity(_) | Fault::NoGravity);
     if found.faults.iter().any(moved) {
-        let g = found.gravity;
-        let zero = |x: f64| if x.abs() < 1e-9 { 0.0 } else { x };
-        all.push(format!("--gravity {},{},{}", number3(zero(g.x)), number3(zero(g.y)), number3(zero(g.z))));
+        let short = |x: f64| format!("{:.3}", if x.abs() < 1e-9 { 0.0 } else { x });
+        let bare = |text: String| text.trim_end_matches('0').trim_end_matches('.').to_owned();
+        all.push(format!("--gravity {}", <[f64; 3]>::from(found.gravity).map(|x| bare(short(x))).join(",")));
     }
     all
-}
-
-fn number3(x: f64) -> String {
-    format!("{:.3}", x).trim_end_matches('0').trim_end_matches('.').to_owned()
 }

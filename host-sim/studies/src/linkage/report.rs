@@ -62,24 +62,15 @@ pub fn turn_table(summary: &TurnSummary) -> String {
         };
         rows.push(("dead points", met));
     }
-    let standing = if summary.slider_position.is_some() { "slider" } else { "follower" };
+    let slides = summary.slider_position.is_some();
+    let (standing, coupler) = if slides { ("slider", "rod") } else { ("follower", "coupler") };
     for centre in &summary.dead_centres {
         let how = if centre.stretched { "stretched out" } else { "folded" };
-        rows.push((
-            "dead centre",
-            format!(
-                "{:.4} rad: crank and {} in line, {how}; the {standing} stands still",
-                centre.angle,
-                coupler_word(summary)
-            ),
-        ));
+        let text = format!("{:.4} rad: crank and {coupler} in line, {how}; the {standing} stands still", centre.angle);
+        rows.push(("dead centre", text));
     }
     rows.push(("transmission angle", format!("at least {}", engineering(summary.transmission_angle_min, "rad"))));
     format!("{linkage}: {kind}, {branch} branch, {speed} rad/s, {steps} steps a turn\n{table}{}", lines(&rows))
-}
-
-fn coupler_word(summary: &TurnSummary) -> &'static str {
-    if summary.slider_position.is_some() { "rod" } else { "coupler" }
 }
 
 /// A motion as a table for the terminal.

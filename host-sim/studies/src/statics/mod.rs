@@ -98,7 +98,7 @@ pub fn answer<const N: usize>(robot: &Robot, question: &Question) -> Result<Answ
             axial: turns.then_some(load.axial),
             tilting: load.tilting,
             twisting: (!turns).then_some(load.twisting),
-            label: JointLabel { name: joint.name.clone(), kind: joint.spec.kind },
+            label: JointLabel::from(joint),
         }
     });
     let answer = Answer {
@@ -126,7 +126,7 @@ fn posture<const N: usize>(robot: &Robot, limits: &[Limits<f64>; N], q: &[f64]) 
     for (i, joint) in robot.joints.iter().enumerate() {
         let (low, high) = limits[i].position;
         if !(low..=high).contains(&q[i]) {
-            let unit = JointLabel { name: joint.name.clone(), kind: joint.spec.kind }.position_unit();
+            let unit = JointLabel::from(joint).position_unit();
             let help = format!("expected a position from {low} to {high} {unit}");
             let at = format!("joint {}, {}, at {} {unit}", i + 1, joint.name, q[i]);
             let (side, limit) = if q[i] < low { ("below", low) } else { ("above", high) };

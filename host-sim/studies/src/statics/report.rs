@@ -8,21 +8,10 @@ impl Answer {
     /// The table and the lines around it for the terminal.
     #[must_use]
     pub fn table(&self) -> String {
-        let mut table = table(
-            [
-                "joint".to_owned(),
-                "position".to_owned(),
-                "actuator".to_owned(),
-                "of limit".to_owned(),
-                "radial".to_owned(),
-                "axial".to_owned(),
-                "tilting".to_owned(),
-                "twisting".to_owned(),
-                format!("force / N ({} axes)", self.axes),
-                format!("moment / N m ({} axes)", self.axes),
-            ],
-            1,
-        );
+        let words = ["joint", "position", "actuator", "of limit", "radial", "axial", "tilting", "twisting"];
+        let wrenches = ["force / N", "moment / N m"].map(|what| format!("{what} ({} axes)", self.axes));
+        let head = words.map(str::to_owned).into_iter().chain(wrenches);
+        let mut table = table(head.collect::<Vec<_>>(), 1);
         let three = |v: &[f64; 3]| v.map(|x| format!("{:.3}", x + 0.0)).join(" ");
         for (joint, q) in self.joints.iter().zip(&self.q) {
             let optional = |x: Option<f64>, unit| x.map_or("-".to_owned(), |x| engineering(x, unit));

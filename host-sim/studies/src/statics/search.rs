@@ -58,9 +58,7 @@ pub(super) fn search<const N: usize>(
 ) -> Result<([f64; N], Minimised), Failure> {
     let mut held = [false; N];
     for name in hold {
-        let index = joint_index(robot, name)
-            .ok_or_else(|| wrong(format!("--hold {name}: expected a joint: {}", joint_names(robot))))?;
-        held[index] = true;
+        held[joint(robot, "--hold", name)?] = true;
     }
     let mut bounds = [(0.0, 0.0); N];
     for (i, joint) in robot.joints.iter().enumerate() {
@@ -85,14 +83,19 @@ pub(super) fn search<const N: usize>(
     Ok((least.q, Minimised { what, value, starts: STARTS, postures: least.evaluations }))
 }
 
-/// Index of a joint by name, or by number counted from 1.
-pub(super) fn joint_index(robot: &Robot, name: &str) -> Option<usize> {
+/// Index of the joint that an option names, by name or by number counted from 1.
+pub(super) fn joint(robot: &Robot, option: &str, name: &str) -> Result<usize, Failure> {
+    let problem = || wrong(format!("{option} {name}: expected a joint: {}", joint_names(robot)));
+    joint_index(robot, name).ok_or_else(problem)
+}
+
+fn joint_index(robot: &Robot, name: &str) -> Option<usize> {
     robot.joints.iter().position(|joint| joint.name == name).or_else(|| {
         let number: usize = name.parse().ok()?;
         (1..=robot.dof()).contains(&number).then(|| number - 1)
     })
 }
 
-pub(super) fn joint_names(robot: &Robot) -> String {
+fn joint_names(robot: &Robot) -> String {
     robot.joints.iter().map(|joint| joint.name.as_str()).collect::<Vec<_>>().join(", ")
 }

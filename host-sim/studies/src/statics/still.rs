@@ -1,6 +1,6 @@
 //! An arm at rest with its loads.
 
-use crate::numbers::{finite, finite_entries};
+use crate::numbers::{finite, finite_entries, wrench};
 use clap::ValueEnum;
 use dynamics_core::chapter::posture::{Chain, Posture};
 use dynamics_core::chapter::reactions::Reaction;
@@ -54,7 +54,7 @@ impl<const N: usize> Still<N> {
         Ok(Self {
             chain: Chain::new(&model, &held),
             gravity: finite::<3>("--gravity", &question.gravity, "gx, gy, gz").map_err(wrong)?.into(),
-            push: wrench(question.tip_wrench.as_deref()).map_err(wrong)?,
+            push: wrench("--tip-wrench", question.tip_wrench.as_deref().unwrap_or(&[0.0; 6])).map_err(wrong)?,
         })
     }
 
@@ -105,11 +105,6 @@ fn load(load: Option<&[f64]>) -> Result<Inertia<f64>, String> {
         return Err(format!("`--load`: a mass of {mass} kg; expected none below zero"));
     }
     Ok(Inertia::from_mass_centre(*mass, &place, &Matrix3::zeros()))
-}
-
-fn wrench(values: Option<&[f64]>) -> Result<Wrench<f64>, String> {
-    let [fx, fy, fz, mx, my, mz] = finite::<6>("--tip-wrench", values.unwrap_or(&[0.0; 6]), "fx, fy, fz, mx, my, mz")?;
-    Ok(Wrench { force: Vector3::new(fx, fy, fz), moment: Vector3::new(mx, my, mz) })
 }
 
 pub(super) fn wrong(problem: String) -> Failure {

@@ -1,8 +1,7 @@
 //! Holding torques and potential energy over the range of one joint, the others standing still.
 
-use super::search::{joint_index, joint_names};
 use super::still::{Still, wrong};
-use super::{Question, posture};
+use super::{Question, posture, search};
 use crate::posture_search;
 use report::{Block, Figure, Page, Series};
 use robot_compiler::Robot;
@@ -56,8 +55,7 @@ pub fn sweep<const N: usize>(robot: &Robot, question: &Question, joint: &str) ->
     let limits = robot.model::<N>().map_err(Failure::input)?.links().map(|link| link.limits);
     let q = question.q.as_deref().ok_or_else(|| wrong(format!("--sweep: expected --q with {N} numbers")))?;
     let q = posture::<N>(robot, &limits, q)?;
-    let swept = joint_index(robot, joint)
-        .ok_or_else(|| wrong(format!("--sweep {joint}: expected a joint: {}", joint_names(robot))))?;
+    let swept = search::joint(robot, "--sweep", joint)?;
     let spec = robot.joints[swept].spec;
     let (low, high) = posture_search::positions(spec.kind, spec.limits.position).ok_or_else(|| {
         wrong(format!("--sweep {joint}: expected position limits in the robot file: it slides without"))
@@ -87,7 +85,7 @@ pub fn sweep<const N: usize>(robot: &Robot, question: &Question, joint: &str) ->
         tau,
         potential,
         least,
-        labels: robot.joints.iter().map(|j| JointLabel { name: j.name.clone(), kind: j.spec.kind }).collect(),
+        labels: robot.joints.iter().map(JointLabel::from).collect(),
         swept,
     })
 }

@@ -26,9 +26,9 @@ pub(super) struct SceneRuns {
     template: Template,
     draw: Draw,
     kernels: Kernels,
-    scene_name: String,
-    /// Unit of each figure, for the arm of the first run.
-    units: Vec<String>,
+    pub(super) scene_name: String,
+    /// Unit of each figure, for the arm of the first run; empty where there is none.
+    pub(super) units: Vec<String>,
 }
 
 impl SceneRuns {
@@ -64,16 +64,6 @@ impl SceneRuns {
         let keys = self.experiment.vary.iter().map(|vary| vary.key.name.clone());
         let metrics = self.experiment.metrics.iter().map(|metric| metric.title.clone());
         keys.chain(metrics).chain(ENDINGS.map(str::to_owned)).collect()
-    }
-
-    /// Name of the scene.
-    pub(super) fn scene_name(&self) -> &str {
-        &self.scene_name
-    }
-
-    /// Unit of each figure; empty where there is none.
-    pub(super) fn units(&self) -> &[String] {
-        &self.units
     }
 
     /// Why the values of a run make no possible scene, without the paths of this machine.

@@ -218,7 +218,7 @@ fn within_limits<const N: usize>(robot: &Robot, q: &[f64; N]) -> miette::Result<
             q if *q > hi => ("above", hi),
             _ => continue,
         };
-        let unit = JointLabel { name: joint.name.clone(), kind: joint.spec.kind }.position_unit();
+        let unit = JointLabel::from(joint).position_unit();
         return Err(miette::miette!(
             help = format!("expected a position from {lo} to {hi} {unit}"),
             "joint {} ({}): a position of {q} {unit} is {side} its limit of {limit} {unit}",

@@ -12,7 +12,7 @@ pub fn describe(terms: &Terms, robot: &Robot) -> String {
     let names: Vec<&str> = robot.joints.iter().map(|joint| joint.name.as_str()).collect();
     let mut state = table(["joint", "q", "qd", "H = C qd", "G"], 1);
     for (i, joint) in robot.joints.iter().enumerate() {
-        let label = JointLabel { name: joint.name.clone(), kind: joint.spec.kind };
+        let label = JointLabel::from(joint);
         state.add_row([
             label.name.clone(),
             format!("{} {}", decimal(terms.q[i]), label.position_unit()),

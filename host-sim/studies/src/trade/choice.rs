@@ -126,6 +126,22 @@ pub struct Named {
     pub rate: f64,
 }
 
+impl Named {
+    /// The names as cells of a table, in the order of the fields.
+    pub(super) fn cells(&self) -> [String; 8] {
+        [
+            self.scalar.clone(),
+            self.trig.clone(),
+            self.terms.clone(),
+            self.friction.to_owned(),
+            self.rotors.to_owned(),
+            self.every.clone(),
+            self.kernel.clone(),
+            self.rate.to_string(),
+        ]
+    }
+}
+
 impl Choice {
     /// The choice with names instead of values.
     #[must_use]

@@ -1,6 +1,6 @@
 //! The table of a trade-off: every choice as CSV.
 
-use super::report::{CHOICES, choices, choices_of};
+use super::report::CHOICES;
 use super::{Point, Trade};
 use sim::failure::{Failure, in_file};
 use std::path::Path;
@@ -43,7 +43,7 @@ impl Trade {
         file.write_record(&head).map_err(failed)?;
         for point in &self.points {
             let (cost, interrupt) = (&point.cost, &point.interrupt);
-            let mut row = choices(point).to_vec();
+            let mut row = point.choice.cells().to_vec();
             row.extend([
                 cost.instructions.to_string(),
                 cost.instructions_max.to_string(),
@@ -80,7 +80,7 @@ impl Trade {
 
     /// Name of a point in a picture: the columns in which it differs from the scene's own choice.
     pub(super) fn name_of(&self, point: &Point) -> String {
-        let [own, here] = [choices_of(&self.own), choices(point)];
+        let [own, here] = [self.own.cells(), point.choice.cells()];
         let differ = own.iter().zip(&here).zip(CHOICES).filter(|((own, here), _)| own != here);
         let names: Vec<String> = differ
             .map(|((_, here), column)| match column {

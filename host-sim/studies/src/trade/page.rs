@@ -11,7 +11,7 @@ impl Trade {
         let varied = self.varied();
         let mut head = self.head(&varied);
         head.extend(["front", "command"].map(str::to_owned));
-        let mut table = Table::new("Choices that nothing beats", &head.iter().map(String::as_str).collect::<Vec<_>>());
+        let mut table = Table::new("Choices that nothing beats", &head);
         for point in self.front() {
             let mut row: Vec<Cell> = Self::row(point, &varied).into_iter().map(Cell::from).collect();
             row.extend([super::report::front_name(point).into(), point.command.clone().into()]);

@@ -1,50 +1,22 @@
 //! Report of a trade-off as tables and Markdown.
 
-use super::choice::{Choice, Named};
+use super::choice::Choice;
 use super::{Point, Trade};
 use sim::run::files::shell_word;
 use sim::run::numbers::engineering;
-use sim::table::table;
+use sim::table::{markdown, table};
 use std::fmt::Write as _;
 use std::path::Path;
 
 /// Command that measures one choice.
 #[must_use]
 pub fn command(scene: &Path, choice: &Choice) -> String {
-    let n = choice.named();
-    format!(
-        "newtau choose trade {} --scalar {} --trig {} --terms {} --friction {} --rotors {} --every {} --kernel {} --rate {} --alone",
-        shell_word(scene),
-        n.scalar,
-        n.trig,
-        n.terms,
-        n.friction,
-        n.rotors,
-        n.every,
-        n.kernel,
-        n.rate
-    )
+    let options = CHOICES.iter().zip(choice.named().cells()).map(|(axis, value)| format!(" --{axis} {value}"));
+    format!("newtau choose trade {}{} --alone", shell_word(scene), options.collect::<String>())
 }
 
 /// Column headers of the choices; those of the costs follow.
 pub(super) const CHOICES: [&str; 8] = ["scalar", "trig", "terms", "friction", "rotors", "every", "kernel", "rate"];
-
-pub(super) fn choices(point: &Point) -> [String; 8] {
-    choices_of(&point.choice)
-}
-
-pub(super) fn choices_of(n: &Named) -> [String; 8] {
-    [
-        n.scalar.clone(),
-        n.trig.clone(),
-        n.terms.clone(),
-        n.friction.to_owned(),
-        n.rotors.to_owned(),
-        n.every.clone(),
-        n.kernel.clone(),
-        format!("{}", n.rate),
-    ]
-}
 
 /// Share below which a number is rounding.
 const NOISE: f64 = 1e-12;
@@ -120,7 +92,7 @@ pub(crate) fn mean_share(mean: f64, most: f64) -> String {
 impl Trade {
     /// Indices of the choice columns in which the points differ.
     pub(super) fn varied(&self) -> Vec<usize> {
-        let rows: Vec<[String; 8]> = self.points.iter().map(choices).collect();
+        let rows: Vec<[String; 8]> = self.points.iter().map(|point| point.choice.cells()).collect();
         let varies = |column: &usize| rows.iter().any(|row| row[*column] != rows[0][*column]);
         let varied: Vec<usize> = (0..CHOICES.len()).filter(varies).collect();
         if varied.is_empty() { (0..CHOICES.len()).collect() } else { varied }
@@ -133,7 +105,7 @@ impl Trade {
     }
 
     pub(super) fn row(point: &Point, varied: &[usize]) -> Vec<String> {
-        let chosen = choices(point);
+        let chosen = point.choice.cells();
         varied.iter().map(|&column| chosen[column].clone()).chain(point.cells()).collect()
     }
 
@@ -142,18 +114,24 @@ impl Trade {
         self.points.iter().filter(|point| point.on_torque_front || point.on_tracking_front)
     }
 
+    /// The point of the scene's own choice.
+    fn own_point(&self) -> Option<&Point> {
+        self.points.iter().find(|point| point.choice == self.own)
+    }
+
+    /// Head and rows of the choices on the front.
+    fn front_table(&self, varied: &[usize]) -> (Vec<String>, Vec<Vec<String>>) {
+        let row = |point| [Self::row(point, varied), vec![front_name(point).to_owned()]].concat();
+        ([self.head(varied), vec!["front".to_owned()]].concat(), self.front().map(row).collect())
+    }
+
     /// Table for the terminal.
     #[must_use]
     pub fn table(&self) -> String {
         let varied = self.varied();
-        let mut head = self.head(&varied);
-        head.push("front".to_owned());
+        let (head, rows) = self.front_table(&varied);
         let mut table = table(head, varied.len());
-        for point in self.front() {
-            let mut row = Self::row(point, &varied);
-            row.push(front_name(point).to_owned());
-            table.add_row(row);
-        }
+        table.add_rows(rows);
         let mut text = format!(
             "{}: {}, {} choices; those that nothing beats:\n{table}\n",
             self.scene,
@@ -171,8 +149,7 @@ impl Trade {
             );
         }
         let _ = writeln!(text, "{}", self.around());
-        let own = self.points.iter().find(|point| point.choice == self.own);
-        text + &own.map_or_else(String::new, |own| self.beside_drives(own))
+        text + &self.own_point().map_or_else(String::new, |own| self.beside_drives(own))
     }
 
     /// Meaning of the share, and the part of it that no choice changes.
@@ -187,90 +164,69 @@ impl Trade {
     /// Markdown: the test motions, the Pareto front, and the effect of each axis by itself.
     #[must_use]
     pub fn markdown(&self) -> String {
-        let mut text = String::from(
-            "| course | length | speed, of a limit | least eigenvalue of the scaled mass matrix |\n|---|---|---|---|\n",
+        let courses = self.courses.iter().map(|course| {
+            vec![
+                course.name.to_owned(),
+                format!("{:.2} s", course.duration),
+                format!("{:.0} %", 100.0 * course.speed),
+                format!("{:.3}", course.least_eigenvalue),
+            ]
+        });
+        let head = ["course", "length", "speed, of a limit", "least eigenvalue of the scaled mass matrix"];
+        let mut text = markdown(&head, courses);
+        let (head, rows) = self.front_table(&self.varied());
+        let _ = write!(
+            text,
+            "\n{} choices. S{}.\n\nThose that nothing beats:\n\n{}",
+            self.points.len(),
+            &self.around()[1..],
+            markdown(&head, rows)
         );
-        for course in &self.courses {
-            let _ = writeln!(
+        if let Some(own) = self.own_point() {
+            let _ = write!(
                 text,
-                "| {} | {:.2} s | {:.0} % | {:.3} |",
-                course.name,
-                course.duration,
-                100.0 * course.speed,
-                course.least_eigenvalue
+                "\nThe scene's own choice ({}), and each that differs from it in one thing:\n\n{}",
+                own.choice.cells().join(", "),
+                self.variations(own)
             );
         }
-        let varied = self.varied();
-        let mut head = self.head(&varied);
-        head.push("front".to_owned());
-        let (count, around) = (self.points.len(), self.around());
-        let _ = write!(
-            text,
-            "\n{count} choices. S{}.\n\nThose that nothing beats:\n\n{}",
-            &around[1..],
-            markdown_head(&head)
-        );
-        for point in self.front() {
-            let mut row = Self::row(point, &varied);
-            row.push(front_name(point).to_owned());
-            let _ = writeln!(text, "| {} |", row.join(" | "));
-        }
-        let simulator = self.simulator_markdown();
-        let own = self.points.iter().find(|point| point.choice == self.own);
-        let Some(own) = own else { return text + &simulator };
-        let _ = write!(
-            text,
-            "\nThe scene's own choice ({}), and each that differs from it in one thing:\n\n",
-            choices(own).join(", ")
-        );
-        let mut head = self.head(&[]);
-        head.insert(0, "instead".to_owned());
-        text += &markdown_head(&head);
-        let here = choices(own);
-        let mut line = |label: &str, point: &Point| {
-            let _ = writeln!(text, "| {label} | {} |", point.cells().join(" | "));
-        };
-        line("(own)", own);
+        text + &self.simulator_markdown()
+    }
+
+    /// A point, and each that differs from it in one axis.
+    fn variations(&self, own: &Point) -> String {
+        let here = own.choice.cells();
+        let row = |label: String, point: &Point| [vec![label], point.cells()].concat();
+        let mut rows = vec![row("(own)".to_owned(), own)];
         for column in 0..CHOICES.len() {
             for point in &self.points {
-                let there = choices(point);
-                let differ: Vec<usize> = (0..CHOICES.len()).filter(|&k| here[k] != there[k]).collect();
-                if differ == [column] {
-                    line(&format!("{} {}", CHOICES[column], there[column]), point);
+                let there = point.choice.cells();
+                if (0..CHOICES.len()).all(|k| (here[k] != there[k]) == (k == column)) {
+                    rows.push(row(format!("{} {}", CHOICES[column], there[column]), point));
                 }
             }
         }
-        text + &simulator
+        markdown(&[vec!["instead".to_owned()], self.head(&[])].concat(), rows)
     }
 
     /// Errors of the simulator's own integrator.
     fn simulator_markdown(&self) -> String {
-        let mut text = String::from(
-            "\nThe simulator, on the scene's own motion: how far a joint is at most from where the adaptive pair has it at a tolerance of 1e-12.\n\n\
-             | integrator | steps a tick | accelerations a tick | off by | greatest tracking error |\n|---|---|---|---|---|\n",
-        );
-        for method in &self.simulator {
+        let rows = self.simulator.iter().map(|method| {
             let steps = match (method.steps_per_tick, method.tolerance) {
                 (Some(steps), _) => steps.to_string(),
                 (None, Some(tolerance)) => format!("its own, tolerance {tolerance:.0e}"),
                 (None, None) => "its own".to_owned(),
             };
-            let shown = |x: Option<f64>| x.map_or_else(|| "refused".to_owned(), |x| engineering(x, "rad"));
-            let _ = writeln!(
-                text,
-                "| {} | {steps} | {} | {} | {} |",
-                method.integrator,
-                if method.off_by.is_some() { format!("{:.1}", method.accelerations_per_tick) } else { "-".to_owned() },
-                shown(method.off_by),
-                shown(method.tracking)
-            );
-        }
-        text
+            let solved = method.off_by.map_or("-".to_owned(), |_| format!("{:.1}", method.accelerations_per_tick));
+            let shown = |x: Option<f64>| x.map_or("refused".to_owned(), |x| engineering(x, "rad"));
+            vec![method.integrator.to_owned(), steps, solved, shown(method.off_by), shown(method.tracking)]
+        });
+        let head = ["integrator", "steps a tick", "accelerations a tick", "off by", "greatest tracking error"];
+        format!(
+            "\nThe simulator, on the scene's own motion: how far a joint is at most from where the adaptive pair has it at a tolerance of 1e-12.\n\n{}",
+            markdown(&head, rows)
+        )
     }
-}
-
-fn markdown_head(head: &[String]) -> String {
-    format!("| {} |\n|{}\n", head.join(" | "), "---|".repeat(head.len()))
 }
 
 pub(super) fn front_name(point: &Point) -> &'static str {

@@ -91,9 +91,7 @@ impl Request {
             }
             None => text += "no choice is accurate enough\n",
         }
-        let error = |point: &&Point| point.torque_of_limit.unwrap_or(f64::INFINITY);
-        let fitting = trade.points.iter().filter(|point| self.fits(point) && point.tracking.is_some());
-        match fitting.min_by(|a, b| error(a).total_cmp(&error(b))) {
+        match most_accurate(trade.points.iter().filter(|point| self.fits(point))) {
             Some(point) => {
                 let _ = write!(text, "within the budget, and most accurate of those: {}", self.line(point));
             }
@@ -124,10 +122,7 @@ impl Request {
     pub fn explain(&self, trade: &Trade, chosen: &Point, path: &Path) -> String {
         let mut text = format!("chosen              {}\n", self.line(chosen));
         // The most accurate point of all, to show the accuracy that was given up.
-        let error = |point: &&Point| point.torque_of_limit.unwrap_or(f64::INFINITY);
-        if let Some(best) =
-            trade.points.iter().filter(|point| point.tracking.is_some()).min_by(|a, b| error(a).total_cmp(&error(b)))
-        {
+        if let Some(best) = most_accurate(trade.points.iter()) {
             let given_up = differences(best, chosen);
             let what =
                 if given_up.is_empty() { "nothing: it is the most accurate of all".to_owned() } else { given_up };
@@ -150,6 +145,12 @@ impl Request {
         let _ = writeln!(text, "scene               {}", path.display());
         text
     }
+}
+
+/// The point with the least torque error of those that track.
+fn most_accurate<'a>(points: impl Iterator<Item = &'a Point>) -> Option<&'a Point> {
+    let error = |point: &&Point| point.torque_of_limit.unwrap_or(f64::INFINITY);
+    points.filter(|point| point.tracking.is_some()).min_by(|a, b| error(a).total_cmp(&error(b)))
 }
 
 /// Differences between two points' choices.

@@ -50,10 +50,14 @@ fn of_arm<const N: usize>(scene: &SceneFile, stop: &AtomicBool) -> Result<Vec<Me
     .concat();
     try_in_parallel(all.len(), |number| {
         let (integrator, steps) = all[number];
-        let refused = || MethodReport {
+        let (steps_per_tick, tolerance) = match integrator {
+            Integrator::Adaptive { tolerance } => (None, Some(tolerance)),
+            Integrator::RungeKutta | Integrator::SemiImplicitEuler => (Some(steps), None),
+        };
+        let refused = MethodReport {
             integrator: name(integrator),
-            steps_per_tick: steps_of(integrator, steps),
-            tolerance: tolerance_of(integrator),
+            steps_per_tick,
+            tolerance,
             accelerations_per_tick: f64::NAN,
             off_by: None,
             tracking: None,
@@ -61,7 +65,7 @@ fn of_arm<const N: usize>(scene: &SceneFile, stop: &AtomicBool) -> Result<Vec<Me
         let (run, accelerations) = match run::<N>(scene, integrator, steps, stop) {
             Ok(done) => done,
             // A step too long for friction or a spring is refused; that is a valid result.
-            Err(Failure::Input(_)) => return Ok(refused()),
+            Err(Failure::Input(_)) => return Ok(refused),
             Err(failure) => return Err(failure),
         };
         let ticks = run.record.ticks();
@@ -70,7 +74,7 @@ fn of_arm<const N: usize>(scene: &SceneFile, stop: &AtomicBool) -> Result<Vec<Me
             accelerations_per_tick: accelerations as f64 / ticks.max(1) as f64,
             off_by: whole.then(|| off_by(&run, &reference)),
             tracking: whole.then(|| run.summary.tracking_max.iter().fold(0.0, |most, x| f64::max(most, *x))),
-            ..refused()
+            ..refused
         })
     })
 }
@@ -108,16 +112,5 @@ fn name(integrator: Integrator) -> &'static str {
         Integrator::RungeKutta => "runge-kutta",
         Integrator::SemiImplicitEuler => "semi-implicit-euler",
         Integrator::Adaptive { .. } => "adaptive",
-    }
-}
-
-fn steps_of(integrator: Integrator, steps: u32) -> Option<u32> {
-    (!matches!(integrator, Integrator::Adaptive { .. })).then_some(steps)
-}
-
-fn tolerance_of(integrator: Integrator) -> Option<f64> {
-    match integrator {
-        Integrator::Adaptive { tolerance } => Some(tolerance),
-        Integrator::RungeKutta | Integrator::SemiImplicitEuler => None,
     }
 }

@@ -7,7 +7,7 @@ use dynamics_core::trig::Libm;
 use dynamics_core::{Model, Trig};
 use identification::arm::Chain;
 use identification::base::Base;
-use identification::excite::{Room, Search, Series, Subject, Unlimited, Workspace, excite};
+use identification::excite::{Room, Search, Series, Subject, Workspace, excite};
 use nalgebra::Vector3;
 use studies::clearance::cell::Cell;
 
@@ -60,7 +60,8 @@ fn search(model: &Model<f64, 6>, workspace: &dyn Workspace) -> Option<Series> {
 #[test]
 fn a_box_in_the_way_is_avoided_and_without_it_the_motion_goes_through() {
     let model = model::<6>("yam.toml");
-    let free = search(&model, &Unlimited).unwrap();
+    let nothing = Watched { cell: Cell::new(&model, Vec::new(), &CENTRE, CLEARANCE) };
+    let free = search(&model, &nothing).unwrap();
     let motion_of = |series: &Series| motion(&series.sine, &series.cosine);
     let through = motion_of(&free);
     // A box where the tip gets farthest from where it starts.
@@ -72,9 +73,9 @@ fn a_box_in_the_way_is_avoided_and_without_it_the_motion_goes_through() {
     let with = |obstacles: Vec<_>| Cell::new(&model, [links(&model, 0.03), obstacles].concat(), &CENTRE, CLEARANCE);
     let cell = with(vec![block(farthest.x, farthest.y, farthest.z, 0.12)]);
     let hit = cell.least(&through, 1e-3).unwrap();
-    assert!(hit.bound < -0.02 && cell.nearest(&hit).0 == "box", "{hit:?}");
+    assert!(hit.bound < -0.02 && cell.names(hit.pair).0 == "box", "{hit:?}");
     let start = cell.posture(&CENTRE).unwrap();
-    assert!(start.gap > CLEARANCE, "{start:?} {:?}", cell.names_of(&start));
+    assert!(start.gap > CLEARANCE, "{start:?} {:?}", cell.names(start.pair));
     let kept = search(&model, &Watched { cell: cell.clone() }).unwrap();
     let least = cell.least(&motion_of(&kept), 1e-4).unwrap();
     assert!(least.found >= CLEARANCE && least.bound >= CLEARANCE - 1e-4, "{least:?}");

@@ -43,7 +43,7 @@ fn a_turning_rod_passes_a_box_at_the_distance_of_the_closed_form() {
     let motion = turn([0.0, 0.0], [std::f64::consts::FRAC_PI_2, 0.0]);
     let found = cell.least(&motion, 1e-4).unwrap();
     assert!((found.found - 0.03).abs() < 1e-4 && (0.0299 - 1e-6..=0.03).contains(&found.bound), "{found:?}");
-    assert!((found.time - 1.0).abs() < 0.02 && cell.nearest(&found) == ("box", "link 2"), "{found:?}");
+    assert!((found.time - 1.0).abs() < 0.02 && cell.names(found.pair) == ("box", "link 2"), "{found:?}");
     assert!(cell.keeps(&motion, 0.0299) && !cell.keeps(&motion, 0.0301));
     // Through the box.
     let motion = turn([0.0, 0.2], [std::f64::consts::FRAC_PI_2, 0.2]);
@@ -61,7 +61,7 @@ fn a_floor_is_met_where_the_lowest_link_is() {
     let height = rods.0 * q[0].sin() + rods.1 * (q[0] + q[1]).sin();
     let found = cell.posture(&q).unwrap();
     assert!((found.gap - (height - 0.05 + 1.2)).abs() < 1e-8, "{found:?}, {height}");
-    assert_eq!(cell.names_of(&found), ("floor", "link 2"));
+    assert_eq!(cell.names(found.pair), ("floor", "link 2"));
 }
 
 #[test]
@@ -72,7 +72,7 @@ fn an_arm_that_folds_onto_itself_is_found() {
     assert!(!cell.exempt.iter().any(|(a, b, _)| (a, b) == (&"link 1".to_owned(), &"link 3".to_owned())));
     // The third link turns back over the first.
     let folded = cell.least(&turn([0.0; 3], [0.0, 2.8, 2.8]), 1e-3).unwrap();
-    assert!(folded.bound < 0.0 && cell.nearest(&folded).1 == "link 3", "{folded:?}");
+    assert!(folded.bound < 0.0 && cell.names(folded.pair).1 == "link 3", "{folded:?}");
     let open = cell.least(&turn([0.0; 3], [0.5, 0.3, -0.3]), 1e-3).unwrap();
     assert!(open.bound > 0.1, "{open:?}");
 }

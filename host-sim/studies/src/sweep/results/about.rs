@@ -12,7 +12,7 @@ impl Results {
         let mut facts = Vec::new();
         let mut fact = |name: &str, text: String| facts.push((name.to_owned(), text));
         let Experiment { scene, set, vary, .. } = &study.experiment;
-        fact("scene", format!("{} ({})", prepared.runs.scene_name(), scene.display()));
+        fact("scene", format!("{} ({})", prepared.runs.scene_name, scene.display()));
         for setting in set {
             let value = setting.value.as_deref().map_or("removed".to_owned(), |value| format!("= {value}"));
             fact("set", format!("{} {value}", setting.key.name));

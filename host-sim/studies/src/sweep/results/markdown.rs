@@ -1,8 +1,8 @@
 //! Results as tables, for the terminal and for a page.
 
-use super::{Distribution, Group, Refusal, Results, Share};
+use super::{Correlation, Distribution, Group, Refusal, Results, Share};
 use crate::sweep::repeat::repeat_command;
-use sim::table::table;
+use sim::table::{self, table};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -123,14 +123,28 @@ impl Results {
         row
     }
 
+    /// Keys that have sensitivities, each once.
+    pub(super) fn keys(&self) -> Vec<&str> {
+        let mut keys: Vec<&str> = Vec::new();
+        for found in &self.sensitivities {
+            if !keys.contains(&found.key.as_str()) {
+                keys.push(&found.key);
+            }
+        }
+        keys
+    }
+
+    /// Rank correlation of a figure with a key.
+    pub(super) fn correlation(&self, metric: &Distribution, key: &str) -> Option<Correlation> {
+        let found = self.sensitivities.iter().find(|found| found.metric == metric.metric && found.key == key);
+        found.and_then(|found| found.correlation)
+    }
+
     fn correlations(&self) -> Titled {
-        let keys: Vec<&str> = self.sensitivities.iter().map(|found| found.key.as_str()).collect();
-        let distinct: Vec<&str> =
-            keys.iter().enumerate().filter(|(at, key)| !keys[..*at].contains(key)).map(|(_, key)| *key).collect();
+        let keys = self.keys();
         let row = |metric: &Distribution| {
             let of = |key: &&str| {
-                let found = self.sensitivities.iter().find(|found| found.metric == metric.metric && found.key == **key);
-                found.and_then(|found| found.correlation).map_or("-".to_owned(), |found| {
+                self.correlation(metric, key).map_or("-".to_owned(), |found| {
                     format!(
                         "{:+.2} ({:+.2} to {:+.2}), {:.0} %",
                         found.value,
@@ -140,13 +154,13 @@ impl Results {
                     )
                 })
             };
-            core::iter::once(metric.metric.clone()).chain(distinct.iter().map(of)).collect()
+            core::iter::once(metric.metric.clone()).chain(keys.iter().map(of)).collect()
         };
         Titled {
             title:
                 "Rank correlation of figures with keys (95 % interval), and the share of a figure's variance that a key explains alone"
                     .to_owned(),
-            head: core::iter::once("figure").chain(distinct.iter().copied()).map(str::to_owned).collect(),
+            head: core::iter::once("figure").chain(keys.iter().copied()).map(str::to_owned).collect(),
             rows: self.metrics.iter().map(row).collect(),
         }
     }
@@ -179,12 +193,8 @@ impl Distribution {
 
 impl Titled {
     fn markdown(&self) -> String {
-        let escaped = |cells: &[String]| cells.join(" | ").replace('\\', "\\\\");
-        let mut text = format!("{}:\n\n| {} |\n|{}\n", self.title, escaped(&self.head), "---|".repeat(self.head.len()));
-        for row in &self.rows {
-            let _ = writeln!(text, "| {} |", escaped(row));
-        }
-        text
+        let escaped = |cells: &Vec<String>| cells.iter().map(|cell| cell.replace('\\', "\\\\")).collect::<Vec<_>>();
+        format!("{}:\n\n{}", self.title, table::markdown(&escaped(&self.head), self.rows.iter().map(escaped)))
     }
 
     fn text(&self) -> String {

@@ -120,7 +120,7 @@ impl Results {
             sample: SampleSize { runs: 0, stride: 1 },
         };
         let metrics = &prepared.study.experiment.metrics;
-        let units = prepared.runs.units();
+        let units = &prepared.runs.units;
         let mut collectors: Vec<Collector> =
             metrics.iter().zip(units).map(|(metric, unit)| Collector::new(metric, unit)).collect();
         let mut sample = Sample::new(prepared.count, &table.columns);
@@ -158,7 +158,7 @@ impl Results {
         table.each_row(|row| {
             histograms.iter_mut().zip(&row.figures).for_each(|(histogram, x)| histogram.add(*x));
         })?;
-        results.sample = SampleSize { runs: sample.runs() as u64, stride: sample.stride() };
+        results.sample = SampleSize { runs: sample.runs() as u64, stride: sample.stride };
         results.sensitivities = sample.sensitivities(&table.columns);
         results.groups = sample.groups(&table.columns);
         let finished = collectors.into_iter().zip(histograms).enumerate();

@@ -13,8 +13,7 @@ impl Results {
     pub fn page(&self, prepared: &Prepared, study: &Path) -> Page {
         let mut blocks = vec![Block::Facts(self.about(prepared))];
         for titled in self.titled() {
-            let head: Vec<&str> = titled.head.iter().map(String::as_str).collect();
-            let mut table = Table::new(titled.title, &head);
+            let mut table = Table::new(titled.title, &titled.head);
             titled.rows.into_iter().for_each(|row| table.row(row.into_iter().map(Cell::from).collect()));
             blocks.push(Block::Table(table));
         }
@@ -29,16 +28,10 @@ impl Results {
 
     /// Rank correlations as bars; `None` where there are none.
     fn influence(&self) -> Option<Figure> {
-        let mut names: Vec<String> = Vec::new();
-        for found in &self.sensitivities {
-            if !names.contains(&found.key) {
-                names.push(found.key.clone());
-            }
-        }
+        let names: Vec<String> = self.keys().into_iter().map(str::to_owned).collect();
         let of = |metric: &Distribution| {
             let bars = names.iter().enumerate().filter_map(|(place, key)| {
-                let found = self.sensitivities.iter().find(|it| it.metric == metric.metric && it.key == *key)?;
-                let correlation = found.correlation?;
+                let correlation = self.correlation(metric, key)?;
                 let told = format!(
                     "{} with {key}: {:+.2} ({:+.2} to {:+.2})",
                     metric.metric, correlation.value, correlation.low, correlation.high

@@ -136,7 +136,7 @@ const PAIRS_MAX: usize = 400;
 /// Runs whose index is a multiple of the stride, and counts of all runs by the values of keys.
 #[derive(Debug)]
 pub(super) struct Sample {
-    stride: u64,
+    pub(super) stride: u64,
     /// Keys with numbers, then figures; a list for each.
     numbers: Vec<Vec<f64>>,
     /// Places, among all keys, of the keys with numbers.
@@ -174,13 +174,9 @@ impl Sample {
         self.numbers.first().map_or(0, Vec::len)
     }
 
-    pub(super) const fn stride(&self) -> u64 {
-        self.stride
-    }
-
     pub(super) fn add(&mut self, row: &Row<'_>) {
         let chosen = row.index.is_multiple_of(self.stride);
-        let place = chosen.then_some(self.numbers.first().map_or(0, Vec::len));
+        let place = chosen.then_some(self.runs());
         // A run that stopped at a fault has had less time to err.
         let whole = place.filter(|_| row.end == COMPLETE);
         self.groups.iter_mut().for_each(|group| group.add(row, whole));

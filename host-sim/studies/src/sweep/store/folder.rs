@@ -7,7 +7,6 @@ use crate::sweep::prepared::hexadecimal;
 use sha2::{Digest as _, Sha256};
 use sim::failure::{Failure, in_file};
 use sim::parallel::Jobs;
-use std::fmt;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
@@ -25,12 +24,6 @@ pub struct Progress<'a> {
     pub stop: &'a AtomicBool,
     /// Is told of the number of rows after each block.
     pub after_block: &'a dyn Fn(u64),
-}
-
-impl fmt::Debug for Progress<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Progress").field("shard", &self.shard).field("jobs", &self.jobs).finish_non_exhaustive()
-    }
 }
 
 /// Result of the work.
