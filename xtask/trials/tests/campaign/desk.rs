@@ -7,11 +7,11 @@ use indicatif::ProgressBar;
 use link::{Actuation, Encoder, Frame, Pacing};
 use robot_compiler::SceneFile;
 use session::Drives;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use trials::campaign::{
-    Campaign, Case, Counterexample, Desk, FaultKind, Law, Machine, Number, Outcome, Report, Said, Situation, Stage,
-    Target, Told, Trouble, run,
+    Campaign, Case, Desk, FaultKind, Law, Machine, Number, Outcome, Report, Said, Situation, Stage, Target, Told,
+    Trouble, run,
 };
 
 pub(super) const N: usize = 6;
@@ -399,30 +399,6 @@ fn no_command_is_unsafe_whatever_fails_in_whatever_state() {
             assert!(cell.outcomes.iter().all(|(outcome, _)| *outcome == Outcome::Fault(code)), "{fault:?} {cell:?}");
         }
     }
-}
-
-#[test]
-fn a_page_says_first_whether_a_command_was_unsafe_and_has_every_fault() {
-    let mut report = report(0..64);
-    let html = report.page(&[]).html();
-    let (head, rest) = html.split_once("<figure>").unwrap();
-    assert!(head.contains("No command was unsafe.") && !head.contains("Unsafe commands"));
-    report.counterexamples.push(Counterexample {
-        scene: "states".to_owned(),
-        seed: 1,
-        run: 17,
-        tick: 4,
-        case: Case { fault: FaultKind::Overrun, situation: Situation::Running },
-        law: Some(Law::Held),
-        what: "made up".to_owned(),
-        inputs: "torque <7>".to_owned(),
-    });
-    let files = ["a.toml", "b.toml"].map(PathBuf::from);
-    let unsafe_page = report.page(&files).html();
-    let (head, _) = unsafe_page.split_once("<figure>").unwrap();
-    assert!(head.contains("newtau campaign a.toml b.toml --target desk --seed 1 --run 17\ntorque &lt;7&gt;"), "{head}");
-    assert_eq!(rest.matches("<th scope=\"row\">").count(), report.rows.len());
-    assert!(report.rows.len() > 3 && rest.contains("<rect"));
 }
 
 #[test]
