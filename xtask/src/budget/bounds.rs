@@ -2,10 +2,10 @@
 //!
 //! There are lower bounds too: a number that suddenly falls means that something was lost unnoticed.
 
-use super::measure::Late;
 use super::row::{Field, Row};
 use crate::process::root;
 use anyhow::{Context as _, Result, bail};
+use chip_image::costs::Late;
 use clap::ValueEnum as _;
 use firmware_image::{BadInput, Board};
 use std::collections::BTreeMap;

@@ -1,8 +1,6 @@
 //! Numbers of one firmware: one scene on one board.
 
 use super::image::Image;
-use crate::scene_keys::SceneKeys;
-use anyhow::Result;
 use clap::ValueEnum;
 use firmware_image::Board;
 use std::collections::BTreeMap;
@@ -66,21 +64,17 @@ impl Field {
 /// A firmware's numbers.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Row {
-    pub(crate) robot: String,
     pub(crate) scene: String,
     pub(crate) board: String,
     pub(crate) numbers: BTreeMap<Field, u64>,
-    /// Full output of the emulator, for JSON; `None` where no emulator runs the board.
-    pub(crate) emulated: Option<serde_json::Value>,
 }
 
 impl Row {
     /// A row with the numbers of the linked program only.
-    pub(crate) fn sizes(scene: &Path, board: Board, image: &Image) -> Result<Self> {
-        let robot = SceneKeys::read(scene)?.robot()?;
+    pub(crate) fn sizes(scene: &Path, board: Board, image: &Image) -> Self {
         let numbers =
             [(Field::Flash, image.flash), (Field::Ram, image.ram), (Field::StackBound, image.stack_bound)].into();
-        Ok(Self { robot: stem(&robot), scene: stem(scene), board: board.name().into(), numbers, emulated: None })
+        Self { scene: stem(scene), board: board.name().into(), numbers }
     }
 
     pub(crate) fn number(&self, field: Field) -> Option<u64> {
