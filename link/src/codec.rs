@@ -113,7 +113,7 @@ fn pack(frame: &Frame, number: u64, seal: Option<&SealKey>, packet: &mut Packet)
 pub struct Received {
     /// The frame.
     pub frame: Frame,
-    /// Packets lost between the last good one and this. A hello starts the count afresh.
+    /// Packets lost between the last good one and this. An open hello starts the count afresh.
     pub missed: u32,
 }
 

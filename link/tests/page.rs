@@ -3,8 +3,8 @@
 
 use newtau_link::seal::{Side, Transcript};
 use newtau_link::{
-    Actuation, Answer, Decoder, Encoder, Frame, Hello, Joints, Key, Lines, Measurement, Pacing, Parts, Point,
-    Reference, Refusal, Request, Sensed, Status, Verdict, Watch,
+    Actuation, Answer, Challenge, Command, Cost, Decoder, Encoder, Frame, Hello, Joints, Key, Lines, Measurement,
+    NonceSource, Pacing, Parts, Point, Reference, Refusal, Request, Sensed, Status, Trust, Verdict, Watch,
 };
 use std::fmt::Write as _;
 
@@ -82,10 +82,44 @@ fn table(side: Side) -> String {
     };
     let mut text = String::new();
     for (name, frame) in frames {
-        let plain = postcard::to_slice(&frame, &mut [0; 128]).map(|bytes| hex(bytes)).unwrap();
-        writeln!(text, "{name}\n  frame   {plain}\n  packet  {}", hex(&encoder.encode(&frame).unwrap())).unwrap();
+        writeln!(text, "{name}\n  frame   {}\n  packet  {}", plain(&frame), hex(&encoder.encode(&frame).unwrap()))
+            .unwrap();
     }
     text
+}
+
+fn plain(frame: &Frame) -> String {
+    postcard::to_slice(frame, &mut [0; 128]).map(|bytes| hex(bytes)).unwrap()
+}
+
+/// The first two packets of a board that has started: its hello, and its challenge.
+fn opening() -> String {
+    let own = Hello { pacing: Pacing::LockStep, ..HELLO };
+    let proof = key().proof(Side::Board, &Transcript::new(&[0xa0; 16], &[0xb0; 16]));
+    let trust = Trust::Key { nonce: [0xb0; 16], source: NonceSource::Generator, proof };
+    let mut board = Encoder::new();
+    let mut text = String::new();
+    for (name, gap, frame) in
+        [("hello", "    ", Frame::Hello(own)), ("challenge", "", Frame::Challenge(Challenge { own, trust }))]
+    {
+        writeln!(text, "{name} frame {gap} {}", plain(&frame)).unwrap();
+        writeln!(text, "{name} packet{gap} {}", hex(&board.encode(&frame).unwrap())).unwrap();
+    }
+    text
+}
+
+/// A tick in lock step.
+fn bench() -> String {
+    let reference = Reference { q: joints([0.5, -0.25]), qd: joints([0.0; 2]), qdd: joints([0.0; 2]) };
+    let sensed = Sensed::State { q: joints([0.5, -0.25]), qd: joints([0.0; 2]) };
+    let cost = Some(Cost::Instructions(1468));
+    let command = Command { tick: 1, torque: joints([1.5, -2.0]), limits: joints([0; 2]), cost };
+    format!(
+        "reference    {}\nmeasurement  {}\ncommand      {}\n",
+        plain(&Frame::Reference(reference)),
+        plain(&Frame::Measurement(Measurement { tick: 1, age_ticks: 0, sensed })),
+        plain(&Frame::Command(command))
+    )
 }
 
 /// Numbers of a handshake, and its packets.
@@ -112,7 +146,7 @@ fn page() -> String {
 #[test]
 fn the_page_has_the_packets_that_this_crate_makes() {
     let page = page();
-    let missing: String = [handshake(), table(Side::Host), table(Side::Board)]
+    let missing: String = [opening(), handshake(), bench(), table(Side::Host), table(Side::Board)]
         .into_iter()
         .filter(|block| !page.contains(block))
         .collect();

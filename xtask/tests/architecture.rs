@@ -1,4 +1,4 @@
-//! Architecture: ten folders, at most twenty packages, and their allowed dependencies (`docs/architecture.md`), compared with cargo's metadata.
+//! Architecture: ten folders, at most twenty packages, and their allowed dependencies (`docs/develop/architecture.md`), compared with cargo's metadata.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 use serde_json::{Value, json};
@@ -265,7 +265,7 @@ fn every_row_names_a_package_once_and_nobody_may_know_xtask() {
 
 #[test]
 fn there_are_at_most_twenty_packages_and_the_page_says_of_each_why_it_is_one() {
-    let page = std::fs::read_to_string(top().join("docs/architecture.md")).unwrap();
+    let page = std::fs::read_to_string(top().join("docs/develop/architecture.md")).unwrap();
     let section = page.split("\n## ").find(|section| section.starts_with("Packages\n")).unwrap();
     let told = section.lines().filter_map(|line| line.strip_prefix("| `")?.split_once("` | "));
     let told: BTreeMap<&str, &str> = told.collect();

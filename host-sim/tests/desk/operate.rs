@@ -238,10 +238,15 @@ fn a_host_that_comes_back_to_an_arm_that_is_held_continues_its_session() {
     first.wait().unwrap();
     assert!(armed);
     let script = "status\njog elbow 0.1 0.3\nwait\nhold\ndisarm\n";
-    let (code, out, error) = connect("back", script, &["--port", &board.port, "--key", key]);
+    // A script that was not written for it does nothing.
+    let (code, out, error) = connect("not_back", script, &["--port", &board.port, "--key", key]);
+    assert_eq!((code, error.as_str()), (3, ""), "{out}");
+    assert!(out.contains("`--take-over` lets a script go on with it") && !out.contains("jog: "), "{out}");
+    let (code, out, error) = connect("back", script, &["--port", &board.port, "--key", key, "--take-over"]);
     assert_eq!((code, error.as_str()), (0, ""), "{out}");
     let lines: Vec<&str> = out.lines().collect();
-    assert!(lines[0].starts_with("the board was driving the arm and continues: "), "{out}");
+    assert!(lines[0].starts_with("the board continues the session of an earlier host: "), "{out}");
+    assert!(lines[0].contains("; law computed-torque"), "{out}");
     assert!(lines.iter().any(|line| line.starts_with("wait: arrived")), "{out}");
     assert_eq!(lines.last(), Some(&"disarm: idle, homed"), "{out}");
 }

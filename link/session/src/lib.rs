@@ -22,9 +22,12 @@
 //!       hello for another robot
 //! ```
 //!
-//! A hello always starts afresh: the controller is reset, reference, trajectory and measurement are forgotten, every
-//! live input is zero, ticks are counted from 1, and the safety state machine idles, not homed. On the bench the
-//! controller stands alone and no drive is driven; its faults stay until the next hello. Supervised,
+//! A hello starts afresh: the controller is reset, reference, trajectory and measurement are forgotten, every
+//! live input is zero, ticks are counted from 1, and the safety state machine idles, not homed. There is one exception. While
+//! the arm of a live session is driven, the hello that the session has begun with continues it: the arm stays as it is, and only the
+//! host is forgotten. Any other hello is refused then.
+//!
+//! On the bench the controller stands alone and no drive is driven; its faults stay until the next hello. Supervised,
 //! [`supervisor::Supervisor`] decides in every tick on the action of the drives.
 //!
 //! Live inputs and parameters come between ticks and hold from the next one on. Where torque acts they hold from the

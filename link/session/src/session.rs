@@ -116,6 +116,8 @@ pub struct Session<const N: usize, D, T, K, C = ControllerConfig<f32, N>, P = Un
     past: Option<usize>,
     /// The last hello has ended a live session.
     left_live: bool,
+    /// The last hello was refused because the arm is driven: of its host nothing but a stop counts.
+    shut_out: bool,
 }
 
 /// State that tells two sessions of one build apart: without constants, and of the controller its fault and live inputs alone.
@@ -153,6 +155,7 @@ where
             buffers,
             past,
             left_live,
+            shut_out,
         } = self;
         let live = controller.live();
         f.debug_struct("Session")
@@ -178,6 +181,7 @@ where
             .field("buffers", buffers)
             .field("past", past)
             .field("left_live", left_live)
+            .field("shut_out", shut_out)
             .finish()
     }
 }
@@ -232,6 +236,7 @@ where
             buffers,
             past: None,
             left_live: false,
+            shut_out: false,
         }
     }
 

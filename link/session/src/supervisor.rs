@@ -81,11 +81,11 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
         self.inputs.request = None;
     }
 
-    /// Another host has come: a motion of the previous one stops along its path, one that waits does not begin, and a request that waits is
-    /// dropped unless it stops the arm.
+    /// Another host has come: a motion of the previous one stops along its path, one that waits does not begin, an arm that is being armed is
+    /// not, and a request that waits is dropped unless it stops the arm.
     pub fn change_host(&mut self, trajectory: &mut Trajectory<N>) {
-        if self.inputs.request.is_none_or(|request| request.rank() < Request::Disarm.rank()) {
-            self.inputs.request = (self.state() == State::Running).then_some(Request::Hold);
+        if self.inputs.request.is_none_or(|request| request.rank() < Request::Hold.rank()) {
+            self.inputs.request = matches!(self.state(), State::Running | State::Arming).then_some(Request::Hold);
         }
         if !self.runs_or_stops() {
             trajectory.clear();

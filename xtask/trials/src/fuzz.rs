@@ -2,7 +2,7 @@
 //!
 //! Each module has a function `check` that takes any bytes and panics if a property does not hold for them.
 //! `cargo fuzz run NAME` passes it to libFuzzer, which looks for bytes that reach new code (needs a nightly compiler,
-//! see `docs/fuzzing.md`). `cargo test -p trials` passes it the examples, every input that was ever a finding, and some
+//! see `docs/develop/testing.md`). `cargo test -p trials` passes it the examples, every input that was ever a finding, and some
 //! thousand inputs made from them by [`damage`] with a fixed seed.
 //!
 //! | module | meaning of the bytes | property |

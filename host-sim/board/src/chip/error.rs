@@ -58,7 +58,7 @@ pub enum ChipError {
     /// Packets were lost.
     #[error("{missed} packets from the chip were lost")]
     Lost {
-        /// Number of lost packets; 255 is that or more.
+        /// Number of lost packets.
         missed: u32,
     },
     /// The chip did not use what it received.
@@ -162,7 +162,7 @@ pub(crate) fn refusal(refusal: &Refusal) -> String {
         Refusal::Fixed => "the parameter is fixed by the scene that the firmware was built from".into(),
         Refusal::OutOfBounds => "the value is outside its bounds".into(),
         Refusal::Driven => {
-            "the arm is driven: the board goes on with its session; `newtau connect` takes it over".into()
+            "the arm is driven in the session of another scene, rate or pacing, which goes on: `newtau connect` with that scene takes it over".into()
         }
         Refusal::Busy => "another change waits for its tick".into(),
         Refusal::WouldJump { joint } => format!("the torque of joint {} would jump", joint + 1),

@@ -154,6 +154,8 @@ pub struct Operator {
     agreed: bool,
     /// The board continues the session of an earlier host, and the payload that it holds has not been read yet.
     resumed: bool,
+    /// The board was driving the arm when this program came.
+    found_driven: bool,
     /// Replies of each joint's drive that were too old in a status, and the statuses with readings.
     stale: (Vec<u64>, u64),
     /// Smallest age of each joint's reading, ticks.
@@ -220,6 +222,7 @@ impl Operator {
             refused: false,
             agreed: false,
             resumed: false,
+            found_driven: false,
             stale: (Vec::new(), 0),
             age_min: Vec::new(),
             samples: Samples::default(),
@@ -351,6 +354,10 @@ impl Operator {
             }
             Frame::Answer(Answer { number, verdict }) if number == self.awaited => {
                 self.verdict = self.verdict.or(Some((verdict, self.statuses)));
+            }
+            // The board goes on with somebody else's session.
+            Frame::Refusal(refusal @ Refusal::Driven) if !self.agreed => {
+                return Err(crate::chip::ChipError::Refused(refusal).into());
             }
             Frame::Refusal(Refusal::Lost { .. } | Refusal::Undecodable(_)) => self.frames_were_lost()?,
             // Only an older firmware does not know a parameter of this program: the heat of motors.

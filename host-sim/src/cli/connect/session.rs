@@ -87,6 +87,10 @@ impl ConnectArgs {
 const INSECURE: &str =
     "INSECURE: this firmware was built with --insecure: whoever reaches the wire can drive the arm (docs/safety.md)";
 
+/// Said to a script that finds an arm that another session has left.
+const HELD: &str = "the arm is driven in an earlier session, and this script did not arm it: nothing was done; the board holds the arm, and lowers it or does its safe \
+                    action when no host is heard; `--take-over` lets a script go on with it";
+
 /// Options of `connect`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLE, after_long_help = EXAMPLES, group = ArgGroup::new("board").required(true).args(["port", "target"]))]
@@ -99,6 +103,9 @@ pub struct ConnectArgs {
     /// Its speed, bits/s.
     #[arg(long, default_value_t = BAUD, requires = "port")]
     pub baud: u32,
+    /// Let a script go on with an arm that an earlier session has left driven. A person at a terminal always may.
+    #[arg(long, requires = "port")]
+    pub take_over: bool,
     /// The key file of the board (`newtau firmware key new`); one without a key, or with another, is not talked to.
     #[arg(long, value_name = "FILE", requires = "port")]
     pub key: Option<PathBuf>,
@@ -238,7 +245,23 @@ fn operate(args: &ConnectArgs, mut operator: Operator, mut console: Console) -> 
     if let Some(record) = &args.record {
         operator.keep(record).map_err(|stop| failure(stop, ""))?;
     }
-    let ended = operator.begin().and_then(|()| converse(&mut operator, &mut console));
+    let begun = loop {
+        match operator.begin() {
+            // Before the board has answered nobody knows whether the arm moves; a hello that comes again changes nothing.
+            Err(Stop::Pressed) => match operator.stop() {
+                Ok(()) => {}
+                Err(stop) => break Err(stop),
+            },
+            other => break other,
+        }
+    };
+    let leaves = begun.is_ok() && operator.found_driven() && !console.is_a_person() && !args.take_over;
+    if leaves {
+        operator.complain(HELD).map_err(|stop| failure(stop, ""))?;
+        operator.close().map_err(Failure::Output)?;
+        return Ok(failure::FAULT);
+    }
+    let ended = begun.and_then(|()| converse(&mut operator, &mut console));
     // A board that is gone cannot be asked to stop; its own heartbeat does that. A second Ctrl-C at a terminal leaves at once.
     let ended = match ended {
         Err(Stop::Interrupted) if console.is_a_person() => Err(Stop::Interrupted),

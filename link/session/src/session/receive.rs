@@ -122,8 +122,9 @@ where
         if let Said::Other(Frame::Hello(theirs)) = said {
             return self.greeted(*theirs);
         }
-        let Some(pacing) = self.pacing else { return Outcome::Refused(Refusal::NoHello) };
-        if pacing.is_supervised() {
+        let agreed = self.pacing.filter(|_| !self.shut_out || stops);
+        let Some(pacing) = agreed else { return Outcome::Refused(Refusal::NoHello) };
+        if pacing.is_supervised() && !self.shut_out {
             self.supervisor.heard();
         }
         let outcome = match said {
@@ -151,9 +152,11 @@ where
     #[cold]
     #[inline(never)]
     fn greeted(&mut self, theirs: Hello) -> Outcome {
+        self.shut_out = false;
         let state = self.supervisor.state();
         if self.is_live() && (state.has_torque() || state == safety::State::Arming) {
             if theirs != (Hello { pacing: Pacing::Live, ..self.own }) {
+                self.shut_out = true;
                 return Outcome::Refused(Refusal::Driven);
             }
             self.resume();
@@ -167,7 +170,7 @@ where
     /// Forgets the previous host, and nothing of the arm.
     fn resume(&mut self) {
         (self.taken, self.requests, self.foreign) = (0, Requests::NONE, 0);
-        (self.change, self.past, self.watch, self.until) = (None, None, QUIET, 0);
+        (self.change, self.past, self.watch, self.until, self.unsaid) = (None, None, QUIET, 0, false);
         self.changed.clear();
         self.supervisor.change_host(&mut self.buffers.borrow_mut().trajectory);
     }
@@ -207,7 +210,13 @@ where
 
     /// Take a request for the next tick, or answer it.
     fn request(&mut self, request: NumberedRequest) -> Outcome {
+        // After a change of host the supervisor may hold a stop that no request here stands for.
+        let stronger = |asked: safety::Request| {
+            let waiting = self.supervisor.inputs().request.filter(|_| !self.requests.is_waiting());
+            waiting.is_some_and(|waiting| waiting.rank() >= asked.rank())
+        };
         let arrived = match request.request.to_core() {
+            Some(asked) if stronger(asked) => self.requests.judge(request, || Verdict::Superseded),
             Some(asked) => {
                 let arrived = self.requests.take(request);
                 if matches!(arrived, Arrived::New) {

@@ -817,3 +817,70 @@ fn an_arm_that_cannot_hold_what_it_was_told_is_not_armed() {
         }
     }
 }
+
+/// What the new host asks first is weighed against what still waits of the previous one.
+#[test]
+fn a_stop_that_waits_is_not_displaced_by_another_host() {
+    let live = Hello { pacing: Pacing::Live, ..OWN };
+    for (request, state) in [
+        (Request::Stop, safety::State::Fault(Fault::EmergencyStop)),
+        (Request::Hold, safety::State::Holding(HoldCause::Requested)),
+    ] {
+        let mut arm = Arm::running();
+        arm.ask(request);
+        arm.receive(Frame::Hello(live));
+        arm.number = 200;
+        let answer = arm.receive(Frame::request(201, Request::Disarm));
+        let superseded = Frame::Answer(link::Answer { number: 201, verdict: link::Verdict::Superseded });
+        assert_eq!(answer, Reaction::Reply(superseded), "{request:?}");
+        arm.tick();
+        assert_eq!(arm.state(), state, "{request:?}");
+    }
+    // A disarm of the previous host is none of the new one.
+    let mut arm = Arm::running();
+    arm.ask(Request::Disarm);
+    arm.receive(Frame::Hello(live));
+    arm.tick();
+    assert_eq!(arm.state(), safety::State::Holding(HoldCause::Requested), "it neither goes on nor lets go");
+    let mut arm = Arm::armed();
+    arm.ask(Request::Disarm);
+    arm.receive(Frame::Hello(live));
+    assert!(matches!(arm.tick(), Drives::Drive(_)), "an arm that was taken over is not let go");
+}
+
+/// The report of the tick before the hello shows a state that the next tick ends, and counts frames of another host.
+#[test]
+fn no_report_of_before_follows_a_hello() {
+    let mut arm = Arm::running();
+    arm.receive(Frame::Watch(Watch { every: 1, parts: Parts::ALL }));
+    arm.tick();
+    arm.receive(Frame::Hello(Hello { pacing: Pacing::Live, ..OWN }));
+    arm.receive(Frame::Watch(Watch { every: 1, parts: Parts::ALL }));
+    assert_eq!(arm.said(), []);
+    arm.tick();
+    let said = arm.said();
+    let [Frame::Status(status)] = &said[..] else { panic!("{said:?}") };
+    assert_eq!((status.state, status.taken), (4, 1));
+}
+
+/// A host whose hello was refused is no host: its frames do not keep a motion alive. A stop counts from anybody who has the key.
+#[test]
+fn a_host_that_was_refused_is_not_heard_but_for_a_stop() {
+    let stranger = Hello { robot: 8, pacing: Pacing::Live, ..OWN };
+    let mut arm = Arm::armed();
+    arm.heard = false;
+    assert_eq!(arm.receive(Frame::Hello(stranger)), refused(Refusal::Driven));
+    for _ in 0..1000 {
+        assert_eq!(arm.receive(Frame::Alive), refused(Refusal::NoHello));
+        arm.tick();
+    }
+    assert_eq!(arm.state(), safety::State::Fault(Fault::HeartbeatLost));
+    let mut arm = Arm::running();
+    arm.receive(Frame::Hello(stranger));
+    assert_eq!(arm.receive(Frame::request(9, Request::Disarm)), refused(Refusal::NoHello));
+    arm.receive(Frame::request(10, Request::Hold));
+    arm.tick();
+    assert_eq!(arm.state(), safety::State::Holding(HoldCause::Requested));
+    arm.receive(Frame::Hello(Hello { pacing: Pacing::Live, ..OWN }));
+    assert_eq!(arm.receive(Frame::Alive), Reaction::None, "the right hello is heard again");
+}

@@ -51,7 +51,7 @@ impl Operator {
         }
     }
 
-    fn remind(&self, more: &str) -> Result<(), Stop> {
+    pub(super) fn remind(&self, more: &str) -> Result<(), Stop> {
         let Some(share) = self.limit() else { return Ok(()) };
         let percent = 100.0 * share;
         self.say(

@@ -153,7 +153,9 @@ impl Operator {
         there: Vec<f64>,
         time: f64,
     ) -> Result<Option<Rejection>, Stop> {
-        for goal in [there, here] {
+        // An arm that began beyond a limit comes back to the limit.
+        let inside = here.iter().zip(&self.arm.range).map(|(q, (low, high))| q.max(*low).min(*high)).collect();
+        for goal in [there, inside] {
             let from = self.here()?;
             let (motion, _) = self.way(name, &from, &goal, Some(time))?;
             if let Some(denial) = self.set_out(vec![motion], &from, goal)? {

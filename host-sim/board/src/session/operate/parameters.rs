@@ -20,6 +20,9 @@ const AT_ONCE: usize = 8;
 /// Time after which parameters that have not been answered are asked for again: longer than a change waits for its tick.
 const AGAIN: Duration = Duration::from_millis(300);
 
+/// Most attempts to read all parameters of a payload.
+const ATTEMPTS: u32 = 8;
+
 /// Size of a payload's parameters, per kilogram, below which they are rounding errors of single precision.
 const ROUNDING: f64 = 1e-6;
 
@@ -126,14 +129,26 @@ impl Operator {
 
     /// The board's payload in the tip frame; `None` if the board does not report one.
     fn payload_at_tip(&mut self) -> Result<Option<Inertia<f64>>, Stop> {
-        let mut found = Vec::new();
-        let numbers: Vec<u8> = PAYLOAD.collect();
-        for some in numbers.chunks(AT_ONCE) {
-            let ask: Vec<_> = some.iter().map(|number| Frame::Get(*number)).collect();
-            found
-                .extend(self.answers(&ask)?.into_iter().filter_map(|answer| answer.ok().map(|it| f64::from(it.value))));
+        let mut found = [None; 10];
+        // A refusal of another frame may come among the answers: what it has displaced is asked for again.
+        for _ in 0..ATTEMPTS {
+            let missing: Vec<u8> =
+                PAYLOAD.zip(&found).filter(|(_, it)| it.is_none()).map(|(number, _)| number).collect();
+            for some in missing.chunks(AT_ONCE) {
+                let ask: Vec<_> = some.iter().map(|number| Frame::Get(*number)).collect();
+                for value in self.answers(&ask)?.into_iter().flatten() {
+                    let place = value.index.checked_sub(*PAYLOAD.start()).map(usize::from);
+                    if let Some(place) = place.and_then(|place| found.get_mut(place)) {
+                        *place = Some(f64::from(value.value));
+                    }
+                }
+            }
         }
-        let Ok([mass, hx, hy, hz, xx, yy, zz, xy, xz, yz]) = <[f64; 10]>::try_from(found) else { return Ok(None) };
+        let [Some(mass), Some(hx), Some(hy), Some(hz), Some(xx), Some(yy), Some(zz), Some(xy), Some(xz), Some(yz)] =
+            found
+        else {
+            return Ok(None);
+        };
         let body = Inertia {
             mass,
             first_moment: Vector3::new(hx, hy, hz),
@@ -142,15 +157,15 @@ impl Operator {
         Ok(Some(self.arm.limbs.in_tip(&body)))
     }
 
-    /// Takes over the payload that an earlier host has declared, so that live inputs that are sent again do not change it.
-    pub(super) fn learn_payload(&mut self) -> Result<(), Stop> {
-        if self.arm.payload_is_live
-            && let Some(payload) = self.payload_at_tip()?
-        {
+    /// Takes over the payload that an earlier host has declared, so that live inputs that are sent again do not change it. False if the board
+    /// does not report it: then none are sent until a payload is declared.
+    pub(super) fn learn_payload(&mut self) -> Result<bool, Stop> {
+        if self.arm.payload_is_live {
+            let Some(payload) = self.payload_at_tip()? else { return Ok(false) };
             self.arm.payload = Some(payload.cast().symmetric());
         }
         self.resumed = false;
-        Ok(())
+        Ok(true)
     }
 
     /// Change a parameter and print its new value. The control law changes as by the command `law`, with its checks.

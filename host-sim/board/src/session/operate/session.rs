@@ -9,6 +9,7 @@ use crate::chip::ChipError;
 use crate::session::frame_log::recorder::Recorder;
 use crate::session::states::{ARMING, RUNNING};
 use link::{Denial, Frame, Hello, Parts, Request, Watch};
+use robot_compiler::names;
 use sim::output::Output;
 use std::io;
 use std::path::Path;
@@ -44,18 +45,16 @@ impl Operator {
     /// A board that is silent, or was built for another robot or scene.
     pub fn begin(&mut self) -> Result<(), Stop> {
         self.agree()?;
-        self.resumed = self.is_live() && (self.drives() || self.state() == Some(ARMING));
+        // Homed, or driven, is no arm of a new session.
+        let is_old = self.drives() || self.state() == Some(ARMING) || self.status.as_ref().is_some_and(|it| it.homed);
+        self.resumed = self.is_live() && is_old;
+        self.found_driven = self.is_live() && (self.drives() || self.state() == Some(ARMING));
+        self.learn_law()?;
         if self.resumed {
-            self.learn_payload()?;
-            let text = format!(
-                "the board was driving the arm and continues: {}; payload and parameters are as they were set before",
-                self.doing()
-            );
-            self.say("resumed", &text)?;
+            self.continue_session()?;
         } else if self.is_live() {
             self.send_live()?;
         }
-        self.learn_law()?;
         if self.status.as_ref().is_some_and(|status| status.kept) {
             self.say(
                 "black-box",
@@ -63,6 +62,29 @@ impl Operator {
             )?;
         }
         Ok(())
+    }
+
+    /// Takes over what an earlier host has left: its law, its payload, and limits of the first motion that may still be in force.
+    fn continue_session(&mut self) -> Result<(), Stop> {
+        let is_known = self.learn_payload()?;
+        self.first_motion.limited = self.arm.first_motion.is_some();
+        let law = names::name(self.arm.law);
+        let held = match (self.arm.payload_is_live, is_known, &self.arm.payload) {
+            (false, ..) => String::new(),
+            (true, true, payload) => format!(", payload {:.3} kg", payload.as_ref().map_or(0.0, |body| body.mass)),
+            (true, false, _) => ", payload unknown: declare it with `payload` before you arm it again".to_owned(),
+        };
+        let text = format!(
+            "the board continues the session of an earlier host: {}; law {law}{held}; a motion stops",
+            self.doing()
+        );
+        self.say("resumed", &text)?;
+        self.remind("; the program cannot know whether they were lifted before")
+    }
+
+    /// True if an earlier host has left an arm that is driven.
+    pub fn found_driven(&self) -> bool {
+        self.found_driven
     }
 
     fn agree(&mut self) -> Result<(), Stop> {
@@ -108,7 +130,7 @@ impl Operator {
                 self.send(&Frame::Watch(Watch { every: 1, parts: PARTS.and(Parts::COST) }))?;
             }
         }
-        self.resumed = false;
+        self.resumed = self.is_live();
         // A board may be holding something that this program does not know: its live inputs follow when its state is known.
         if self.is_live() { Ok(()) } else { self.send_live() }
     }
@@ -179,6 +201,13 @@ impl Operator {
     pub(super) fn ask(&mut self, request: Request) -> Result<(), Stop> {
         let name = name_of(request);
         if request == Request::Arm && self.is_live() {
+            if self.resumed && !self.learn_payload()? {
+                self.refused = true;
+                return self.say(
+                    name,
+                    "arm: rejected: the board does not report the payload that it holds; declare it with `payload`",
+                );
+            }
             // The live inputs of the hello may have been lost.
             let live = self.arm.limbs.live(self.arm.payload).map_err(ChipError::from)?;
             self.send_surely(&Frame::Live(live))?;
@@ -450,8 +479,7 @@ impl Operator {
         };
         if self.drives() {
             self.refused = true;
-            let why =
-                "record: rejected: torque acts, and a record begins with a hello, which takes it away; `disarm` first";
+            let why = "record: rejected: the arm is driven, and a record begins with a new session; `disarm` first";
             return self.say("record", why);
         }
         if let Err(problem) = self.claim(file) {

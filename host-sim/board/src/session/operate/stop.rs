@@ -49,7 +49,7 @@ impl Operator {
     ///
     /// # Errors
     /// The board can no longer be used.
-    pub(crate) fn stop(&mut self) -> Result<(), Stop> {
+    pub fn stop(&mut self) -> Result<(), Stop> {
         let presses = self.presses_of_stop().wrapping_sub(self.stops_seen);
         self.stops_seen = self.presses_of_stop();
         let again = presses > 1 || self.stopped_at.is_some_and(|moment| self.since(moment) <= TWICE);

@@ -165,7 +165,7 @@ impl Operator {
 
     /// Judge the torques before the first motion of an arm that was armed. Returns whether it may move.
     pub(super) fn torque_is_believed(&mut self) -> Result<bool, Stop> {
-        if self.judged || self.state() != Some(ARMED) {
+        if self.judged || !matches!(self.state(), Some(ARMED | HOLDING)) {
             return Ok(true);
         }
         let missing = RISE + WINDOW - self.samples.since;

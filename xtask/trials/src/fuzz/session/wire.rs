@@ -171,8 +171,9 @@ impl<const N: usize> Bench<N> {
         }
         assert_eq!(*reaction, Reaction::Resume(Frame::Hello(theirs)));
         assert_eq!((self.session.state(), self.twin.state()), (before, before), "a hello did what a tick does");
-        if !matches!(self.asked, Some(Request::Stop | Request::Hold | Request::Disarm)) {
-            self.asked = (state == dynamics_core::safety::State::Running).then_some(Request::Hold);
+        if !matches!(self.asked, Some(Request::Stop | Request::Hold)) {
+            let stops = matches!(state, dynamics_core::safety::State::Running | dynamics_core::safety::State::Arming);
+            self.asked = stops.then_some(Request::Hold);
         }
         (self.taken, self.changes, self.spoke) = (0, false, true);
         self.twin.receive(Ok(Received { frame: EVERYTHING, missed: 0 }));
