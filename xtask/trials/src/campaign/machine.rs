@@ -119,6 +119,8 @@ pub trait Machine<const N: usize> {
 /// The firmware's session on the desk.
 pub struct Desk<const N: usize> {
     session: DeskSession<N>,
+    /// The session before any hello: creating it takes longer than a run.
+    fresh: DeskSession<N>,
     meter: Meter<Uncounted>,
     decoder: Decoder,
     pacing: Pacing,
@@ -129,8 +131,15 @@ impl<const N: usize> Desk<N> {
     /// The session of a scene.
     #[must_use]
     pub fn new(scene: &SceneFile, model: &Model<f64, N>, pacing: Pacing) -> Self {
-        let session = desk_session(scene, model);
-        Self { session, meter: Meter::new(Uncounted), decoder: Decoder::new(), pacing, answers: Vec::new() }
+        let fresh = desk_session(scene, model);
+        let session = fresh.clone();
+        Self { session, fresh, meter: Meter::new(Uncounted), decoder: Decoder::new(), pacing, answers: Vec::new() }
+    }
+
+    /// Begin a run with a board that has just started: one whose arm is driven goes on with its session after a hello.
+    pub fn restart(&mut self) {
+        self.session = self.fresh.clone();
+        self.answers.clear();
     }
 
     /// Feed received bytes to the session.
@@ -185,6 +194,11 @@ impl<const N: usize> Desk<N> {
 impl<const N: usize> Machine<N> for Desk<N> {
     fn pacing(&self) -> Pacing {
         self.pacing
+    }
+
+    fn begin(&mut self) -> Result<Option<SealKey>, Trouble> {
+        self.restart();
+        Ok(None)
     }
 
     fn tick(&mut self, bytes: &[u8], told: &Told<N>) -> Result<Said<N>, Trouble> {

@@ -4,6 +4,7 @@
 use dynamics_core::Sensed;
 use dynamics_core::safety::SafeAction;
 use indicatif::ProgressBar;
+use link::seal::SealKey;
 use link::{Actuation, Encoder, Frame, Pacing};
 use robot_compiler::SceneFile;
 use session::Drives;
@@ -36,6 +37,10 @@ pub(super) enum Moment<'a> {
 impl<F: FnMut(Moment<'_>)> Machine<N> for Broken<F> {
     fn pacing(&self) -> Pacing {
         Pacing::Live
+    }
+
+    fn begin(&mut self) -> Result<Option<SealKey>, Trouble> {
+        self.desk.begin()
     }
 
     fn tick(&mut self, bytes: &[u8], told: &Told<N>) -> Result<Said<N>, Trouble> {

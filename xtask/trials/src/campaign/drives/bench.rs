@@ -146,6 +146,7 @@ impl<'a, const N: usize> Bench<'a, N> {
         Number { seed, run }: Number,
         breakage: Option<Breakage>,
     ) -> Result<Self, Failure> {
+        desk.restart();
         let Stage { config, rules, hello, .. } = &stage.stage;
         let hello = Hello { pacing: Pacing::Live, ..*hello };
         let target = |error: FrameTooLong| Failure::Target(miette::Report::from_err(error));
