@@ -9,6 +9,7 @@
 
 mod answer;
 mod ask;
+mod build;
 mod collision;
 mod config;
 mod controller;
@@ -26,11 +27,12 @@ mod teach;
 pub mod trajectory;
 
 pub use ask::Ask;
+pub use build::{ArmBuild, BuildOf, Unsupervised};
 pub use collision::{
     CollisionConfig, CollisionConfiguration, CollisionWatch, Protection, Reaction, Seen, Unprotected, Verdict,
 };
 pub use config::{Configuration, ControllerConfig, Guard};
-pub use controller::Controller;
+pub use controller::{Controller, ControllerOf};
 pub(crate) use controller::{Observed, believed, name_reference};
 pub use every_nth::{Between, EveryNth};
 pub use fault::Fault;

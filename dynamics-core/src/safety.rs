@@ -21,11 +21,10 @@
 //! function: [`Safety::tick`] calls it at most once, when torque may act.
 //!
 //! ```
-//! # use dynamics_core::control::Controller;
-//! # use dynamics_core::safety::{Inputs, Output, Safety, Configuration};
-//! # use dynamics_core::{InverseDynamics, Trig};
-//! # fn tick<D: InverseDynamics<f32, 6> + Clone, T: Trig<f32> + Clone, C: Configuration<f32, 6> + Clone>(
-//! #     safety: &mut Safety<f32, 6, C>, controller: &mut Controller<f32, 6, D, T, C>, inputs: &Inputs<f32, 6>,
+//! # use dynamics_core::control::{ArmBuild, Controller};
+//! # use dynamics_core::safety::{Inputs, Output, Safety};
+//! # fn tick<A: ArmBuild<f32, 6>>(
+//! #     safety: &mut Safety<f32, 6, A::Settings>, controller: &mut Controller<f32, 6, A>, inputs: &Inputs<f32, 6>,
 //! # ) -> Output<f32, 6> {
 //! safety.tick(inputs, |ask| ask.of(controller))
 //! # }

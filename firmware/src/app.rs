@@ -76,8 +76,7 @@ mod rtos {
     type ArmBuffers = Buffers<{ arm::N }>;
     type ArmOutput = <ThisBoard as Board<{ arm::N }>>::Output;
     type ArmJoints = <ThisBoard as Board<{ arm::N }>>::Joints;
-    type ArmSession =
-        Session<{ arm::N }, arm::Arm, arm::Trig, arm::Settings, arm::Tuning, arm::Protection, &'static mut ArmBuffers>;
+    type ArmSession = Session<{ arm::N }, arm::Build, &'static mut ArmBuffers>;
 
     /// State that tick and link share. One resource: each lock of its own costs the tick a dozen instructions.
     #[allow(unreachable_pub, reason = "the application hands it to its tasks in types that are public")]

@@ -56,4 +56,4 @@ pub use packet::{DecodeError, PACKET_MAX, Packet};
 pub use seal::{Key, Nonce, Proof};
 
 /// Version of the protocol: of the packet's layout and of every frame. Any change of either counts it up.
-pub const PROTOCOL_VERSION: u8 = 6;
+pub const PROTOCOL_VERSION: u8 = 7;

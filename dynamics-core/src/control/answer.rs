@@ -1,24 +1,15 @@
 //! The answer of a controller to what a machine asks.
 
 use super::ask::Ask;
-use super::collision::Protection;
-use super::config::Configuration;
+use super::build::ArmBuild;
 use super::limits::LimitFlags;
 use super::{Command, Controller, Fault, Reference};
-use crate::newton_euler::InverseDynamics;
 use crate::scalar::Real;
-use crate::trig::Trig;
 
 impl<S: Real, const N: usize> Ask<'_, S, N> {
     /// The answer of a controller; its torques are held by the machine.
     #[inline]
-    pub fn of<D, T, C, P>(self, controller: &mut Controller<S, N, D, T, C, P>) -> Command<S, N>
-    where
-        D: InverseDynamics<S, N> + Clone,
-        T: Trig<S> + Clone,
-        C: Configuration<S, N> + Clone,
-        P: Protection<S, N> + Clone,
-    {
+    pub fn of<A: ArmBuild<S, N>>(self, controller: &mut Controller<S, N, A>) -> Command<S, N> {
         let (mut torque, mut limits) = ([S::zero(); N], [LimitFlags::NONE; N]);
         let mut answer = controller.answer(&self, &mut torque, &mut limits);
         if let Some(share) = self.beyond_weight {
@@ -39,19 +30,13 @@ impl<S: Real, const N: usize> Ask<'_, S, N> {
     /// The controller's, for an arm at rest here.
     #[cold]
     #[inline(never)]
-    pub fn near_weight<D, T, C, P>(
+    pub fn near_weight<A: ArmBuild<S, N>>(
         &self,
         share: S,
-        controller: &Controller<S, N, D, T, C, P>,
+        controller: &Controller<S, N, A>,
         torque: &mut [S; N],
         limits: &mut [LimitFlags; N],
-    ) -> Result<(), Fault>
-    where
-        D: InverseDynamics<S, N> + Clone,
-        T: Trig<S> + Clone,
-        C: Configuration<S, N> + Clone,
-        P: Protection<S, N> + Clone,
-    {
+    ) -> Result<(), Fault> {
         let (reference, still) = (Reference::at_rest(*self.q), [S::zero(); N]);
         let at_rest = Ask { start: true, reference: &reference, runs: false, qd: &still, ..*self };
         let mut weight = still;

@@ -1,6 +1,7 @@
 //! The tick.
 
 use super::ask::Ask;
+use super::build::{ArmBuild, BuildOf, Unsupervised};
 use super::collision::{Protection, Seen, Unprotected, Verdict};
 use super::config::{Configuration, ControllerConfig, Guard};
 use super::integral::{Integral, Integrated};
@@ -12,6 +13,7 @@ use crate::newton_euler::InverseDynamics;
 use crate::scalar::Real;
 use crate::scene::Live;
 use crate::trig::Trig;
+use core::fmt::{self, Debug};
 
 /// State that changes from tick to tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,39 +78,90 @@ struct Regulator<S, const N: usize, D, T, C, P> {
 
 /// Computed-torque controller of an arm with `N` joints.
 ///
-/// Generic over the inverse dynamics (the recursion or a generated kernel), over sine and cosine, over where the
-/// configuration is kept ([`Configuration`]), and over the watch on the arm ([`Protection`]; by default none, at no
-/// cost); it cannot tell one kernel from another.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Controller<S, const N: usize, D, T, C = ControllerConfig<S, N>, P = Unprotected> {
-    regulator: Regulator<S, N, D, T, C, P>,
+/// Its parts are chosen when the program is compiled ([`ArmBuild`]): inverse dynamics, sine and cosine, the place of the configuration
+/// ([`Configuration`]), and the collision observer ([`Protection`]; none costs nothing).
+pub struct Controller<S: Real, const N: usize, A: ArmBuild<S, N>> {
+    regulator: Regulator<S, N, A::Dynamics, A::Trig, A::Tuning, A::Protection>,
     alone: Alone<S, N>,
 }
 
-impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>, C: Configuration<S, N>> Controller<S, N, D, T, C> {
-    /// A controller at rest, with every live input zero.
+/// A controller of these parts.
+pub type ControllerOf<S, const N: usize, D, T, C = ControllerConfig<S, N>, P = Unprotected, K = Unsupervised> =
+    Controller<S, N, BuildOf<D, T, C, P, K>>;
+
+impl<S: Real, const N: usize, A: ArmBuild<S, N>> Clone for Controller<S, N, A> {
+    fn clone(&self) -> Self {
+        Self { regulator: self.regulator.clone(), alone: self.alone }
+    }
+}
+
+impl<S: Real, const N: usize, A: ArmBuild<S, N>> Debug for Controller<S, N, A>
+where
+    A::Dynamics: Debug,
+    A::Trig: Debug,
+    A::Tuning: Debug,
+    A::Protection: Debug,
+{
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Controller").field("regulator", &self.regulator).field("alone", &self.alone).finish()
+    }
+}
+
+impl<S: Real, const N: usize, A: ArmBuild<S, N>> PartialEq for Controller<S, N, A>
+where
+    A::Dynamics: PartialEq,
+    A::Trig: PartialEq,
+    A::Tuning: PartialEq,
+    A::Protection: PartialEq,
+{
+    fn eq(&self, other: &Self) -> bool {
+        self.regulator == other.regulator && self.alone == other.alone
+    }
+}
+
+impl<S, const N: usize, D, T, C> Controller<S, N, BuildOf<D, T, C>>
+where
+    S: Real,
+    D: InverseDynamics<S, N> + Clone,
+    T: Trig<S> + Clone,
+    C: Configuration<S, N> + Clone,
+{
+    /// A controller at rest, without a collision observer, with every live input zero.
     #[must_use]
     pub fn new(config: C, dynamics: D, trig: T) -> Self {
-        let (live, memory, protection) = (Live::zero(), Memory::new(), Unprotected);
-        Self { regulator: Regulator { config, dynamics, trig, live, memory, protection }, alone: Alone::new() }
+        Self::built(config, dynamics, trig, Unprotected)
     }
 
-    /// The same controller, watched.
+    /// The same controller with a collision observer.
     #[must_use]
-    pub fn with_protection<P>(self, protection: P) -> Controller<S, N, D, T, C, P> {
+    pub fn with_protection<P: Protection<S, N> + Clone>(self, protection: P) -> Controller<S, N, BuildOf<D, T, C, P>> {
         let Regulator { config, dynamics, trig, live, memory, .. } = self.regulator;
         Controller { regulator: Regulator { config, dynamics, trig, live, memory, protection }, alone: self.alone }
     }
 }
 
-impl<S, const N: usize, D, T, C, P> Controller<S, N, D, T, C, P>
+impl<S: Real, const N: usize, D, T, C, P, K> Controller<S, N, BuildOf<D, T, C, P, K>>
 where
-    S: Real,
-    D: InverseDynamics<S, N>,
-    T: Trig<S>,
-    C: Configuration<S, N>,
-    P: Protection<S, N>,
+    BuildOf<D, T, C, P, K>: ArmBuild<S, N, Dynamics = D, Trig = T, Tuning = C, Protection = P>,
 {
+    /// The same controller inside a safety state machine with settings of another type.
+    #[must_use]
+    pub fn with_settings<L>(self) -> Controller<S, N, BuildOf<D, T, C, P, L>>
+    where
+        BuildOf<D, T, C, P, L>: ArmBuild<S, N, Dynamics = D, Trig = T, Tuning = C, Protection = P>,
+    {
+        Controller { regulator: self.regulator, alone: self.alone }
+    }
+}
+
+impl<S: Real, const N: usize, A: ArmBuild<S, N>> Controller<S, N, A> {
+    /// A controller at rest, with every live input zero.
+    #[must_use]
+    pub fn built(config: A::Tuning, dynamics: A::Dynamics, trig: A::Trig, protection: A::Protection) -> Self {
+        let (live, memory) = (Live::zero(), Memory::new());
+        Self { regulator: Regulator { config, dynamics, trig, live, memory, protection }, alone: Alone::new() }
+    }
+
     /// One tick: from reference and measurement to a command. Total: it neither panics nor fails.
     ///
     /// Cost: one inverse dynamics, `N` pairs of sine and cosine, and for six joints about 600 instructions of a Cortex-M4F
@@ -188,12 +241,12 @@ where
     }
 
     /// The inverse dynamics, for example to set a payload between ticks.
-    pub fn dynamics_mut(&mut self) -> &mut D {
+    pub fn dynamics_mut(&mut self) -> &mut A::Dynamics {
         &mut self.regulator.dynamics
     }
 
     /// The watch on the arm.
-    pub fn protection(&self) -> &P {
+    pub fn protection(&self) -> &A::Protection {
         &self.regulator.protection
     }
 

@@ -3,8 +3,8 @@
 use crate::common::pinned;
 use crate::control::support::{Desk, UnitMasses, braked, by_hand, config, driven, measured, planar};
 use dynamics_core::control::{
-    CollisionConfig, CollisionWatch, Integral, Law, LimitFlags, MomentumFilter, MomentumObserver, Protection, Reaction,
-    Seen, Unprotected, Verdict,
+    CollisionConfig, CollisionWatch, ControllerOf, Integral, Law, LimitFlags, MomentumFilter, MomentumObserver,
+    Protection, Reaction, Seen, Unprotected, Verdict,
 };
 use dynamics_core::momentum::{GeneralizedMomentum, Momentum};
 use dynamics_core::{Controller, ControllerConfig, Fault, InverseDynamics, Live, Reference, SinCos, Trig};
@@ -34,7 +34,7 @@ fn settings(reaction: Reaction) -> CollisionConfig<f64, 2> {
 }
 
 type Watched =
-    Controller<f64, 2, UnitMasses, Desk, dynamics_core::ControllerConfig<f64, 2>, CollisionWatch<f64, 2, Rails>>;
+    ControllerOf<f64, 2, UnitMasses, Desk, dynamics_core::ControllerConfig<f64, 2>, CollisionWatch<f64, 2, Rails>>;
 
 fn watched(reaction: Reaction) -> Watched {
     Controller::new(config::<2>(Law::ComputedTorque), UnitMasses::default(), Desk)
@@ -229,9 +229,9 @@ fn a_residual_that_is_no_number_is_a_collision() {
 fn no_watch_and_one_that_sees_nothing_leave_every_bit() {
     let mut bare = Controller::new(config::<2>(Law::ComputedTorque), planar(), Desk);
     let wide = CollisionConfig { threshold: [f64::MAX; 2], ..settings(Reaction::Stop) };
-    let mut unprotected = bare.with_protection(Unprotected);
-    let mut watched = bare.with_protection(CollisionWatch::new(wide, planar()));
-    let mut perhaps = bare.with_protection(Some(CollisionWatch::new(wide, planar())));
+    let mut unprotected = bare.clone().with_protection(Unprotected);
+    let mut watched = bare.clone().with_protection(CollisionWatch::new(wide, planar()));
+    let mut perhaps = bare.clone().with_protection(Some(CollisionWatch::new(wide, planar())));
     for k in 0..200 {
         let t = f64::from(k) * PERIOD;
         let reference = Reference { q: [t.sin(), t], qd: [t.cos(), 1.0], qdd: [-t.sin(), 0.0] };

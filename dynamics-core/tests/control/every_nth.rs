@@ -7,7 +7,7 @@ use std::cell::Cell;
 
 /// One joint on a rail: `tau = 3 + t / 4 + m qdd`, with the time handed in as the position. The numbers are sums of few powers
 /// of two, so every result below is exact.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct Drifting {
     mass: f64,
     calls: Cell<u32>,

@@ -127,7 +127,7 @@ fn a_reset_makes_the_controller_as_good_as_new() {
     let (reference, _) = good();
     let new = controller(settings());
     for (cause, (bad_reference, bad_measurement), expected) in table() {
-        let mut used = new;
+        let mut used = new.clone();
         for _ in 0..5 {
             driven(used.tick(&reference, &counts));
         }

@@ -1,10 +1,11 @@
 //! Integral action removes what the position gain leaves, without hunting about stiction and without winding up.
 
 use crate::control::support::{Desk, UnitMasses, config, driven, measured};
+use dynamics_core::control::ControllerOf;
 use dynamics_core::control::{Gains, Integral, Integrated, Law, LimitFlags};
 use dynamics_core::{Controller, ControllerConfig, Limits, Reference};
 
-type One = Controller<f64, 1, UnitMasses, Desk>;
+type One = ControllerOf<f64, 1, UnitMasses, Desk>;
 
 const PERIOD: f64 = 1e-3;
 const FREQUENCY: f64 = 20.0;

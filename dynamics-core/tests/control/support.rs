@@ -1,6 +1,6 @@
 //! An arm whose dynamics fit on a page, and a controller for it.
 
-use dynamics_core::control::{Encoder, Gains, Guard, Law, LimitFlags, TrackingObserver};
+use dynamics_core::control::{ControllerOf, Encoder, Gains, Guard, Law, LimitFlags, TrackingObserver};
 use dynamics_core::{
     Body, Command, Controller, ControllerConfig, Dh, Dynamics, Fault, Frame, InverseDynamics, JointKind, JointSpec,
     Limits, Live, Measurement, Model, Reference, Rotor, Scene, Sensed, SinCos, Tool, Trig,
@@ -84,7 +84,7 @@ pub(crate) fn config<const N: usize>(law: Law) -> ControllerConfig<f64, N> {
     }
 }
 
-pub(crate) fn controller(config: ControllerConfig<f64, 2>) -> Controller<f64, 2, Dynamics<f64, 2>, Desk> {
+pub(crate) fn controller(config: ControllerConfig<f64, 2>) -> ControllerOf<f64, 2, Dynamics<f64, 2>, Desk> {
     Controller::new(config, planar(), Desk)
 }
 
@@ -113,7 +113,7 @@ impl<const N: usize> InverseDynamics<f64, N> for UnitMasses {
 }
 
 /// One joint of unit mass without feedback: the torque is the reference's acceleration.
-pub(crate) fn one_joint(limits: Limits<f64>, torque_step: f64) -> Controller<f64, 1, UnitMasses, Desk> {
+pub(crate) fn one_joint(limits: Limits<f64>, torque_step: f64) -> ControllerOf<f64, 1, UnitMasses, Desk> {
     let open_loop = Gains { position: 0.0, velocity: 0.0, inertia: 0.0 };
     let config = ControllerConfig {
         gains: [open_loop],

@@ -1,7 +1,7 @@
 //! The machine with a controller inside it: bumpless arming, running, stopping; encoders instead of states.
 
 use crate::safety::support::*;
-use dynamics_core::control::{Controller, Fault, Law, LimitFlags, Teach};
+use dynamics_core::control::{Controller, ControllerOf, Fault, Law, LimitFlags, Teach};
 use dynamics_core::safety::{Actuation, HoldCause, Inputs, Request, State};
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{Command, Reference, Sensed};
@@ -13,7 +13,7 @@ fn preload(output: &Said) -> Option<[f32; 2]> {
     }
 }
 
-type Inside = Controller<f32, 2, Weights, Polynomial, dynamics_core::safety::Protected<f32, 2>>;
+type Inside = ControllerOf<f32, 2, Weights, Polynomial, dynamics_core::safety::Protected<f32, 2>>;
 
 fn controller() -> Inside {
     let config = config();

@@ -1,7 +1,7 @@
 //! Limits that a person or a motor's heat puts on an arm: the first motion after homing, and motors that are warm.
 
 use crate::safety::support::*;
-use dynamics_core::control::{Controller, Fault, LimitFlags};
+use dynamics_core::control::{Controller, ControllerOf, Fault, LimitFlags};
 use dynamics_core::safety::heat::{FAULT, HeatRules, WARNING};
 use dynamics_core::safety::{Actuation, HoldCause, Inputs, LiveInput, Protected, Refusal, Request, SafeAction, State};
 use dynamics_core::trig::Polynomial;
@@ -14,7 +14,7 @@ const SPEED: f32 = SHARE * 3.0;
 
 struct Arm {
     machine: Machine,
-    controller: Controller<f32, 2, Weights, Polynomial, Protected<f32, 2>>,
+    controller: ControllerOf<f32, 2, Weights, Polynomial, Protected<f32, 2>>,
 }
 
 impl Arm {

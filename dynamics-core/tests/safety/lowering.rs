@@ -1,7 +1,7 @@
 //! Lowering without a host, on simulated joints: one that hits a stop, one that a hand holds, one that carries what nobody declared.
 
 use crate::safety::support::*;
-use dynamics_core::control::{Controller, Fault, Law};
+use dynamics_core::control::{Controller, ControllerOf, Fault, Law};
 use dynamics_core::safety::{Actuation, Inputs, Protected, SafeAction, State};
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{Reference, Sensed};
@@ -23,7 +23,7 @@ const DAMPING: f32 = 40.0;
 /// Two unit masses, each under its weight, and all that acts on the first of them.
 struct World {
     machine: Machine,
-    inside: Controller<f32, 2, Weights, Polynomial, Protected<f32, 2>>,
+    inside: ControllerOf<f32, 2, Weights, Polynomial, Protected<f32, 2>>,
     q: [f64; 2],
     qd: [f64; 2],
     /// Torque of a payload that nobody declared, with the arm horizontal, N m.

@@ -6,7 +6,7 @@
 #[cfg(any(feature = "gate", test))]
 pub mod gate;
 
-use dynamics_core::control::{Configuration, Controller, ControllerConfig};
+use dynamics_core::control::{ArmBuild, Configuration, Controller, ControllerConfig};
 use dynamics_core::safety::{self, Rules, Safety};
 
 pub use generated::arm::{HASH, N, NAME, RATE_HZ, ROBOT, TRIG, Trig};
@@ -59,14 +59,31 @@ impl safety::Configuration<f32, N> for Settings {
     }
 }
 
-/// The controller of this arm. `Tuning` is [`Settings`], or the configuration itself in RAM where the scene says `tunable = true`.
-pub type ArmController = Controller<f32, N, Arm, Trig, Tuning, Protection>;
+/// The parts of this arm's controller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Build;
+
+impl ArmBuild<f32, N> for Build {
+    type Dynamics = Arm;
+    type Trig = Trig;
+    /// [`Settings`], or the configuration itself in RAM where the scene says `tunable = true`.
+    type Tuning = Tuning;
+    type Protection = Protection;
+    type Settings = Settings;
+}
+
+/// The controller of this arm.
+pub type ArmController = Controller<f32, N, Build>;
 
 /// The controller of this arm, at rest.
 #[must_use]
 pub fn controller() -> ArmController {
-    Controller::new(generated::tuning::tuning(), generated::dynamics::arm(), TRIG)
-        .with_protection(generated::protection::protection())
+    Controller::built(
+        generated::tuning::tuning(),
+        generated::dynamics::arm(),
+        TRIG,
+        generated::protection::protection(),
+    )
 }
 
 /// The safety state machine around it.

@@ -38,7 +38,7 @@ fn chip_and_desk_give_the_same_bits_over_random_states() {
     let model = file.robot.model::<N>().unwrap();
     let dynamics = Dynamics::new(model.cast(), file.scene(&model).cast());
     let config = file.controller_config(&model).cast();
-    let mut desk = Controller::<f32, N, _, _>::new(config, dynamics, Polynomial);
+    let mut desk = Controller::<f32, N, _>::new(config, dynamics, Polynomial);
     let hello = hello(&file, &model, Pacing::LockStep);
     let mut chip = Chip::start(&build_firmware(&scene()).unwrap(), hello).unwrap();
 

@@ -2,10 +2,7 @@
 
 use crate::{JointIo, higher};
 use core::borrow::BorrowMut;
-use dynamics_core::control::{Configuration, Protection};
-use dynamics_core::newton_euler::InverseDynamics;
-use dynamics_core::safety;
-use dynamics_core::trig::Trig;
+use dynamics_core::control::ArmBuild;
 use session::meter::{Counter, Meter};
 use session::readings::Lines;
 use session::{Buffers, Drives, Session};
@@ -18,21 +15,13 @@ use session::{Buffers, Drives, Session};
 ///
 /// Actions that need a tick in time, such as feeding a watchdog, come after it.
 #[inline]
-pub fn run_tick<const N: usize, D, T, K, C, P, B, M: Counter>(
-    session: &mut Session<N, D, T, K, C, P, B>,
+pub fn run_tick<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>, M: Counter>(
+    session: &mut Session<N, A, B>,
     joints: &mut impl JointIo<N>,
     meter: &Meter<M>,
     lines: impl FnOnce() -> Lines,
     is_due: impl Fn() -> bool,
-) -> bool
-where
-    B: BorrowMut<Buffers<N>>,
-    D: InverseDynamics<f32, N> + Clone,
-    T: Trig<f32> + Clone,
-    K: safety::Configuration<f32, N> + Clone,
-    C: Configuration<f32, N> + Clone,
-    P: Protection<f32, N> + Clone,
-{
+) -> bool {
     let readings = joints.measure();
     let mut lines = lines();
     lines.temperature = higher(lines.temperature, joints.temperature());

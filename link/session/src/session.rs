@@ -20,8 +20,8 @@ use crate::trajectory::Trajectory;
 use core::borrow::BorrowMut;
 use core::fmt::Debug;
 use dynamics_core::control::{
-    Configuration, Controller, ControllerConfig, Fault, Measurement, Protection, Reference, Spring, SpringOwner,
-    Unprotected,
+    ArmBuild, BuildOf, Configuration, Controller, ControllerOf, Fault, Measurement, Protection, Reference, Spring,
+    SpringOwner,
 };
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::{self, SafeAction};
@@ -78,12 +78,12 @@ impl<const N: usize> Buffers<N> {
 
 /// The state machine. `B` holds the buffers: by value, or as a reference.
 #[derive(Clone)]
-pub struct Session<const N: usize, D, T, K, C = ControllerConfig<f32, N>, P = Unprotected, B = Buffers<N>> {
+pub struct Session<const N: usize, A: ArmBuild<f32, N>, B = Buffers<N>> {
     own: Hello,
     pacing: Option<Pacing>,
-    controller: Controller<f32, N, D, T, C, P>,
-    supervisor: Supervisor<N, K>,
-    safety: K,
+    controller: Controller<f32, N, A>,
+    supervisor: Supervisor<N, A::Settings>,
+    safety: A::Settings,
     reference: Option<Reference<f32, N>>,
     measurement: Option<Measurement<f32, N>>,
     /// The number that the last measurement gave to its tick; the timer counts on from it.
@@ -121,14 +121,9 @@ pub struct Session<const N: usize, D, T, K, C = ControllerConfig<f32, N>, P = Un
 }
 
 /// State that tells two sessions of one build apart: without constants, and of the controller its fault and live inputs alone.
-impl<const N: usize, D, T, K, C, P, B> Debug for Session<N, D, T, K, C, P, B>
+impl<const N: usize, A: ArmBuild<f32, N>, B: Debug> Debug for Session<N, A, B>
 where
-    D: InverseDynamics<f32, N>,
-    T: Trig<f32>,
-    K: Debug,
-    C: Configuration<f32, N>,
-    P: Protection<f32, N>,
-    B: Debug,
+    A::Settings: Debug,
 {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let Self {
@@ -186,31 +181,23 @@ where
     }
 }
 
-impl<const N: usize, D, T, K, C, P> Session<N, D, T, K, C, P>
+impl<const N: usize, D, T, C, P, K> Session<N, BuildOf<D, T, C, P, K>>
 where
     D: InverseDynamics<f32, N> + Clone,
     T: Trig<f32> + Clone,
-    K: safety::Configuration<f32, N> + Clone,
     C: Configuration<f32, N> + Clone,
     P: Protection<f32, N> + Clone,
+    K: safety::Configuration<f32, N> + Clone,
 {
     /// A session that waits for a hello like `own`.
-    pub fn new(own: Hello, controller: Controller<f32, N, D, T, C, P>, safety: K) -> Self {
-        Self::with_buffers(own, controller, safety, Buffers::new())
+    pub fn new(own: Hello, controller: ControllerOf<f32, N, D, T, C, P>, safety: K) -> Self {
+        Self::with_buffers(own, controller.with_settings(), safety, Buffers::new())
     }
 }
 
-impl<const N: usize, D, T, K, C, P, B> Session<N, D, T, K, C, P, B>
-where
-    B: BorrowMut<Buffers<N>>,
-    D: InverseDynamics<f32, N> + Clone,
-    T: Trig<f32> + Clone,
-    K: safety::Configuration<f32, N> + Clone,
-    C: Configuration<f32, N> + Clone,
-    P: Protection<f32, N> + Clone,
-{
+impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A, B> {
     /// A session that waits for a hello like `own`, with its buffers elsewhere.
-    pub fn with_buffers(own: Hello, controller: Controller<f32, N, D, T, C, P>, safety: K, mut buffers: B) -> Self {
+    pub fn with_buffers(own: Hello, controller: Controller<f32, N, A>, safety: A::Settings, mut buffers: B) -> Self {
         buffers.borrow_mut().black_box.prepare();
         Self {
             own,
@@ -269,7 +256,7 @@ where
     /// The safe action: the action of the drives when no torque is commanded.
     #[inline]
     pub fn safe_action(&self) -> SafeAction {
-        self.safety.rules().safe_action
+        safety::Configuration::rules(&self.safety).safe_action
     }
 
     /// True if the host asks in this tick to clear a fault: latched errors of the drives are cleared too, before the fault can be.

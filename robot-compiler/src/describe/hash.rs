@@ -3,6 +3,7 @@
 //! The desk and the chip compare their hashes before a run. Equal hashes mean equal arm, scene, controller, sine and
 //! cosine, joint count and rate, all as the single-precision numbers that the chip computes with.
 
+use crate::describe::drive::JointDrive;
 use crate::describe::scene::{KernelChoice, SceneFile};
 use dynamics_core::control::Between;
 use dynamics_core::drive::{Drives, Gearing, MitDrive, MitRanges, PwmDrive, Range};
@@ -54,9 +55,6 @@ impl Fnv1a {
     }
 }
 
-/// Optional fields that came after hashes were first taken.
-const LATER: [&str; 3] = ["integral", "teach", "posture_damping"];
-
 /// Every number of a configuration, in the order in which its fields are declared.
 impl Visitor<f32> for Fnv1a {
     fn number(&mut self, x: f32) {
@@ -69,17 +67,6 @@ impl Visitor<f32> for Fnv1a {
 
     fn word(&mut self, _: &'static str, _: &'static str, number: u32) {
         self.tag(number);
-    }
-
-    /// A scene without a setting keeps the hash that it had before the setting existed.
-    fn field(&mut self, name: &'static str, value: &impl Fields<f32>) {
-        let mut without = Self(self.0);
-        without.tag(0);
-        let before = self.0;
-        value.visit(self);
-        if LATER.contains(&name) && self.0 == without.0 {
-            self.0 = before;
-        }
     }
 
     fn option(&mut self, value: Option<&impl Fields<f32>>) {
@@ -108,7 +95,6 @@ impl SceneFile {
             Method::Libm => 1,
             Method::Polynomial5 => 2,
             Method::Polynomial3 => 3,
-            // 5 stood for a method that has been removed (docs/decisions/0006).
             Method::Table => 4,
         });
         // The recursion and its exact kernel give the same bits, and either side may run either.
@@ -120,22 +106,18 @@ impl SceneFile {
         hash_scene(&mut fnv, &self.scene(model).cast());
         self.controller_config(model).cast::<f32>().visit(&mut fnv);
         self.safety_rules(model).cast::<f32>().visit(&mut fnv);
-        // A robot without such terms keeps the hash that it had before they existed.
-        if let Some(terms) = self.friction_terms::<N>() {
-            terms.map(|terms| terms.cast::<f32>()).visit(&mut fnv);
-        }
-        // A scene without this setting keeps the hash that it had before the setting existed.
-        if self.control.model_every > 1 {
-            fnv.tag(self.control.model_every);
-            fnv.tag(match self.control.model_between {
-                Between::Hold => 0,
-                Between::Extrapolate => 1,
-            });
+        fnv.option(self.friction_terms::<N>().map(|terms| terms.map(|terms| terms.cast::<f32>())).as_ref());
+        fnv.tag(self.control.model_every);
+        fnv.tag(match self.control.model_between {
+            Between::Hold => 0,
+            Between::Extrapolate => 1,
+        });
+        // The kind of drives decides the frames, and what a frame means.
+        for joint in &self.robot.joints {
+            fnv.bytes(joint.drive.as_ref().map_or("link", JointDrive::kind).as_bytes());
         }
         hash_drives(&mut fnv, &self.drives::<N>());
-        if let Some(collision) = self.collision_config::<N>() {
-            collision.cast::<f32>().visit(&mut fnv);
-        }
+        fnv.option(self.collision_config::<N>().map(|collision| collision.cast::<f32>()).as_ref());
         fnv.0
     }
 }
@@ -179,10 +161,9 @@ fn hash_scene<const N: usize>(fnv: &mut Fnv1a, scene: &Scene<f32, N>) {
     fnv.term(coriolis, |fnv, coriolis| fnv.numbers(coriolis));
 }
 
-/// Adds nothing where the joints are reached over the link. Such a scene keeps the hash that it had before drives existed.
 fn hash_drives<const N: usize>(fnv: &mut Fnv1a, drives: &Drives<N>) {
     match drives {
-        Drives::Link => {}
+        Drives::Link => fnv.tag(0),
         Drives::Mit(all) => {
             fnv.tag(1);
             for drive in all {
@@ -196,10 +177,9 @@ fn hash_drives<const N: usize>(fnv: &mut Fnv1a, drives: &Drives<N>) {
                     ranges,
                     gearing,
                     damping,
-                    // They follow from kind, rate and limits.
-                    timeout: _,
-                    restart_ticks: _,
-                    absolute: _,
+                    timeout,
+                    restart_ticks,
+                    absolute,
                 } = drive;
                 fnv.bytes(&[*bus, *id, *reply_bytes]);
                 fnv.tag(u32::from(*reply_id));
@@ -209,10 +189,12 @@ fn hash_drives<const N: usize>(fnv: &mut Fnv1a, drives: &Drives<N>) {
                 }
                 hash_gearing(fnv, gearing);
                 fnv.number(*damping);
-                // A drive without a temperature keeps the hash that it had before drives had one.
+                fnv.tag(u32::from(temperature_offset.is_some()));
                 fnv.numbers(temperature_offset);
-                // Nor does one with classic frames change.
-                data_rate.iter().for_each(|rate| fnv.tag(rate.bits_per_second()));
+                fnv.tag(data_rate.map_or(0, |rate| rate.bits_per_second()));
+                fnv.tag(u32::from(*timeout));
+                fnv.tag(u32::from(*restart_ticks));
+                fnv.tag(u32::from(*absolute));
             }
         }
         Drives::Pwm(all) => {

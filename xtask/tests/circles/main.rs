@@ -1,6 +1,6 @@
 //! No circles: no source file uses an item of another file that, directly or through others, uses one of its own.
 //!
-//! Of every library and program of the workspace all files are read, without what is compiled for tests alone. A file uses another one if a
+//! Of every library and program of both workspaces all files are read, without what is compiled for tests alone. A file uses another one if a
 //! path in its code, or an import, leads to an item that the other one defines; re-exports lead on to the file with the definition. A parent
 //! that only declares its children, or passes on their items, does not use them.
 //!
@@ -20,10 +20,14 @@ use std::process::Command;
 /// Kinds of cargo's targets that are not built from a package's sources.
 const ELSEWHERE: [&str; 4] = ["test", "bench", "example", "custom-build"];
 
-/// The packages of this workspace: name, and the root files of libraries and programs.
-fn packages() -> Vec<(String, Vec<PathBuf>)> {
+fn top() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
+}
+
+/// The packages of the workspace in a folder: name, and the root files of libraries and programs.
+fn packages(folder: &Path) -> Vec<(String, Vec<PathBuf>)> {
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    cargo.current_dir(env!("CARGO_MANIFEST_DIR")).args(["metadata", "--no-deps", "--format-version", "1", "--locked"]);
+    cargo.current_dir(folder).args(["metadata", "--no-deps", "--format-version", "1", "--locked"]);
     let output = cargo.output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let metadata: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -47,11 +51,12 @@ fn uses_of(roots: &[PathBuf]) -> Graph {
 
 #[test]
 fn no_source_files_use_each_other_in_a_circle() {
-    let top = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-    let packages = packages();
-    assert!(packages.iter().any(|(name, roots)| name == "xtask" && !roots.is_empty()));
+    let packages = [packages(top()), packages(&top().join("bench"))].concat();
+    for name in ["xtask", "bench"] {
+        assert!(packages.iter().any(|(package, roots)| package == name && !roots.is_empty()), "{name}");
+    }
     let circles: Vec<String> = std::thread::scope(|scope| {
-        let count = |roots| scope.spawn(move || uses_of(roots).circles(top));
+        let count = |roots| scope.spawn(move || uses_of(roots).circles(top()));
         let threads: Vec<_> = packages.iter().map(|(_, roots)| count(roots)).collect();
         threads.into_iter().flat_map(|thread| thread.join().unwrap()).collect()
     });

@@ -10,7 +10,7 @@
 //! Both sides answer frame by frame with the same bits, except for the cost of a tick ([`without_cost`]).
 
 use crate::chip::{Chip, ChipError, hello};
-use dynamics_core::control::EveryNth;
+use dynamics_core::control::{BuildOf, EveryNth};
 use dynamics_core::safety::Protected;
 use dynamics_core::trig::Method;
 use dynamics_core::{ControllerConfig, Model};
@@ -45,14 +45,11 @@ pub trait Drill {
 }
 
 /// The firmware's session with the desk's controller.
-pub type DeskSession<const N: usize> = Session<
-    N,
-    EveryNth<ArmDynamics<f32, N>, f32, N>,
-    Method,
-    Protected<f32, N>,
-    ControllerConfig<f32, N>,
-    Watch<f32, N>,
->;
+pub type DeskSession<const N: usize> = Session<N, DeskBuild<N>>;
+
+/// The parts of the desk's controller.
+pub type DeskBuild<const N: usize> =
+    BuildOf<EveryNth<ArmDynamics<f32, N>, f32, N>, Method, ControllerConfig<f32, N>, Watch<f32, N>, Protected<f32, N>>;
 
 /// The session of a scene's firmware on the desk, waiting for a hello.
 #[must_use]

@@ -15,7 +15,7 @@ use crate::run::marks::Marks;
 use crate::run::record::{JointLabel, Record};
 use crate::run::summary::{ModelTicks, Setting, SimulatedDrives, Summary};
 use crate::run::target::Torques;
-use dynamics_core::control::{CollisionWatch, EveryNth, SpringOwner};
+use dynamics_core::control::{CollisionWatch, ControllerOf, EveryNth, SpringOwner};
 use dynamics_core::safety::SafeAction;
 use dynamics_core::trig::Method;
 use dynamics_core::{Body, Controller, ControllerConfig, Dynamics, JointSpec, Live, Model, Real, Trig};
@@ -121,7 +121,7 @@ pub fn on_desk_side_by_side<T, const N: usize>(
 
 /// A controller on the desk that computes in `S`.
 pub type Desk<S, const N: usize> =
-    Controller<S, N, EveryNth<ArmDynamics<S, N>, S, N>, Method, ControllerConfig<S, N>, Watch<S, N>>;
+    ControllerOf<S, N, EveryNth<ArmDynamics<S, N>, S, N>, Method, ControllerConfig<S, N>, Watch<S, N>>;
 
 /// Collision watch, if the scene asks for one.
 pub type Watch<S, const N: usize> = Option<CollisionWatch<S, N, Dynamics<S, N>>>;

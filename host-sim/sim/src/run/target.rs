@@ -1,7 +1,7 @@
 //! Targets that compute the torques: the desk, the chip, or both beside each other.
 
-use dynamics_core::control::Protection;
-use dynamics_core::{Command, Controller, ControllerConfig, InverseDynamics, Live, Measurement, Real, Reference, Trig};
+use dynamics_core::control::{ArmBuild, Protection as _};
+use dynamics_core::{Command, Controller, Live, Measurement, Real, Reference};
 
 /// Outcome of one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,13 +32,7 @@ pub trait Torques<S, const N: usize> {
     }
 }
 
-impl<S, const N: usize, D, T, P> Torques<S, N> for Controller<S, N, D, T, ControllerConfig<S, N>, P>
-where
-    S: Real,
-    D: InverseDynamics<S, N>,
-    T: Trig<S>,
-    P: Protection<S, N>,
-{
+impl<S: Real, const N: usize, A: ArmBuild<S, N>> Torques<S, N> for Controller<S, N, A> {
     fn set_live(&mut self, live: &Live<S, N>) -> miette::Result<()> {
         *self.live_mut() = *live;
         Ok(())

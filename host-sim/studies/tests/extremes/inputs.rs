@@ -5,7 +5,7 @@
 //! arithmetic, at the state before rounding to the controller's scalar: the rounding of a large angle counts as error.
 
 use super::{Cell, Outcome, ROUNDING_MOST, Random, joints, puma, scalar_name, unlimited, ur5};
-use dynamics_core::control::Guard;
+use dynamics_core::control::{ControllerOf, Guard};
 use dynamics_core::trig::{Libm, Method, Polynomial};
 use dynamics_core::{
     Command, Controller, ControllerConfig, Dynamics, Fault, InverseDynamics, Limits, Live, Measurement, Model, Real,
@@ -24,7 +24,7 @@ const SHARE: f64 = 1e-4;
 /// Number of states at each point of the region.
 const STATES: usize = 24;
 
-type Loop<S> = Controller<S, 6, Dynamics<S, 6>, Method>;
+type Loop<S> = ControllerOf<S, 6, Dynamics<S, 6>, Method>;
 
 /// The arm, its exact law, and its torque limits.
 struct Bench {

@@ -5,7 +5,9 @@ use actuator_model::bus::Bus;
 use actuator_model::frame::Frame as CanFrame;
 use actuator_model::mit::{Actuator, Electronics, Language, Ranges, Shaft};
 use dynamics_core::control::Spring;
-use dynamics_core::control::{Controller, ControllerConfig, Encoder, Fault, Gains, Guard, Law, TrackingObserver};
+use dynamics_core::control::{
+    BuildOf, Controller, ControllerConfig, Encoder, Fault, Gains, Guard, Law, TrackingObserver, Unprotected,
+};
 use dynamics_core::drive::{Gearing, MitDrive, MitRanges, Range};
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::{self, JointRules, Protected, Rules, SafeAction};
@@ -225,7 +227,8 @@ pub(crate) struct Rig<F> {
     /// The brake.
     pub(crate) brake: Brake,
     /// The session.
-    pub(crate) session: Session<1, Pendulum, Polynomial, Protected<f32, 1>>,
+    pub(crate) session:
+        Session<1, BuildOf<Pendulum, Polynomial, ControllerConfig<f32, 1>, Unprotected, Protected<f32, 1>>>,
     meter: Meter<Uncounted>,
     /// Angle of the joint, rad, and its velocity, rad/s.
     pub(crate) q: f64,

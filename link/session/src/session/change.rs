@@ -5,25 +5,15 @@ use super::waiting::{Change, Changed};
 use super::{Buffers, Outcome, Session};
 use crate::parameters;
 use core::borrow::BorrowMut;
-use dynamics_core::control::{Ask, Configuration, ControllerConfig, Fault, LimitFlags, Protection};
-use dynamics_core::newton_euler::InverseDynamics;
-use dynamics_core::safety;
+use dynamics_core::control::{ArmBuild, Ask, Configuration, ControllerConfig, Fault, LimitFlags};
+use dynamics_core::safety::{self, Configuration as _};
 use dynamics_core::scene::Live;
-use dynamics_core::trig::Trig;
 use link::{Pacing, Refusal, Setting, Value};
 
 /// Share of a joint's torque limit that its torque may change by at once where no torque rate is given.
 pub const JUMP: f32 = 0.02;
 
-impl<const N: usize, D, T, K, C, P, B> Session<N, D, T, K, C, P, B>
-where
-    B: BorrowMut<Buffers<N>>,
-    D: InverseDynamics<f32, N> + Clone,
-    T: Trig<f32> + Clone,
-    K: safety::Configuration<f32, N> + Clone,
-    C: Configuration<f32, N> + Clone,
-    P: Protection<f32, N> + Clone,
-{
+impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A, B> {
     pub(super) fn live(&mut self, pacing: Pacing, live: &Live<f32, N>) -> Result<Outcome, Refusal> {
         parameters::check_live(live, self.safety.rules())?;
         let change = Change::Live(*live);

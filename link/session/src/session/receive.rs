@@ -8,11 +8,9 @@ use super::{Buffers, QUIET, Session};
 use crate::readings::Lines;
 use crate::trajectory::{NotTaken, Way};
 use core::borrow::BorrowMut;
-use dynamics_core::control::{Configuration, Measurement, Protection, Reference};
-use dynamics_core::newton_euler::InverseDynamics;
+use dynamics_core::control::{ArmBuild, Measurement, Reference};
 use dynamics_core::safety;
 use dynamics_core::scene::Live;
-use dynamics_core::trig::Trig;
 use link::codec::Received;
 use link::{DecodeError, Frame, Hello, NumberedRequest, Pacing, Refusal, Request, Verdict};
 
@@ -74,15 +72,7 @@ impl<const N: usize> Message<N> {
     }
 }
 
-impl<const N: usize, D, T, K, C, P, B> Session<N, D, T, K, C, P, B>
-where
-    B: BorrowMut<Buffers<N>>,
-    D: InverseDynamics<f32, N> + Clone,
-    T: Trig<f32> + Clone,
-    K: safety::Configuration<f32, N> + Clone,
-    C: Configuration<f32, N> + Clone,
-    P: Protection<f32, N> + Clone,
-{
+impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A, B> {
     /// Take the link's received frame, or its error, all at once: for who has no lock.
     pub fn receive(&mut self, received: Result<Received, DecodeError>) -> Reaction {
         let mut message = Message::new(received);

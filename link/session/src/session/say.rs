@@ -3,21 +3,11 @@
 use super::{Buffers, Session};
 use crate::black_box::{Beside, Report};
 use core::borrow::BorrowMut;
-use dynamics_core::control::{Configuration, Protection};
-use dynamics_core::newton_euler::InverseDynamics;
+use dynamics_core::control::{ArmBuild, Protection as _};
 use dynamics_core::safety;
-use dynamics_core::trig::Trig;
 use link::{Frame, Parts};
 
-impl<const N: usize, D, T, K, C, P, B> Session<N, D, T, K, C, P, B>
-where
-    B: BorrowMut<Buffers<N>>,
-    D: InverseDynamics<f32, N> + Clone,
-    T: Trig<f32> + Clone,
-    K: safety::Configuration<f32, N> + Clone,
-    C: Configuration<f32, N> + Clone,
-    P: Protection<f32, N> + Clone,
-{
+impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A, B> {
     /// Next report to be sent; `None` when there are no more. It only copies: the frame is made outside the lock.
     ///
     /// The black box comes after all other reports.

@@ -5,10 +5,8 @@ use super::waiting::Change;
 use super::{Buffers, Session};
 use crate::meter::{Counter, Meter};
 use core::borrow::BorrowMut;
-use dynamics_core::control::{Ask, Configuration, Controller, ControllerConfig, Fault, LimitFlags, Protection};
-use dynamics_core::newton_euler::InverseDynamics;
+use dynamics_core::control::{ArmBuild, Ask, Controller, ControllerConfig, Fault, LimitFlags};
 use dynamics_core::safety::{self, Actuation, SafeAction};
-use dynamics_core::trig::Trig;
 use link::{Cost, Frame, Pacing, TickCost};
 
 /// Order of a tick to the drives.
@@ -26,15 +24,7 @@ pub enum Drives<const N: usize> {
     Preload([f32; N]),
 }
 
-impl<const N: usize, D, T, K, C, P, B> Session<N, D, T, K, C, P, B>
-where
-    B: BorrowMut<Buffers<N>>,
-    D: InverseDynamics<f32, N> + Clone,
-    T: Trig<f32> + Clone,
-    K: safety::Configuration<f32, N> + Clone,
-    C: Configuration<f32, N> + Clone,
-    P: Protection<f32, N> + Clone,
-{
+impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A, B> {
     /// Run one tick, and return the order to the drives. Its report waits in [`Session::say`].
     ///
     /// The bench's cost is that of the controller alone. Nothing is reported while the session waits, or while the
@@ -122,17 +112,11 @@ where
 /// Answer that the controller would give after a change. Out of line: nearly every tick does without a second controller on the stack.
 #[cold]
 #[inline(never)]
-fn tried<const N: usize, D, T, C, P>(
-    controller: &Controller<f32, N, D, T, C, P>,
+fn tried<const N: usize, A: ArmBuild<f32, N>>(
+    controller: &Controller<f32, N, A>,
     change: &Change<N>,
     ask: &Ask<'_, f32, N>,
-) -> Result<Torques<N>, Fault>
-where
-    D: InverseDynamics<f32, N> + Clone,
-    T: Trig<f32> + Clone,
-    C: Configuration<f32, N> + Clone,
-    P: Protection<f32, N> + Clone,
-{
+) -> Result<Torques<N>, Fault> {
     let mut trial = controller.clone();
     change.make(&mut trial);
     let (mut torque, mut limits) = ([0.0; N], [LimitFlags::NONE; N]);

@@ -1,10 +1,8 @@
 //! Changes of live inputs and parameters that wait for a tick, and its answers.
 
 use crate::parameters;
-use dynamics_core::control::{Configuration, Controller, Protection};
-use dynamics_core::newton_euler::InverseDynamics;
+use dynamics_core::control::{ArmBuild, Controller};
 use dynamics_core::scene::Live;
-use dynamics_core::trig::Trig;
 use link::{Frame, Refusal, Setting, Value};
 
 /// A change that waits for its tick.
@@ -31,13 +29,7 @@ impl Changed {
 }
 
 impl<const N: usize> Change<N> {
-    pub(super) fn make<D, T, C, P>(&self, controller: &mut Controller<f32, N, D, T, C, P>)
-    where
-        D: InverseDynamics<f32, N>,
-        T: Trig<f32>,
-        C: Configuration<f32, N>,
-        P: Protection<f32, N>,
-    {
+    pub(super) fn make<A: ArmBuild<f32, N>>(&self, controller: &mut Controller<f32, N, A>) {
         match self {
             Self::Live(live) => *controller.live_mut() = *live,
             Self::Parameter(setting) => {

@@ -1,8 +1,7 @@
 //! The session on the bench, from outside: frames in, ticks and frames out.
 
-use super::{Looks, OWN, UnitMasses, config, protected};
+use super::{Build, Looks, OWN, UnitMasses, config, protected};
 use dynamics_core::control::{Controller, Measurement, Reference, Sensed};
-use dynamics_core::safety::Protected;
 use dynamics_core::safety::SafeAction;
 use dynamics_core::scene::Live;
 use dynamics_core::trig::Polynomial;
@@ -14,7 +13,7 @@ use newtau_session::{Drives, Reaction, Session, State};
 use std::cell::Cell;
 
 struct Bench {
-    session: Session<2, UnitMasses, Polynomial, Protected<f32, 2>>,
+    session: Session<2, Build>,
     meter: Meter<Looks>,
 }
 

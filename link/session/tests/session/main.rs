@@ -7,7 +7,9 @@ mod hello;
 mod supervised;
 mod trajectory;
 
-use dynamics_core::control::{ControllerConfig, Encoder, Gains, Guard, Law, Teach, TrackingObserver};
+use dynamics_core::control::{
+    BuildOf, ControllerConfig, Encoder, Gains, Guard, Law, Teach, TrackingObserver, Unprotected,
+};
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::{JointRules, Protected, Rules, SafeAction};
 use dynamics_core::scene::Live;
@@ -49,6 +51,10 @@ impl Counter for Looks {
         self.0.set(self.0.get() + 10);
     }
 }
+
+/// The parts of a controller of unit masses.
+type Build =
+    BuildOf<UnitMasses, dynamics_core::trig::Polynomial, ControllerConfig<f32, 2>, Unprotected, Protected<f32, 2>>;
 
 const OWN: Hello = Hello { robot: 7, joints: 2, rate_hz: 500.0, pacing: Pacing::LockStep };
 

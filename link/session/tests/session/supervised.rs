@@ -1,6 +1,6 @@
 //! The session under supervision: requests of a host, actions of the drives, and reports.
 
-use super::{Looks, OWN, UnitMasses, config, protected, soft};
+use super::{Build, Looks, OWN, UnitMasses, config, protected, soft};
 use dynamics_core::Inertia;
 use dynamics_core::control::{Controller, ControllerConfig, Fault, Measurement, Reference, Sensed};
 use dynamics_core::safety::heat::HeatRules;
@@ -26,7 +26,7 @@ const SAFE: Drives<2> = Drives::Safe(SafeAction::DampedStop);
 
 /// A session whose host is heard before every tick.
 pub(super) struct Arm {
-    pub(super) session: Session<2, UnitMasses, Polynomial, Protected<f32, 2>>,
+    pub(super) session: Session<2, Build>,
     pub(super) meter: Meter<Looks>,
     pub(super) q: [f32; 2],
     pub(super) qd: [f32; 2],

@@ -119,8 +119,8 @@ pub trait Machine<const N: usize> {
 /// The firmware's session on the desk.
 pub struct Desk<const N: usize> {
     session: DeskSession<N>,
-    /// The session before any hello: creating it takes longer than a run.
-    fresh: DeskSession<N>,
+    /// The session before its first hello: a run begins with it, because a hello does not end a session that drives the arm.
+    new: DeskSession<N>,
     meter: Meter<Uncounted>,
     decoder: Decoder,
     pacing: Pacing,
@@ -131,14 +131,21 @@ impl<const N: usize> Desk<N> {
     /// The session of a scene.
     #[must_use]
     pub fn new(scene: &SceneFile, model: &Model<f64, N>, pacing: Pacing) -> Self {
-        let fresh = desk_session(scene, model);
-        let session = fresh.clone();
-        Self { session, fresh, meter: Meter::new(Uncounted), decoder: Decoder::new(), pacing, answers: Vec::new() }
+        let new = desk_session(scene, model);
+        Self {
+            session: new.clone(),
+            new,
+            meter: Meter::new(Uncounted),
+            decoder: Decoder::new(),
+            pacing,
+            answers: Vec::new(),
+        }
     }
 
-    /// Begin a run with a board that has just started: one whose arm is driven goes on with its session after a hello.
-    pub fn restart(&mut self) {
-        self.session = self.fresh.clone();
+    /// Begin anew, as after a reset of the board.
+    pub(super) fn restart(&mut self) {
+        self.session.clone_from(&self.new);
+        self.decoder = Decoder::new();
         self.answers.clear();
     }
 

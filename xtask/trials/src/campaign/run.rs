@@ -20,7 +20,7 @@ use sim::failure::Failure;
 use sim::plant::Diverged;
 use sim::run::world::{World, measurement};
 
-/// Do one run. The machine may have done anything before.
+/// Do one run. The machine may have done anything before: it begins anew.
 ///
 /// # Errors
 /// [`Failure::Target`] if the chip fails; [`Failure::Input`] if the scene's machine does not reach the state.

@@ -4,8 +4,8 @@ use core::fmt::{self, Write as _};
 use core::hint::black_box;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::hprint;
-use dynamics_core::control::{Configuration, Controller};
-use dynamics_core::{Command, Fault, InverseDynamics, Measurement, Real, Reference, Sensed, Trig};
+use dynamics_core::control::{ArmBuild, Controller};
+use dynamics_core::{Command, Fault, Measurement, Real, Reference, Sensed};
 use generated::{INPUTS, N, all};
 use heapless::String;
 use probe::Counter;
@@ -40,17 +40,12 @@ fn main() -> ! {
 /// Run a controller over all ticks from rest, and print the cost and the result of each.
 ///
 /// The count is that of the tick alone: the count of an empty function, called the same way, is subtracted.
-pub(crate) fn count<S, D, T, C>(
+pub(crate) fn count<S: Real, A: ArmBuild<S, N>>(
     scene: u32,
     counter: &Counter,
-    mut controller: Controller<S, N, D, T, C>,
-    tick: fn(&Input<S>, &mut Controller<S, N, D, T, C>) -> Command<S, N>,
-) where
-    S: Real,
-    D: InverseDynamics<S, N>,
-    T: Trig<S>,
-    C: Configuration<S, N>,
-{
+    mut controller: Controller<S, N, A>,
+    tick: fn(&Input<S>, &mut Controller<S, N, A>) -> Command<S, N>,
+) {
     let bytes = size_of_val(&controller);
     say(|line| write!(line, "scene,{scene},{},{bytes}", tick as usize));
     for (at, row) in INPUTS.iter().enumerate() {
@@ -68,7 +63,7 @@ pub(crate) fn count<S, D, T, C>(
 
 /// Empty function that returns a result as a tick does; a fault is the shortest result.
 #[inline(never)]
-fn nothing<S, D, T, C>(_: &Input<S>, _: &mut Controller<S, N, D, T, C>) -> Command<S, N> {
+fn nothing<S, A: ArmBuild<S, N>>(_: &Input<S>, _: &mut Controller<S, N, A>) -> Command<S, N> {
     Command::Brake(Fault::Overrun)
 }
 
@@ -102,7 +97,7 @@ macro_rules! scene {
     ($number:literal, $tick:ident, $scalar:ty) => {
         use crate::count::Input;
         use dynamics_core::Command;
-        use dynamics_core::control::{Configuration, Controller, ControllerConfig};
+        use dynamics_core::control::{Configuration, Controller, ControllerConfig, ControllerOf};
 
         /// The configuration, as constants of the program.
         #[derive(Clone, Copy)]
@@ -115,7 +110,7 @@ macro_rules! scene {
             }
         }
 
-        type SceneController = Controller<$scalar, { arm::N }, dynamics::Arm, arm::Trig, Settings>;
+        type SceneController = ControllerOf<$scalar, { arm::N }, dynamics::Arm, arm::Trig, Settings>;
 
         /// One tick, as in a firmware of this scene alone.
         #[allow(unsafe_code, reason = "whoever reads the program must find it by name")]

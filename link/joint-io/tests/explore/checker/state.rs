@@ -10,7 +10,7 @@ use super::world::{Brake, CommandFate, ReplyFate, Wire, World};
 use core::borrow::{Borrow, BorrowMut};
 use core::cell::Cell;
 use core::fmt::Debug;
-use dynamics_core::control::{Controller, Unprotected};
+use dynamics_core::control::{BuildOf, Controller, Unprotected};
 use dynamics_core::safety;
 use dynamics_core::trig::Polynomial;
 use joint_io::can::CanJoints;
@@ -61,7 +61,7 @@ impl Counter for Uncounted {
     fn exercise(&self) {}
 }
 
-type Board<const N: usize> = Session<N, Lift, Polynomial, Numbers<N>, Numbers<N>, Unprotected, Kept<N>>;
+type Board<const N: usize> = Session<N, BuildOf<Lift, Polynomial, Numbers<N>, Unprotected, Numbers<N>>, Kept<N>>;
 
 /// A state: the board, all that is around it, and the judge.
 #[derive(Clone)]
@@ -92,7 +92,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
     pub fn new(setup: &Setup, numbers: Numbers<N>) -> Self {
         let controller = Controller::new(numbers, Lift, Polynomial);
         let buffers = Kept(Box::new(Buffers::new()));
-        let session = Session::with_buffers(scene::own(N as u8), controller, numbers, buffers);
+        let session = Session::with_buffers(scene::own(N as u8), controller.with_settings(), numbers, buffers);
         let drives = core::array::from_fn(|i| scene::drive(setup, i as u8));
         let mut state = Self {
             session,
