@@ -28,7 +28,6 @@ mod simulators;
 
 use crate::toolchain::rustc_version;
 use anyhow::Result;
-use std::path::PathBuf;
 
 /// Options of `bench`.
 #[derive(Clone, Debug, clap::Args)]
@@ -48,15 +47,12 @@ pub(crate) struct Options {
     /// Measure the simulator beside MuJoCo instead, and write docs/measured/simulators.md
     #[arg(long, conflicts_with_all = ["bless", "gate", "peers", "arms"])]
     simulators: bool,
-    /// With --peers: everything as JSON, to a file or to `-`
-    #[arg(long, requires = "peers")]
-    json: Option<PathBuf>,
 }
 
 /// Counts, compares with the baseline, measures, and writes the tables.
 pub(crate) fn run(options: Options) -> Result<()> {
     if options.peers {
-        return crate::peers::run(options.json.as_deref());
+        return crate::peers::run();
     }
     if options.arms {
         return arms::run();
@@ -80,5 +76,5 @@ pub(crate) fn run(options: Options) -> Result<()> {
 
 /// The gate of `cargo xtask test`: counts only.
 pub(crate) fn gate() -> Result<()> {
-    run(Options { bless: false, gate: true, peers: false, arms: false, simulators: false, json: None })
+    run(Options { bless: false, gate: true, peers: false, arms: false, simulators: false })
 }

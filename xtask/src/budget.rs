@@ -10,7 +10,7 @@
 //! | [`tuning`] | one firmware, built in several ways |
 //! | [`variant`] | a scene with one setting changed |
 //! | [`bounds`] | `firmware/budget.toml`: bounds, targets, and deviations from them |
-//! | [`table`] | the table of docs/measured/budget.md, its rows in the README, and JSON |
+//! | [`table`] | the table of docs/measured/budget.md, and its rows in the README |
 
 mod board;
 mod bounds;
@@ -56,8 +56,8 @@ pub(crate) struct Options {
     /// Make what is measured now the bounds of firmware/budget.toml, 2 % to both sides
     #[arg(long)]
     bless: bool,
-    /// Print everything as JSON
-    #[arg(long)]
+    /// With --port: print JSON
+    #[arg(long, requires = "port")]
     json: bool,
     /// Measure these scenes alone, beside the sizes of the other boards; with --bless and --write the rows of others stay or go unsaid
     #[arg(long = "scene")]
@@ -69,7 +69,7 @@ pub(crate) struct Options {
     #[arg(long, conflicts_with_all = ["bless", "flood", "scenes", "port"])]
     link: bool,
     /// Measure what other ways to build the firmware would take instead
-    #[arg(long, conflicts_with_all = ["bless", "flood", "link", "scenes", "port", "json"])]
+    #[arg(long, conflicts_with_all = ["bless", "flood", "link", "scenes", "port"])]
     tuning: bool,
     /// Measure the board on this serial port instead: cycles of its ticks by its own counter, no drive driven
     #[arg(long, requires = "board", conflicts_with_all = ["write", "bless", "flood"])]
@@ -141,12 +141,8 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     }
     // The flood comes last, so that its failure does not lose minutes of measurement.
     let late = options.flood.then(|| measure::flood(Path::new(HARDEST))).transpose()?;
-    if options.json {
-        println!("{}", table::json(&rows, late.as_ref())?);
-    } else {
-        println!("{}", table::markdown(&rows));
-        late.iter().for_each(|late| println!("{}", table::late(late)));
-    }
+    println!("{}", table::markdown(&rows));
+    late.iter().for_each(|late| println!("{}", table::late(late)));
     if let (true, Some(late)) = (options.write, &late) {
         write_into("docs/measured/budget.md", &[("tick start", table::late(late))])?;
     }
@@ -162,11 +158,7 @@ fn link(options: &Options) -> Result<()> {
     if options.write {
         write_into("docs/measured/budget.md", &[("link", table::ways(&ways))])?;
     }
-    if options.json {
-        println!("{}", serde_json::to_string_pretty(&ways)?)
-    } else {
-        println!("{}", table::ways(&ways))
-    }
+    println!("{}", table::ways(&ways));
     Ok(())
 }
 
@@ -185,7 +177,7 @@ pub(crate) fn gate() -> Result<()> {
 
 /// Checks flash, RAM and stack of one firmware against its row.
 pub(crate) fn sizes(elf: &Path, scene: &Path, board: Board) -> Result<()> {
-    let row = Row::sizes(scene, board, &image::Image::measure(elf)?)?;
+    let row = Row::sizes(scene, board, &image::Image::measure(elf)?);
     for (field, value) in &row.numbers {
         println!("{:<16}{value:>8} {}", field.name(), field.unit());
     }

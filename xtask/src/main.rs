@@ -5,13 +5,13 @@ mod budget;
 mod check;
 mod cost;
 mod gate;
+mod machine;
 mod measured;
 mod peers;
 mod qemu;
 mod readme;
 mod report;
 mod robot_data;
-mod scale;
 mod scenes;
 mod setup;
 mod table;
@@ -85,11 +85,6 @@ enum Task {
     Report {
         #[command(flatten)]
         options: report::Options,
-    },
-    /// Run a study on HyperQueue and Slurm, kill a worker of each on the way, and demand the bytes of one process
-    Scale {
-        #[command(flatten)]
-        options: scale::Options,
     },
     /// Inject every fault in every state of the safety state machine, and judge every tick; --help lists the options
     #[command(disable_help_flag = true)]
@@ -179,7 +174,6 @@ fn run(task: Task) -> anyhow::Result<()> {
         Task::Cycles { write, .. } => bench::cycles::run(write),
         Task::Measured { options } => measured::run(&options),
         Task::Report { options } => report::run_task(&options),
-        Task::Scale { options } => scale::run_all(&options),
         Task::Campaign { arguments } => process::become_command(trials::program("campaign").args(arguments)),
         Task::Gate { scene } => gate::check(&scene),
         Task::Firmware { task } => match task {

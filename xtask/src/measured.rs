@@ -15,7 +15,7 @@ mod blocks;
 mod stamp;
 mod tokens;
 
-use crate::process::{output, root, run as run_command};
+use crate::process::{root, run as run_command};
 use anyhow::{Context as _, Result, bail};
 use artefact::{Artefact, Hashes};
 use blocks::{BLOCKS, Block};
@@ -30,8 +30,8 @@ Examples:
   cargo xtask measured --renew             run the commands of all blocks that are not current
   cargo xtask measured --renew --page cycles --page 'campaign, desk'
   cargo xtask measured --mark              say on the pages which blocks are not current
-  cargo xtask measured --of e5b5086 --page calibration
-                                           after a measurement by hand at this commit: stamp the page, with the hashes of its sources";
+  cargo xtask measured --stamp --page calibration
+                                           after a measurement by hand: stamp the page, with the hashes of its sources";
 
 /// Options of `measured`.
 #[derive(Clone, Debug, clap::Args)]
@@ -41,13 +41,13 @@ pub(crate) struct Options {
     #[arg(long = "page", value_name = "NAME")]
     pages: Vec<String>,
     /// Measure again what is not current
-    #[arg(long, conflicts_with = "of")]
+    #[arg(long, conflicts_with = "stamp")]
     renew: bool,
-    /// Stamp these pages as measured at this commit
-    #[arg(long, value_name = "COMMIT", requires = "pages")]
-    of: Option<String>,
+    /// Stamp these pages as measured now, after a measurement by hand
+    #[arg(long, requires = "pages")]
+    stamp: bool,
     /// Say on every page that is not current that it is not, for measurements that take too long now
-    #[arg(long, conflicts_with_all = ["of", "renew"])]
+    #[arg(long, conflicts_with_all = ["stamp", "renew"])]
     mark: bool,
 }
 
@@ -62,10 +62,10 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     }
     let asked = |block: &&Block| options.pages.is_empty() || options.pages.iter().any(|name| block.is_called(name));
     let blocks: Vec<&Block> = BLOCKS.iter().filter(asked).collect();
-    if let Some(commit) = &options.of {
-        return stamp_past(&blocks, commit);
+    let mut hashes = Hashes::default();
+    if options.stamp {
+        return blocks.into_iter().try_for_each(|block| put(block, &Stamp::now(block, &mut hashes)?.to_string()));
     }
-    let mut hashes = Hashes::of_now();
     let mut done: Vec<&str> = Vec::new();
     let mut stale = 0;
     for block in blocks {
@@ -183,29 +183,11 @@ fn put(block: &Block, last: &str) -> Result<()> {
 
 /// Puts texts into the blocks of a document, each by the name of its markers; those of docs/measured get their stamps.
 pub(crate) fn fill(page: &mut Page, document: &str, texts: &[(&str, String)]) -> Result<()> {
-    let mut hashes = Hashes::of_now();
+    let mut hashes = Hashes::default();
     for (name, text) in texts {
         let block = BLOCKS.iter().find(|block| block.path() == document && block.name == *name);
         let stamp = block.map(|block| Stamp::now(block, &mut hashes)).transpose()?;
         page.put(name, &stamp.map_or_else(|| text.clone(), |stamp| format!("{}\n\n{stamp}", text.trim_end())))?;
-    }
-    Ok(())
-}
-
-/// Stamps blocks as measured at a commit: with the hashes that its files give.
-fn stamp_past(blocks: &[&Block], commit: &str) -> Result<()> {
-    let past = crate::process::target_directory().join("measured").join("past");
-    std::fs::remove_dir_all(&past).ok();
-    std::fs::create_dir_all(&past)?;
-    let archive = past.join("archive.tar");
-    run_command(Command::new("git").current_dir(root()).args(["archive", "--output"]).arg(&archive).arg(commit))?;
-    run_command(Command::new("tar").arg("-xf").arg(&archive).arg("-C").arg(&past))?;
-    let mut hashes = Hashes::of_commit(commit, past);
-    let day = output(Command::new("git").current_dir(root()).args(["log", "-1", "--format=%cs", commit]));
-    for block in blocks {
-        let day = day.as_deref().unwrap_or("unknown day");
-        put(block, &Stamp::past(block, commit, day, &mut hashes)?.to_string())?;
-        println!("{}: stamped with {commit}", block.place());
     }
     Ok(())
 }
@@ -242,7 +224,7 @@ mod tests {
 
     #[test]
     fn every_measured_page_is_of_the_present_state_or_says_that_it_is_not() {
-        let mut hashes = Hashes::of_now();
+        let mut hashes = Hashes::default();
         let mut wrong = Vec::new();
         for block in BLOCKS {
             let place = block.place();

@@ -3,19 +3,17 @@
 //! | module | holds |
 //! |---|---|
 //! | [`harness`] | its arms, and where its files are |
-//! | `arm` | the measurements of an arm |
 //! | [`install`] | the peers' packages, from PyPI and Debian |
-//! | [`build`] | compiler runs, several at a time and only after a change |
+//! | [`build`] | compiler runs, several at a time |
 //! | [`contestants`] | the contestants, and how each is built |
 //! | [`desk`] | times, and the check that all torques agree |
 //! | [`chip`] | instructions in the emulator |
-//! | [`report`] | targets, tables, JSON, `docs/measured/peers.md` |
+//! | [`report`] | ratios and tables of `docs/measured/peers.md` |
 //!
 //! The harness is C and C++ in `bench/peers`, our side of it the crate `bench-peers`. Every contestant is the same C
 //! function over the same states. The peers get their model from the robot file by `bench/peers/arm.py`, which shares
 //! nothing with our reader. A torque that differs ends the run without a figure.
 
-mod arm;
 mod build;
 mod chip;
 mod contestants;
@@ -27,17 +25,22 @@ mod report;
 use crate::measured;
 use crate::process::root;
 use anyhow::Result;
-use arm::Measured;
 use harness::ARMS;
 use report::PLACE;
 use robot_compiler::emit::page::Page;
-use std::path::Path;
 
 /// The page with the tables.
 const DOCUMENT: &str = "docs/measured/peers.md";
 
-/// Installs, builds, checks, measures, and reports: on the terminal, as JSON to a file or to `-`, and in the documentation.
-pub(crate) fn run(json: Option<&Path>) -> Result<()> {
+/// Measurements of an arm.
+struct Measured {
+    arm: &'static str,
+    desk: Vec<desk::Time>,
+    chip: Vec<chip::Count>,
+}
+
+/// Installs, builds, checks, measures, and reports: on the terminal and in the documentation.
+pub(crate) fn run() -> Result<()> {
     // Checked now rather than after an hour: the page must have a place for its tables.
     let mut page = Page::read(root().join(DOCUMENT), &[PLACE])?;
     let python = install::all()?;
@@ -51,11 +54,8 @@ pub(crate) fn run(json: Option<&Path>) -> Result<()> {
         let chip = chip::measure(arm, &ours, &torques)?;
         measured.push(Measured { arm, desk, chip });
     }
-    let report = report::Report::new(&measured)?;
-    measured::fill(&mut page, DOCUMENT, &[(PLACE, report.markdown())])?;
-    page.write()?;
-    if json != Some(Path::new("-")) {
-        report.print();
-    }
-    json.map_or(Ok(()), |path| report.write_json(path))
+    let tables = report::markdown(&measured)?;
+    println!("{tables}");
+    measured::fill(&mut page, DOCUMENT, &[(PLACE, tables)])?;
+    Ok(page.write()?)
 }

@@ -1,5 +1,7 @@
 //! Tables in Markdown.
 
+use std::fmt::Display;
+
 /// A table: the head, and rows of cells.
 pub(crate) struct Table(pub(crate) String);
 
@@ -7,6 +9,11 @@ impl Table {
     pub(crate) fn new(head: &[&str]) -> Self {
         let line = |cells: Vec<&str>| format!("| {} |\n", cells.join(" | "));
         Self(line(head.to_vec()) + &"|---".repeat(head.len()) + "|\n")
+    }
+
+    /// Adds a row of anything that can be printed.
+    pub(crate) fn put(&mut self, cells: &[&dyn Display]) {
+        self.row(&cells.iter().map(ToString::to_string).collect::<Vec<_>>());
     }
 
     pub(crate) fn row(&mut self, cells: &[String]) {

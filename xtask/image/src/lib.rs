@@ -7,10 +7,12 @@
 //! | [`Program::function`], [`Program::reached_from`] | bytes of a function, its stack traffic, and all that it calls and refers to |
 //! | [`Program::stack`] | the worst-case stack depth |
 //! | [`cycles`] | from the emulator's trace of a program to an estimate of its cycles |
+//! | [`costs`] | what a firmware takes while it runs, as one program prints it and another reads it |
 //!
 //! All but [`cycles`] is read from symbols and instructions; nothing is run.
 #![forbid(unsafe_code)]
 
+pub mod costs;
 pub mod cycles;
 mod decode;
 mod elf;

@@ -3,6 +3,7 @@
 use super::baseline;
 use super::chip::{Counted, Row};
 use super::desk::Times;
+use crate::machine::{cores, processor, today};
 use crate::measured::write_into;
 use crate::process::output;
 use crate::table::{Table, thousands};
@@ -66,72 +67,39 @@ impl Counts {
     }
 
     fn machine(&self) -> String {
-        let says = |program: &str, argument: &str| output(Command::new(program).arg(argument)).unwrap_or_default();
+        let says = |program: &str| output(Command::new(program).arg("--version")).unwrap_or_default();
         let first = |text: String| text.lines().next().unwrap_or("unknown").to_owned();
-        let cpu = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-        let cpu = cpu
-            .lines()
-            .find_map(|line| line.strip_prefix("model name"))
-            .map_or("unknown", |line| line.trim_start_matches([' ', '\t', ':']));
-        let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        let date = says("date", "+%Y-%m-%d");
-        let rows = [
-            ("date", date),
-            ("processor", format!("{cpu}, {cores} cores")),
-            ("desk's compiler", self.rustc.clone()),
-            ("chip's compiler", self.chip.rustc.clone()),
-            ("emulator", first(says("qemu-system-arm", "--version"))),
-            ("callgrind", first(says("valgrind", "--version"))),
-        ];
         let mut table = Table::new(&["what", "which"]);
-        for (what, which) in rows {
-            table.row(&[what.to_owned(), which]);
-        }
+        table.put(&[&"date", &today()]);
+        table.put(&[&"processor", &format!("{}, {} cores", processor(), cores())]);
+        table.put(&[&"desk's compiler", &self.rustc]);
+        table.put(&[&"chip's compiler", &self.chip.rustc]);
+        table.put(&[&"emulator", &first(says("qemu-system-arm"))]);
+        table.put(&[&"callgrind", &first(says("valgrind"))]);
         table.0
     }
 
     fn chip_table(&self) -> Result<String> {
         let mut table = Table::new(&["arm", "what", "operations", "instructions", "with sine and cosine", "bytes"]);
+        let row = |name: String| self.chip.row(&name);
         for (arm, label) in ARMS {
-            let (alone, trig) =
-                (self.chip.row(&format!("{arm}_generic"))?, self.chip.row(&format!("{arm}_generic_with_trig"))?);
-            let dash = || "-".to_owned();
-            table.row(&[
-                label.to_owned(),
-                "recursion".to_owned(),
-                dash(),
-                instructions(alone),
-                instructions(trig),
-                dash(),
-            ]);
+            let with_trig = instructions(row(format!("{arm}_generic_with_trig"))?);
+            let alone = instructions(row(format!("{arm}_generic"))?);
+            table.put(&[&label, &"recursion", &"-", &alone, &with_trig, &"-"]);
             for level in LEVELS {
-                let (alone, trig) =
-                    (self.chip.row(&format!("{arm}_{level}"))?, self.chip.row(&format!("{arm}_{level}_with_trig"))?);
-                table.row(&[
-                    label.to_owned(),
-                    level.to_owned(),
-                    alone.operations.to_string(),
-                    instructions(alone),
-                    instructions(trig),
-                    thousands(alone.code.bytes),
-                ]);
+                let with_trig = instructions(row(format!("{arm}_{level}_with_trig"))?);
+                let alone = row(format!("{arm}_{level}"))?;
+                let bytes = thousands(alone.code.bytes);
+                table.put(&[&label, &level, &alone.operations, &instructions(alone), &with_trig, &bytes]);
             }
-            let matrix = self.chip.row(&format!("{arm}_mass_matrix_regrouped"))?;
-            table.row(&[
-                label.to_owned(),
-                "mass matrix, regrouped".to_owned(),
-                matrix.operations.to_string(),
-                instructions(matrix),
-                dash(),
-                thousands(matrix.code.bytes),
-            ]);
+            let matrix = row(format!("{arm}_mass_matrix_regrouped"))?;
+            let (count, bytes) = (instructions(matrix), thousands(matrix.code.bytes));
+            table.put(&[&label, &"mass matrix, regrouped", &matrix.operations, &count, &"-", &bytes]);
         }
         for (name, label) in
             [("trig_polynomial", "six sines and cosines, our own"), ("trig_libm", "six sines and cosines, libm's")]
         {
-            let row = self.chip.row(name)?;
-            let dash = || "-".to_owned();
-            table.row(&["any".to_owned(), label.to_owned(), dash(), dash(), instructions(row), dash()]);
+            table.put(&[&"any", &label, &"-", &"-", &instructions(self.chip.row(name)?), &"-"]);
         }
         Ok(table.0)
     }
@@ -151,15 +119,9 @@ impl Counts {
                 let (ours, traced) =
                     (self.chip.row(&format!("{arm}_{level}"))?, self.chip.row(&format!("{arm}_{level}_as_traced"))?);
                 let both = |of: &dyn Fn(&Row) -> u64| format!("{} / {}", thousands(of(traced)), thousands(of(ours)));
-                table.row(&[
-                    label.to_owned(),
-                    level.to_owned(),
-                    both(&|row| row.alive),
-                    both(&|row| row.code.stores as u64),
-                    both(&|row| row.code.loads as u64),
-                    both(&|row| row.most),
-                    both(&|row| row.code.bytes),
-                ]);
+                let [alive, most] = [both(&|row| row.alive), both(&|row| row.most)];
+                let (stores, loads) = (both(&|row| row.code.stores as u64), both(&|row| row.code.loads as u64));
+                table.put(&[&label, &level, &alive, &stores, &loads, &most, &both(&|row| row.code.bytes)]);
             }
         }
         Ok(table.0)
@@ -199,13 +161,7 @@ impl Counts {
     fn gravity_table(&self) -> Result<String> {
         let mut table = Table::new(&["arm", "gravity alone", "operations", "instructions", "bytes"]);
         let mut row = |label: &str, what: &str, row: &Row| {
-            table.row(&[
-                label.to_owned(),
-                what.to_owned(),
-                row.operations.to_string(),
-                instructions(row),
-                thousands(row.code.bytes),
-            ]);
+            table.put(&[&label, &what, &row.operations, &instructions(row), &thousands(row.code.bytes)]);
         };
         for (arm, label) in ARMS {
             for level in LEVELS {
@@ -240,36 +196,28 @@ impl Clock {
             let of = |times: &Times| times.get(name).copied().with_context(|| format!("{name} was not measured"));
             Ok(format!("{:.0} / {:.0}", of(default)?, of(native)?))
         };
+        let mut of_arms = |label: String, kind: &str| -> Result<()> {
+            let [ur5, puma560, stanford] = ARMS.map(|(arm, _)| time(&format!("{arm}_{kind}")));
+            table.put(&[&label, &ur5?, &puma560?, &stanford?]);
+            Ok(())
+        };
         for scalar in ["f64", "f32"] {
             for (kind, label) in [("generic", "recursion"), ("exact", "exact"), ("regrouped", "regrouped")] {
                 for (trig, with) in
                     [("", ""), ("_with_trig", ", with our sine and cosine"), ("_with_libm", ", with libm's")]
                 {
-                    let mut cells = vec![format!("{label}, {scalar}{with}")];
-                    for (arm, _) in ARMS {
-                        cells.push(time(&format!("{arm}_{kind}_{scalar}{trig}"))?);
-                    }
-                    table.row(&cells);
+                    of_arms(format!("{label}, {scalar}{with}"), &format!("{kind}_{scalar}{trig}"))?;
                 }
             }
         }
         for scalar in ["f64", "f32"] {
-            let mut cells = vec![format!("regrouped, {scalar}, with our sine and cosine, a state of a batch of 1,024")];
-            for (arm, _) in ARMS {
-                cells.push(time(&format!("{arm}_batch_{scalar}"))?);
-            }
-            table.row(&cells);
+            let label = format!("regrouped, {scalar}, with our sine and cosine, a state of a batch of 1,024");
+            of_arms(label, &format!("batch_{scalar}"))?;
         }
-        for (kind, label) in [
-            ("forward_dynamics", "forward dynamics, regrouped, f64"),
-            ("gravity", "gravity alone, regrouped, f64"),
-            ("mass_matrix", "mass matrix, regrouped, f64"),
-        ] {
-            let mut cells = vec![label.to_owned()];
-            for (arm, _) in ARMS {
-                cells.push(time(&format!("{arm}_{kind}_f64"))?);
-            }
-            table.row(&cells);
+        for (kind, label) in
+            [("forward_dynamics", "forward dynamics"), ("gravity", "gravity alone"), ("mass_matrix", "mass matrix")]
+        {
+            of_arms(format!("{label}, regrouped, f64"), &format!("{kind}_f64"))?;
         }
         for (trig, label) in [("polynomial", "our own"), ("libm", "libm's")] {
             for scalar in ["f64", "f32"] {

@@ -2,10 +2,11 @@
 //!
 //! There are lower bounds too: a number that suddenly falls means that something was lost unnoticed.
 
-use super::measure::Late;
 use super::row::{Field, Row};
 use crate::process::root;
 use anyhow::{Context as _, Result, bail};
+use chip_image::costs::Late;
+use clap::ValueEnum as _;
 use firmware_image::{BadInput, Board};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -97,8 +98,8 @@ impl Budget {
             let name = format!("{FILE}: {} on {}", row.scene, row.board);
             for (field, (low, high)) in &row.ranges {
                 if Field::of(field).is_none() {
-                    let known = Field::ALL.map(Field::name).join(", ");
-                    bail!("{name}: field {field:?} is not known; expected one of {known}");
+                    let known: Vec<_> = Field::value_variants().iter().map(|field| field.name()).collect();
+                    bail!("{name}: field {field:?} is not known; expected one of {}", known.join(", "));
                 }
                 if low > high {
                     bail!("{name}: {field}: found [{low}, {high}]; expected the lesser number first");
@@ -123,7 +124,7 @@ impl Budget {
             .map(|row| Bounds {
                 scene: row.scene.clone(),
                 board: row.board.clone(),
-                ranges: row.numbers.iter().map(|(of, value)| (of.name().to_owned(), around(*of, *value))).collect(),
+                ranges: row.numbers.iter().map(|(of, value)| (of.name(), around(*of, *value))).collect(),
             })
             .collect::<Vec<_>>();
         self.row.extend(new);
@@ -163,8 +164,8 @@ impl Budget {
         }
         for Bounds { scene, board, ranges } in &self.row {
             let _ = writeln!(text, "\n[[row]]\nscene = {scene:?}\nboard = {board:?}");
-            for field in Field::ALL {
-                if let Some((low, high)) = ranges.get(field.name()) {
+            for field in Field::value_variants() {
+                if let Some((low, high)) = ranges.get(&field.name()) {
                     let _ = writeln!(text, "{} = [{low}, {high}]", field.name());
                 }
             }
@@ -197,7 +198,7 @@ impl Budget {
     /// The range of a firmware's number, if the file has it.
     pub(crate) fn range(&self, scene: &str, board: Board, field: Field) -> Option<(u64, u64)> {
         let row = self.row.iter().find(|bounds| bounds.scene == scene && bounds.board == board.name())?;
-        row.ranges.get(field.name()).copied()
+        row.ranges.get(&field.name()).copied()
     }
 
     /// Fewest instructions that a tick of the controller may take, with any compiler.
@@ -242,7 +243,7 @@ impl Bounds {
             }
         }
         for (field, found) in &row.numbers {
-            if !self.ranges.contains_key(field.name()) {
+            if !self.ranges.contains_key(&field.name()) {
                 lines.push(format!("{name}: {}: {found} found, expected a range in the file", field.name()));
             }
         }

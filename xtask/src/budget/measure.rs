@@ -7,6 +7,7 @@ use crate::process::root;
 use crate::scene_keys::SceneKeys;
 use crate::trials;
 use anyhow::{Context as _, Result, bail};
+use chip_image::costs::{Late, Ways};
 use firmware_image::{Board, Build};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -34,54 +35,10 @@ const FLOOD: [(&str, &str); 3] = [("rate", "50000.0"), ("age_max", "100000"), ("
 /// Number of ticks under the flood.
 const FLOOD_TICKS: u32 = 400;
 
-/// Lateness of ticks under a flood of the link.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
-pub(crate) struct Late {
-    pub(crate) ticks: u64,
-    pub(crate) delayed: u64,
-    pub(crate) most: u64,
-    pub(crate) bytes_to_chip: u64,
-    pub(crate) bytes_from_chip: u64,
-}
-
-/// Runs of an interrupt; the cycles are estimated.
-#[derive(Clone, Copy, Debug, Default, serde::Deserialize, serde::Serialize)]
-pub(crate) struct Runs {
-    pub(crate) times: u64,
-    pub(crate) instructions: u64,
-    pub(crate) cycles: Cycles,
-}
-
-/// An estimate and its range.
-#[derive(Clone, Copy, Debug, Default, serde::Deserialize, serde::Serialize)]
-pub(crate) struct Cycles {
-    pub(crate) low: u64,
-    pub(crate) likely: u64,
-    pub(crate) high: u64,
-}
-
-/// The link's interrupts on one of its two ways.
-#[derive(Clone, Copy, Debug, Default, serde::Deserialize, serde::Serialize)]
-pub(crate) struct Way {
-    pub(crate) to_chip: u64,
-    pub(crate) from_chip: u64,
-    pub(crate) receive: Runs,
-    pub(crate) half_filled: Runs,
-    pub(crate) serve: Runs,
-    pub(crate) sent: Runs,
-}
-
-/// The link byte by byte and by DMA.
-#[derive(Clone, Copy, Debug, Default, serde::Deserialize, serde::Serialize)]
-pub(crate) struct Ways {
-    pub(crate) bytes: Way,
-    pub(crate) dma: Way,
-}
-
 /// Sizes of the linked program.
 pub(crate) fn sizes(scene: &Path, board: Board) -> Result<Row> {
     let scene = root().join(scene);
-    Row::sizes(&scene, board, &Image::measure(&build(&scene, board)?)?)
+    Ok(Row::sizes(&scene, board, &Image::measure(&build(&scene, board)?)?))
 }
 
 /// All numbers of a scene on the emulated board.
@@ -89,7 +46,7 @@ pub(crate) fn row(scene: &Path, extent: Extent) -> Result<Row> {
     firmware_image::install::qemu()?;
     let scene = root().join(scene);
     let elf = build(&scene, EMULATED)?;
-    let mut row = Row::sizes(&scene, EMULATED, &Image::measure(&elf)?)?;
+    let mut row = Row::sizes(&scene, EMULATED, &Image::measure(&elf)?);
     let mut command = chip_budget("ticks", &scene);
     command.arg("--elf").arg(&elf).args(["--ticks", &extent.ticks.to_string(), "--traced", &extent.traced.to_string()]);
     if extent.sram && SceneKeys::read(&scene)?.has_a_kernel() {
@@ -98,7 +55,6 @@ pub(crate) fn row(scene: &Path, extent: Extent) -> Result<Row> {
     }
     let said: Value = serde_json::from_str(&output(&mut command)?)?;
     row.numbers.extend(numbers(&said)?);
-    row.emulated = Some(said);
     let [seen, bound] = [Field::StackPainted, Field::StackBound].map(|field| row.number(field).unwrap_or(0));
     if seen > bound {
         bail!("{}: a stack of {seen} bytes was seen, and {bound} are said to be enough", row.name());
@@ -119,13 +75,7 @@ const TRACED: &str = "24";
 
 /// The trace of a scene's supervised ticks on the emulated board, as `trials::budget::report::Traced` has it.
 pub(crate) fn interrupt(scene: &Path) -> Result<Value> {
-    firmware_image::install::qemu()?;
-    let scene = root().join(scene);
-    let elf = build(&scene, EMULATED)?;
-    let mut command = chip_budget("ticks", &scene);
-    command.arg("--elf").arg(&elf).args(["--ticks", TRACED, "--traced", TRACED]);
-    let mut said: Value = serde_json::from_str(&output(&mut command)?)?;
-    Ok(said["traced"].take())
+    Ok(supervised_trace(scene, &build(&root().join(scene), EMULATED)?)?["traced"].take())
 }
 
 /// Lateness of a scene's ticks under a flood of the link.

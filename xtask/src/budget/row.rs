@@ -1,8 +1,7 @@
 //! Numbers of one firmware: one scene on one board.
 
 use super::image::Image;
-use crate::scene_keys::SceneKeys;
-use anyhow::Result;
+use clap::ValueEnum;
 use firmware_image::Board;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -11,7 +10,8 @@ use std::path::Path;
 pub(crate) const EMULATED: Board = Board::Netduinoplus2;
 
 /// Measured numbers, in the order of the file of bounds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
+#[value(rename_all = "snake_case")]
 pub(crate) enum Field {
     Flash,
     Ram,
@@ -30,55 +30,21 @@ pub(crate) enum Field {
     ByteInterrupt,
     LinkByte,
     CyclesEstimate,
+    #[value(name = "cycles_estimate_kernel_in_sram")]
     CyclesEstimateSram,
     /// Cycles of the longest interrupt, of a tick that grants a request.
+    #[value(name = "cycles_estimate_longest")]
     CyclesLongest,
 }
 
 impl Field {
-    pub(crate) const ALL: [Self; 16] = [
-        Self::Flash,
-        Self::Ram,
-        Self::StackBound,
-        Self::StackPainted,
-        Self::Instructions,
-        Self::InstructionsSpread,
-        Self::Supervised,
-        Self::SupervisedSpread,
-        Self::SupervisedLongest,
-        Self::TickInterrupt,
-        Self::Masked,
-        Self::ByteInterrupt,
-        Self::LinkByte,
-        Self::CyclesEstimate,
-        Self::CyclesEstimateSram,
-        Self::CyclesLongest,
-    ];
-
     /// Its key in `firmware/budget.toml`.
-    pub(crate) const fn name(self) -> &'static str {
-        match self {
-            Self::Flash => "flash",
-            Self::Ram => "ram",
-            Self::StackBound => "stack_bound",
-            Self::StackPainted => "stack_painted",
-            Self::Instructions => "instructions",
-            Self::InstructionsSpread => "instructions_spread",
-            Self::Supervised => "supervised",
-            Self::SupervisedSpread => "supervised_spread",
-            Self::SupervisedLongest => "supervised_longest",
-            Self::TickInterrupt => "tick_interrupt",
-            Self::Masked => "masked",
-            Self::ByteInterrupt => "byte_interrupt",
-            Self::LinkByte => "link_byte",
-            Self::CyclesEstimate => "cycles_estimate",
-            Self::CyclesEstimateSram => "cycles_estimate_kernel_in_sram",
-            Self::CyclesLongest => "cycles_estimate_longest",
-        }
+    pub(crate) fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
     pub(crate) fn of(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|field| field.name() == name)
+        Self::from_str(name, false).ok()
     }
 
     /// True if the number repeats to the last digit: counts of the emulator in the same ticks of the same program.
@@ -98,21 +64,17 @@ impl Field {
 /// A firmware's numbers.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Row {
-    pub(crate) robot: String,
     pub(crate) scene: String,
     pub(crate) board: String,
     pub(crate) numbers: BTreeMap<Field, u64>,
-    /// Full output of the emulator, for JSON; `None` where no emulator runs the board.
-    pub(crate) emulated: Option<serde_json::Value>,
 }
 
 impl Row {
     /// A row with the numbers of the linked program only.
-    pub(crate) fn sizes(scene: &Path, board: Board, image: &Image) -> Result<Self> {
-        let robot = SceneKeys::read(scene)?.robot()?;
+    pub(crate) fn sizes(scene: &Path, board: Board, image: &Image) -> Self {
         let numbers =
             [(Field::Flash, image.flash), (Field::Ram, image.ram), (Field::StackBound, image.stack_bound)].into();
-        Ok(Self { robot: stem(&robot), scene: stem(scene), board: board.name().into(), numbers, emulated: None })
+        Self { scene: stem(scene), board: board.name().into(), numbers }
     }
 
     pub(crate) fn number(&self, field: Field) -> Option<u64> {
@@ -128,17 +90,4 @@ impl Row {
 /// A file's name without folder and extension.
 pub(crate) fn stem(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Field;
-
-    #[test]
-    fn every_field_is_found_by_its_name_and_no_other_is() {
-        for field in Field::ALL {
-            assert_eq!(Field::of(field.name()), Some(field));
-        }
-        assert_eq!(Field::of("flsh"), None);
-    }
 }

@@ -1,10 +1,8 @@
-//! The table of `docs/measured/budget.md`, its rows in the README, and JSON.
+//! The table of `docs/measured/budget.md`, and its rows in the README.
 
-use super::measure::{Late, Runs, Way, Ways};
 use super::row::{Field, Row};
 use crate::table::{Table, thousands};
-use anyhow::Result;
-use serde_json::{Value, json};
+use chip_image::costs::{Late, Runs, Way, Ways};
 
 /// Cycles of the core in a period of 4 kHz.
 const PERIOD_4_KHZ: u64 = 168_000_000 / 4_000;
@@ -165,46 +163,14 @@ impl Load {
     }
 }
 
-/// All numbers as JSON, for other programs.
-pub(crate) fn json(rows: &[Row], late: Option<&Late>) -> Result<String> {
-    let rows: Vec<Value> = rows.iter().map(of_row).collect();
-    Ok(serde_json::to_string_pretty(&json!({ "rows": rows, "tick_start": late }))?)
-}
-
-fn of_row(row: &Row) -> Value {
-    let said = |path: &str| row.emulated.as_ref().and_then(|all| all.pointer(path)).cloned();
-    let range = |path| said(path).map(|ticks| json!({ "min": ticks["min"], "max": ticks["max"] }));
-    let (ticks, supervised) = (range("/ticks"), range("/ticks/supervised"));
-    let cycles = said("/traced/running/cycles").map(|flash| {
-        let sram = said("/kernel_in_sram/running/cycles");
-        json!({ "kernel_in_flash": flash, "kernel_in_sram": sram, "longest": said("/traced/longest/cycles") })
-    });
-    json!({
-        "robot": row.robot,
-        "scene": row.scene,
-        "board": row.board,
-        "instructions_per_tick": ticks,
-        "supervised_instructions_per_tick": supervised,
-        "flash": row.number(Field::Flash),
-        "ram": row.number(Field::Ram),
-        "stack": { "painted": row.number(Field::StackPainted), "bound": row.number(Field::StackBound) },
-        "masked_instructions": row.number(Field::Masked),
-        "byte_interrupt_instructions": row.number(Field::ByteInterrupt),
-        "instructions_per_link_byte": row.number(Field::LinkByte),
-        "cycles_estimate": cycles,
-    })
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{json, markdown, teaser, ways};
-    use crate::budget::measure::{Cycles, Runs, Way, Ways};
+    use super::{markdown, teaser, ways};
     use crate::budget::row::{Field, Row};
-    use serde_json::{Value, json as value};
+    use chip_image::costs::{Cycles, Runs, Way, Ways};
 
     fn row() -> Row {
         Row {
-            robot: "puma560".into(),
             scene: "puma560_pick".into(),
             board: "netduinoplus2".into(),
             numbers: [
@@ -214,8 +180,6 @@ mod tests {
                 (Field::CyclesEstimate, 4200),
             ]
             .into(),
-            emulated: Some(value!({ "ticks": { "ticks": 9, "min": 1322, "max": 1322 },
-                "traced": { "running": { "cycles": { "low": 4000, "likely": 4200, "high": 4500 } } } })),
         }
     }
 
@@ -262,15 +226,5 @@ mod tests {
                 "| by DMA | 2,000 | 0.3 / 41.0 | 2.0 / 82.0 | 0.12 % / 4.9 % | while the queue is full |",
             ]
         );
-    }
-
-    #[test]
-    fn json_has_the_keys_that_other_programs_read() {
-        let all: Value =
-            json(&[row()], None).ok().and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default();
-        let row = &all["rows"][0];
-        assert_eq!((row["instructions_per_tick"]["min"].as_u64(), row["flash"].as_u64()), (Some(1322), Some(36_716)));
-        assert_eq!(row["cycles_estimate"]["kernel_in_flash"]["likely"], 4200);
-        assert!(row["ram"].is_null() && row["robot"] == "puma560" && row["stack"].is_object());
     }
 }

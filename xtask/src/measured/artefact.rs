@@ -4,7 +4,7 @@ use super::tokens;
 use crate::bench::kernels;
 use crate::process::{cargo, root, target_directory};
 use crate::scenes::shipped;
-use anyhow::{Context as _, Result, bail, ensure};
+use anyhow::{Context as _, Result, ensure};
 use firmware_image::Board;
 use robot_compiler::emit;
 use serde_json::Value;
@@ -50,68 +50,19 @@ impl Artefact {
     }
 }
 
-/// Where everything is that an emitted program or kernel depends on.
-const COMPILED_FROM: [&str; 6] = [
-    "robot-compiler/src",
-    "dynamics-core/src",
-    "robots",
-    "scenes",
-    "xtask/src/bench/plain.rs",
-    "xtask/src/bench/kernels.rs",
-];
-
-impl Artefact {
-    /// Checks that the present programs give the artefact of an earlier commit, whose files are in this folder.
-    fn is_of(self, commit: &str, folder: &Path) -> Result<()> {
-        match self {
-            Self::Files(..) => return Ok(()),
-            Self::Programs(_) | Self::Kernels => {}
-            Self::Log(_) | Self::Printed(_) => {
-                bail!("{}: measure it again: {commit} has no programs here", self.name())
-            }
-        }
-        let sources = |folder: &Path| -> Result<String> {
-            let mut hash = Hash(Sha256::new());
-            COMPILED_FROM.iter().try_for_each(|path| hash.files(folder, Path::new(path)))?;
-            Ok(hash.digits())
-        };
-        let same = sources(folder)? == sources(&root())?;
-        ensure!(same, "{}: what it is compiled from has changed since {commit}: measure it again", self.name());
-        Ok(())
-    }
-}
-
 /// Hashes of artefacts, each computed once.
-pub(super) struct Hashes {
-    /// The project's folder, or that of an earlier state of its files.
-    folder: PathBuf,
-    /// The commit of that earlier state.
-    past: Option<String>,
-    known: HashMap<Artefact, String>,
-}
+#[derive(Default)]
+pub(super) struct Hashes(HashMap<Artefact, String>);
 
 impl Hashes {
-    /// Of things as they are.
-    pub(super) fn of_now() -> Self {
-        Self { folder: root(), past: None, known: HashMap::new() }
-    }
-
-    /// Of the state of a commit, whose files are in this folder.
-    pub(super) fn of_commit(commit: &str, folder: PathBuf) -> Self {
-        Self { folder, past: Some(commit.to_owned()), known: HashMap::new() }
-    }
-
     /// The first 12 digits of an artefact's SHA-256.
     pub(super) fn of(&mut self, artefact: Artefact) -> Result<String> {
-        if let Some(known) = self.known.get(&artefact) {
+        if let Some(known) = self.0.get(&artefact) {
             return Ok(known.clone());
         }
         let mut hash = Hash(Sha256::new());
-        if let Some(commit) = &self.past {
-            artefact.is_of(commit, &self.folder)?;
-        }
         match artefact {
-            Artefact::Files(_, paths) => paths.iter().try_for_each(|path| hash.files(&self.folder, Path::new(path)))?,
+            Artefact::Files(_, paths) => paths.iter().try_for_each(|path| hash.files(&root(), Path::new(path)))?,
             Artefact::Programs([]) => {
                 let boards = Board::ALL.map(|board| root().join(board.scene()));
                 shipped()?.into_iter().chain(boards).try_for_each(|scene| hash.program(&scene))?;
@@ -128,7 +79,7 @@ impl Hashes {
             Artefact::Printed(arguments) => hash.text(arguments, &printed(arguments)?),
         }
         let digits = hash.digits();
-        self.known.insert(artefact, digits.clone());
+        self.0.insert(artefact, digits.clone());
         Ok(digits)
     }
 }
@@ -283,10 +234,18 @@ fn timeless(value: Value) -> Value {
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 mod tests {
-    use super::{Artefact, Hashes, fresh, timeless};
+    use super::{Artefact, Hash, Hashes, fresh, timeless};
+    use anyhow::Result;
     use serde_json::json;
+    use sha2::{Digest as _, Sha256};
+    use std::path::Path;
 
-    const FILES: Artefact = Artefact::Files("files", &["a"]);
+    /// Hash of the folder `a` in this one.
+    fn of(folder: &Path) -> Result<String> {
+        let mut hash = Hash(Sha256::new());
+        hash.files(folder, Path::new("a"))?;
+        Ok(hash.digits())
+    }
 
     /// Hash of a folder with these files.
     fn hash(name: &str, files: &[(&str, &str)]) -> String {
@@ -296,7 +255,7 @@ mod tests {
             std::fs::create_dir_all(path.parent().unwrap()).unwrap();
             std::fs::write(path, text).unwrap();
         }
-        Hashes::of_commit("HEAD", folder).of(FILES).unwrap()
+        of(&folder).unwrap()
     }
 
     #[test]
@@ -319,32 +278,21 @@ mod tests {
 
     #[test]
     fn the_same_kernels_written_twice_have_one_hash() {
-        let digits = || Hashes::of_now().of(Artefact::Kernels).unwrap();
+        let digits = || Hashes::default().of(Artefact::Kernels).unwrap();
         assert_eq!(digits(), digits());
         let at = |name: &str| {
             let folder = fresh(name).unwrap();
             std::fs::create_dir_all(folder.join("a")).unwrap();
             std::fs::write(folder.join("a/b.rs"), format!("#[path = \"{}/c.rs\"] mod c;", folder.display())).unwrap();
-            Hashes::of_commit("HEAD", folder).of(FILES).unwrap()
+            of(&folder).unwrap()
         };
         assert_eq!(at("here"), at("there"), "the folder is no part of it");
     }
 
     #[test]
     fn a_file_that_is_missing_is_an_error_with_its_path() {
-        let error = Hashes::of_commit("HEAD", fresh("none").unwrap()).of(FILES).unwrap_err();
+        let error = of(&fresh("none").unwrap()).unwrap_err();
         assert!(format!("{error:#}").contains("-none/a"), "{error:#}");
-    }
-
-    #[test]
-    fn an_earlier_commit_has_no_log_and_kernels_only_with_their_sources() {
-        let of =
-            |commit, artefact| Hashes::of_commit(commit, fresh("past").unwrap()).of(artefact).unwrap_err().to_string();
-        let log = of("HEAD", Artefact::Log("yam_move"));
-        assert!(log.contains("log of yam_move") && log.contains("measure it again"), "{log}");
-        let kernels =
-            format!("{:#}", Hashes::of_commit("HEAD", fresh("empty").unwrap()).of(Artefact::Kernels).unwrap_err());
-        assert!(kernels.contains("robot-compiler/src"), "{kernels}");
     }
 
     #[test]

@@ -110,7 +110,7 @@ pub(super) const BLOCKS: &[Block] = &[
     block("kernels", "compiler", BENCH, &[Kernels]),
     block("peers", "peers", "cargo xtask bench --peers", &[Kernels, PEERS]),
     block("report", "report", "cargo xtask report --time", &[Log("puma560_pick")]),
-    block("scale", "scale", "cargo xtask scale --write", SCALE),
+    block("scale", "scale", "by hand: the page says how", SCALE),
     block("simulators", "simulators", SIMULATORS, SIMULATED),
     block("simulators", "simulators, equal error", SIMULATORS, SIMULATED),
     block("simulators", "simulators, cost by time and runs", SIMULATORS, SIMULATED),

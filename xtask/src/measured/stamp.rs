@@ -2,6 +2,7 @@
 
 use super::artefact::Hashes;
 use super::blocks::Block;
+use crate::machine::{cores, processor, today};
 use crate::process::{output, root};
 use anyhow::{Context as _, Result};
 use std::fmt;
@@ -27,19 +28,9 @@ impl Stamp {
     pub(super) fn now(block: &Block, hashes: &mut Hashes) -> Result<Self> {
         let git = |words: &[&str]| output(Command::new("git").current_dir(root()).args(words));
         let commit = git(&["rev-parse", "--short=7", "HEAD"]).unwrap_or_else(|| "no commit".to_owned());
-        let day = output(Command::new("date").args(["-u", "+%F"])).unwrap_or_else(|| "unknown day".to_owned());
-        Self::new(block, commit, machine(), day, hashes)
-    }
-
-    /// A measurement of an earlier commit, of which only the commit is known.
-    pub(super) fn past(block: &Block, commit: &str, day: &str, hashes: &mut Hashes) -> Result<Self> {
-        Self::new(block, commit.to_owned(), "a machine that was not recorded".to_owned(), day.to_owned(), hashes)
-    }
-
-    fn new(block: &Block, commit: String, machine: String, day: String, hashes: &mut Hashes) -> Result<Self> {
         let hash = |artefact: &super::Artefact| Ok((artefact.name(), hashes.of(*artefact)?));
         let artefacts = block.artefacts.iter().map(hash).collect::<Result<_>>()?;
-        Ok(Self { command: block.command.to_owned(), commit, machine, day, artefacts })
+        Ok(Self { command: block.command.to_owned(), commit, machine: machine(), day: today(), artefacts })
     }
 
     /// The hash of an artefact.
@@ -77,12 +68,9 @@ impl fmt::Display for Stamp {
 
 /// Processor, cores, compiler.
 fn machine() -> String {
-    let information = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let name = information.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let rustc = output(Command::new("rustc").arg("--version")).unwrap_or_default();
     let rustc = rustc.split_whitespace().take(2).collect::<Vec<_>>().join(" ");
-    format!("{}, {cores} cores, {rustc}", name.map_or("unknown processor", |(_, name)| name))
+    format!("{}, {} cores, {rustc}", processor(), cores())
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Estimated cycles: means over the states.
-#[derive(Clone, Copy, Debug, serde::Serialize)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Cycles {
     pub(super) low: f64,
     pub(super) likely: f64,
@@ -22,7 +22,7 @@ pub(super) struct Cycles {
 }
 
 /// Instructions, estimated cycles, and bytes of a contestant.
-#[derive(Clone, Debug, serde::Serialize)]
+#[derive(Clone, Debug)]
 pub(super) struct Count {
     pub(super) family: Family,
     pub(super) task: Task,
@@ -211,9 +211,9 @@ fn build(arm: &str, ours: &Ours) -> Result<(Vec<Entry>, PathBuf)> {
                     let job =
                         Job::new(compiler, object.clone()).words(own).words(MACHINE).words(options).words(switches);
                     let job = job.words("-c").with("-isystem").with(&headers).with(format!("-D{switch}"));
-                    let job = job.with(format!("-DENTRY={symbol}")).depends_on(&text);
+                    let job = job.with(format!("-DENTRY={symbol}"));
                     let job = job.with(format!("-DSOURCE={:?}", text.display().to_string()));
-                    jobs.push(job.from(&source("generated_chip.c")).output());
+                    jobs.push(job.with(&source("generated_chip.c")).output());
                     let build = format!("{} {name}", if compiler == GCC { "gcc" } else { compiler });
                     entries.push(Entry { family, task, build, symbol, kernel: None });
                     objects.push(object);
@@ -233,12 +233,12 @@ fn build(arm: &str, ours: &Ours) -> Result<(Vec<Entry>, PathBuf)> {
         .with("-L")
         .with(root().join("firmware/memory/stm32f405"))
         .with("-T")
-        .from(&source("chip.ld"));
-    job = job.from(&source("chip.c"));
+        .with(&source("chip.ld"));
+    job = job.with(&source("chip.c"));
     for object in &objects {
-        job = job.from(object);
+        job = job.with(object);
     }
-    build::all("the chip's program", vec![job.words("-lm").from(&ours.chip).output().words("-lc -lgcc")])?;
+    build::all("the chip's program", vec![job.words("-lm").with(&ours.chip).output().words("-lc -lgcc")])?;
     Ok((entries, elf))
 }
 

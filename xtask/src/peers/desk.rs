@@ -8,7 +8,7 @@ use std::io::Write as _;
 use std::process::{Command, Stdio};
 
 /// Least time of a contestant.
-#[derive(Clone, Debug, serde::Serialize)]
+#[derive(Clone, Debug)]
 pub(super) struct Time {
     pub(super) family: Family,
     pub(super) task: Task,
@@ -16,8 +16,6 @@ pub(super) struct Time {
     pub(super) build: &'static str,
     /// For one state, ns.
     pub(super) ns: f64,
-    /// Largest difference from the reference, relative to the largest answer of the state.
-    pub(super) error: f64,
 }
 
 /// Torques of one state from the reference.
@@ -38,7 +36,7 @@ fn harness() -> std::path::PathBuf {
 
 /// Builds the harness that times them.
 pub(super) fn build() -> Result<()> {
-    let job = Job::new("g++", harness()).words("-std=c++17 -O2 -Wall").from(&source("harness.cpp"));
+    let job = Job::new("g++", harness()).words("-std=c++17 -O2 -Wall").with(&source("harness.cpp"));
     build::all("harness", vec![job.output().words("-ldl")])
 }
 
@@ -80,7 +78,7 @@ pub(super) fn measure(arm: &str, ours: &Ours) -> Result<(Vec<Time>, Vec<Torques>
         if error.is_nan() || error > allowed {
             bail!("{arm}: {} ({task:?}, {build}) differs from ours by {error:.1e} of the largest", family.name());
         }
-        times.push(Time { family, task, build, ns, error });
+        times.push(Time { family, task, build, ns });
     }
     if times.len() != all.len() {
         bail!("the harness measured {} of {}", times.len(), all.len());

@@ -10,7 +10,7 @@
 //! | module | holds |
 //! |---|---|
 //! | `target` | the targets under test |
-//! | `case` | the faults and the states |
+//! | `fault`, `case` | the faults, and faults in states |
 //! | `injection` | one fault with its random parameters: its effect on readings, lines, frames and the arm |
 //! | `host` | the host's frames, and the link's faults on them |
 //! | `machine` | the machine under test: the session on the desk, or the chip with the desk beside it |
@@ -32,13 +32,13 @@
 
 mod case;
 pub mod drives;
+mod fault;
 mod frames;
 mod host;
 mod injection;
 pub mod judge;
 mod machine;
 mod outcome;
-mod page;
 mod random;
 mod report;
 mod run;
@@ -46,7 +46,8 @@ mod script;
 mod stage;
 mod target;
 
-pub use case::{Case, FaultKind, Situation, Span};
+pub use case::{Case, Situation};
+pub use fault::{FaultKind, Span};
 pub use judge::{Law, Unsafe};
 pub use machine::{Both, Desk, Machine, Said, Told, Trouble};
 pub use outcome::{Counterexample, Exemption, Finished, Motion, Number, Outcome};

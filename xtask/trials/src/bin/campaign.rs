@@ -5,7 +5,6 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
 use sim::failure::{self, Failure};
-use sim::output::Output;
 use sim::pages;
 use sim::terminal::{exit_code, json, keep_lines_of_messages, print, progress_bar, stop_on_interrupt};
 use std::path::PathBuf;
@@ -25,7 +24,6 @@ it: --seed S --run K and the same scenes and target.
 Examples:
   cargo xtask campaign
   cargo xtask campaign --runs 10000 --write
-  cargo xtask campaign --runs 10000 --report out/campaign.html
   cargo xtask campaign --target drives --runs 10000 --write
   cargo xtask campaign scenes/yam_move.toml --target drives
   cargo xtask campaign --target qemu --runs 700 --write
@@ -59,12 +57,6 @@ struct Arguments {
     /// Put the table into this file.
     #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/measured/campaign.md")]
     write: Option<PathBuf>,
-    /// File for the report, a page for a browser.
-    #[arg(long, value_name = "FILE")]
-    report: Option<PathBuf>,
-    /// Overwrite a report that another program wrote.
-    #[arg(long)]
-    force: bool,
     /// Print JSON, and nothing else.
     #[arg(long)]
     json: bool,
@@ -116,8 +108,6 @@ fn run(args: &Arguments, stop: &AtomicBool) -> Result<u8, Failure> {
     };
     // Better now than after the runs.
     let document = pages::document(args.write.as_deref(), &[place])?;
-    let mut output = paths.iter().fold(Output::new(args.force), |output, path| output.reads(path));
-    args.report.as_deref().map_or(Ok(()), |path| output.file(path))?;
     let campaign = Campaign {
         scenes,
         seed: args.seed,
@@ -126,7 +116,6 @@ fn run(args: &Arguments, stop: &AtomicBool) -> Result<u8, Failure> {
     };
     let progress = if args.json { ProgressBar::hidden() } else { progress_bar(None, "runs") };
     let report = campaign.report(stop, &progress)?;
-    pages::write_claimed(&output, args.report.as_deref(), || Ok(report.page(&paths)))?;
     document.map_or(Ok(()), |document| pages::fill(document, &[(place, report.markdown())]))?;
     let text = if args.json { json(&report)? } else { report.table() };
     print(&format!("{text}\n"))?;

@@ -3,13 +3,14 @@
 
 use crate::budget::interrupts::{BYTE, Mask, SERVE, TICK};
 use crate::budget::random_motion::Tick;
-use crate::budget::report::{Cycles, Interrupt, Traced};
+use crate::budget::report::{Interrupt, Traced};
 use crate::budget::supervised::TICKS_BEFORE;
 use crate::budget::ticks::{PATIENCE, QEMU, hello};
 use crate::budget::{Failure, program, supervised};
 use ::board::chip::{Carried, Chip, Emulator};
 use ::board::session::drill::OnChip;
 use chip_image::Program;
+use chip_image::costs::Cycles;
 use chip_image::cycles::steps::{self, Detail, Event, Step};
 use chip_image::cycles::{Estimate, Estimator, Memory, Placement};
 use robot_compiler::SceneFile;

@@ -1,6 +1,6 @@
 //! The host's side of the link: its packets in each tick, and the link's faults on them.
 
-use super::case::FaultKind;
+use super::fault::FaultKind;
 use super::machine::Told;
 use super::random::Random;
 use dynamics_core::Reference;

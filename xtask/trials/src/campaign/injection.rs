@@ -1,6 +1,6 @@
 //! One fault with its random parameters: its effect on readings, lines, frames and the arm.
 
-use super::case::FaultKind;
+use super::fault::FaultKind;
 use super::host::Host;
 use super::machine::Told;
 use super::random::Random;

@@ -1,6 +1,7 @@
 //! Report of a campaign: a table of faults and states.
 
-use super::case::{FaultKind, Situation};
+use super::case::Situation;
+use super::fault::FaultKind;
 use super::outcome::{Counterexample, Exemption, Finished, Outcome};
 use super::target::Target;
 use serde::Serialize;

@@ -1,6 +1,7 @@
 //! One run: bring a machine to a state, inject a fault for a while, and judge every tick.
 
-use super::case::{Case, FaultKind, Situation};
+use super::case::{Case, Situation};
+use super::fault::FaultKind;
 use super::host::Host;
 use super::injection::Injection;
 use super::judge::{Heard, Judge, Law, Trust, Unsafe};

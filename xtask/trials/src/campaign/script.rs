@@ -1,6 +1,7 @@
 //! The script of every run: bring the machine to a state, disturb it for a while, and ask for everything that leads back to torque.
 
-use super::case::{Case, FaultKind, Situation};
+use super::case::{Case, Situation};
+use super::fault::FaultKind;
 use super::host::Host;
 use super::judge::Unsafe;
 use super::machine::Trouble;

@@ -6,7 +6,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 /// Generator of damaged inputs.
 pub struct Damage {
     random: ChaCha8Rng,
-    words: &'static [&'static str],
+    words: Vec<Vec<u8>>,
 }
 
 /// Nested brackets, tables, names and elements of this depth. The parsers behind our readers are recursive, so too deep
@@ -55,10 +55,11 @@ const STRETCH: usize = 60;
 const NOISE: usize = 600;
 
 impl Damage {
-    /// A generator that inserts these words among other kinds of damage.
+    /// A generator that inserts the words of a dictionary among other kinds of damage.
     #[must_use]
-    pub fn new(seed: u64, words: &'static [&'static str]) -> Self {
-        Self { random: ChaCha8Rng::seed_from_u64(seed), words }
+    pub fn new(seed: u64, dictionary: &str) -> Self {
+        let words = dictionary.lines().filter_map(|line| Some(plain(line.strip_prefix('"')?.strip_suffix('"')?)));
+        Self { random: ChaCha8Rng::seed_from_u64(seed), words: words.collect() }
     }
 
     /// One of the examples with one to four kinds of damage; every sixteenth input is pure noise.
@@ -89,8 +90,8 @@ impl Damage {
             }
             Kind::Word if self.words.is_empty() => {}
             Kind::Word => {
-                let word = self.words[self.below(self.words.len())];
-                bytes.splice(at..at, word.bytes());
+                let number = self.below(self.words.len());
+                bytes.splice(at..at, self.words[number].iter().copied());
             }
             Kind::Number => {
                 // All bit patterns of a double are equally likely, so tiny, huge, infinite and NaN values come often.
@@ -107,5 +108,32 @@ impl Damage {
     fn below(&mut self, bound: usize) -> usize {
         // The distribution is uneven by less than 1 in 2^32, which is negligible here.
         (self.random.next_u64() % bound as u64) as usize
+    }
+}
+
+/// The bytes of a word, in which `\xNN` is a byte, and any other character behind a backslash stands for itself.
+fn plain(mut word: &str) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    while let Some((before, behind)) = word.split_once('\\') {
+        let hex = behind.strip_prefix('x').and_then(|digits| digits.split_at_checked(2));
+        let (byte, rest) = match hex.and_then(|(digits, rest)| Some((u8::from_str_radix(digits, 16).ok()?, rest))) {
+            Some((byte, rest)) => (Some(byte), rest),
+            None => (behind.bytes().next(), behind.get(1..).unwrap_or_default()),
+        };
+        bytes.extend(before.bytes().chain(byte));
+        word = rest;
+    }
+    bytes.extend(word.bytes());
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Damage;
+
+    #[test]
+    fn a_dictionary_is_read_as_libfuzzer_reads_it() {
+        let words = Damage::new(0, "\"a\\x0ab\"\n# a remark\n\"\\\"\"\n\"\\\\u0000\"\n").words;
+        assert_eq!(words, ["a\nb", "\"", "\\u0000"].map(|word| word.as_bytes().to_vec()));
     }
 }

@@ -8,50 +8,6 @@ use robot_compiler::{FileError, Robot, SceneFile, emit, with_dof};
 use sim::run::simulate::desk;
 use std::fmt::Debug;
 
-/// Words that are TOML syntax somewhere, and numbers at the ends of their ranges.
-pub(crate) const TOML_WORDS: [&str; 40] = [
-    "0",
-    "-1",
-    "1e308",
-    "-1e308",
-    "1e-320",
-    "3.5e38",
-    "nan",
-    "inf",
-    "-inf",
-    "9223372036854775808",
-    "0x7fffffffffffffff",
-    "true",
-    "\"",
-    "'''",
-    "[",
-    "]",
-    "{",
-    "}",
-    "=",
-    "\n",
-    "\r\n",
-    "#",
-    "\u{10ffff}",
-    "é",
-    "[[joint]]\n",
-    "[joint.drive]\n",
-    "[tool]\n",
-    "[model]\n",
-    "[control]\n",
-    "[safety]\n",
-    "[collision]\n",
-    "[motion]\n",
-    "[plant]\n",
-    "[sensors]\n",
-    "[actuators]\n",
-    "\"live\"",
-    "\"absent\"",
-    "\"prismatic\"",
-    "terms = \"auto\"\n",
-    "allow_unphysical = \"x\"\n",
-];
-
 /// Read a text; returns `None` if the reader refuses it with a helpful error.
 ///
 /// An accepted text with a comment appended at its end must give the same result again.

@@ -12,42 +12,7 @@ use std::sync::LazyLock;
 use studies::dynamics::answer_all;
 
 /// Lines for arms with one, two, four and six joints.
-pub const TARGET: Target = Target { name: "json_lines", check, examples, words: &WORDS };
-
-const WORDS: [&str; 32] = [
-    "0",
-    "-0.0",
-    "1e308",
-    "-1e308",
-    "1e309",
-    "1e-320",
-    "3.5e38",
-    "NaN",
-    "null",
-    "true",
-    "\"q\":",
-    "\"qd\":",
-    "\"qdd\":",
-    "\"tau\":",
-    "\"wrench_tip\":",
-    "\"gravity\":",
-    "[1,1]",
-    "[1,1,1]",
-    "[1,1,1,1]",
-    "[1,1,1,1,1,1]",
-    "[",
-    "]",
-    "{",
-    "}",
-    ",",
-    "\"",
-    "\\u0000",
-    "\n",
-    "\r\n",
-    "{\"q\":[1]}\n",
-    "{\"q\":[1,1]}\n",
-    "é",
-];
+pub const TARGET: Target = Target { name: "json_lines", check, examples, words: include_str!("../../words/json.dict") };
 
 fn examples() -> Vec<Vec<u8>> {
     let mut all = files(&["scenes"], "jsonl");

@@ -5,7 +5,7 @@ use crate::fuzz::packets::{all_bits, frame};
 use link::{Access, BoardChannel, Encoder, Frame, Hello, HostChannel, Key, NonceSource, Pacing};
 
 /// Sessions in which the stranger does each thing once, and often.
-pub const TARGET: Target = Target { name: "link_channel", check, examples, words: &[] };
+pub const TARGET: Target = Target { name: "link_channel", check, examples, words: "" };
 
 const KEY: [u8; 32] = [0x4e; 32];
 const OWN: Hello = Hello { robot: 1, joints: 2, rate_hz: 1000.0, pacing: Pacing::LockStep };

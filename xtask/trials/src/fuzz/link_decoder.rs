@@ -5,7 +5,8 @@ use crate::fuzz::packets::{PAYLOAD_MAX, all_bits, decode, expected, frame, taken
 use link::{DecodeError, Decoder, Encoder, Frame, Hello, PACKET_MAX, Pacing, Received};
 
 /// Payloads of every kind of frame, packets of them, and a flood of bytes without an end.
-pub const TARGET: Target = Target { name: "link_decoder", check, examples, words: &["\0", "\0\0", "\u{1}\u{1}\u{1}"] };
+pub const TARGET: Target =
+    Target { name: "link_decoder", check, examples, words: include_str!("../../words/link.dict") };
 
 fn examples() -> Vec<Vec<u8>> {
     let mut all = vec![vec![0x55; 1000]];

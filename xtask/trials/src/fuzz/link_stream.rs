@@ -5,7 +5,7 @@ use crate::fuzz::packets::{Taken, all_bits, begins, decode, expected, frame, tak
 use link::{Decoder, Encoder, Frame, Packet};
 
 /// Streams in which each event happens once, and often.
-pub const TARGET: Target = Target { name: "link_stream", check, examples, words: &[] };
+pub const TARGET: Target = Target { name: "link_stream", check, examples, words: "" };
 
 fn examples() -> Vec<Vec<u8>> {
     let mut all: Vec<Vec<u8>> = (0..Event::KINDS).map(|event| vec![0, event, 3, 40, 7, 0, 0, 0]).collect();

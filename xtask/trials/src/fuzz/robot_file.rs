@@ -3,14 +3,14 @@
 use crate::fuzz::Target;
 use crate::fuzz::damage::nested;
 use crate::fuzz::examples::{files, invalid};
-use crate::fuzz::files::{TOML_WORDS, check_robot, read};
+use crate::fuzz::files::{check_robot, read};
 use dynamics_core::Trig;
 use dynamics_core::linkage::{Branch, Linkage, LinkagePosture};
 use dynamics_core::trig::Libm;
 use robot_compiler::{LinkageFile, Robot};
 
 /// All shipped robots and linkages, and the invalid ones of the compiler's tests.
-pub const TARGET: Target = Target { name: "robot_file", check, examples, words: &TOML_WORDS };
+pub const TARGET: Target = Target { name: "robot_file", check, examples, words: include_str!("../../words/toml.dict") };
 
 /// Name of the text in errors.
 const NAME: &str = "any.toml";

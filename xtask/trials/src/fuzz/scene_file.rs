@@ -3,11 +3,11 @@
 use crate::fuzz::Target;
 use crate::fuzz::damage::nested;
 use crate::fuzz::examples::{files, invalid, top};
-use crate::fuzz::files::{TOML_WORDS, check_scene, read};
+use crate::fuzz::files::{check_scene, read};
 use robot_compiler::SceneFile;
 
 /// All shipped scenes, and the invalid ones of the compiler's tests.
-pub const TARGET: Target = Target { name: "scene_file", check, examples, words: &TOML_WORDS };
+pub const TARGET: Target = Target { name: "scene_file", check, examples, words: include_str!("../../words/toml.dict") };
 
 fn examples() -> Vec<Vec<u8>> {
     let mut all = files(&["scenes"], "toml");

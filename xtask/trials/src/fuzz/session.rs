@@ -24,7 +24,7 @@ use session::readings::{JointFaults, Lines};
 use std::sync::LazyLock;
 
 /// Sessions that reach each state and then meet each event.
-pub const TARGET: Target = Target { name: "session", check, examples, words: &[] };
+pub const TARGET: Target = Target { name: "session", check, examples, words: "" };
 
 /// Number of kinds of events.
 const KINDS: u8 = 23;

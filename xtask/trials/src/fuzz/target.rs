@@ -9,6 +9,6 @@ pub struct Target {
     pub check: fn(&[u8]),
     /// Inputs to start with, most of them valid.
     pub examples: fn() -> Vec<Vec<u8>>,
-    /// Words with a meaning in an input.
-    pub words: &'static [&'static str],
+    /// Words with a meaning in an input: a dictionary as libFuzzer reads it.
+    pub words: &'static str,
 }

@@ -7,41 +7,10 @@ use crate::fuzz::files::{check_robot, read};
 use robot_compiler::{Ends, Robot};
 
 /// The valid and invalid arms of the compiler's tests, and nested elements.
-pub const TARGET: Target = Target { name: "urdf_file", check, examples, words: &WORDS };
+pub const TARGET: Target = Target { name: "urdf_file", check, examples, words: include_str!("../../words/urdf.dict") };
 
 /// Name of the text in errors.
 const NAME: &str = "any.urdf";
-
-const WORDS: [&str; 28] = [
-    "0",
-    "-1",
-    "1e308",
-    "1e-320",
-    "3.5e38",
-    "nan",
-    "inf",
-    "0 0 1",
-    "\"",
-    "<",
-    ">",
-    "/>",
-    "&lt;",
-    "<!--",
-    "-->",
-    "<![CDATA[",
-    "é",
-    "<link name=\"x\"/>",
-    "<joint name=\"x\" type=\"fixed\"><parent link=\"x\"/><child link=\"y\"/></joint>",
-    " type=\"prismatic\"",
-    " type=\"continuous\"",
-    "<mimic joint=\"x\"/>",
-    "<limit effort=\"1\" velocity=\"1\" lower=\"-1\" upper=\"1\"/>",
-    "<axis xyz=\"0 1 0\"/>",
-    "<origin xyz=\"1 0 0\" rpy=\"0 1 0\"/>",
-    "<mass value=\"1\"/>",
-    "<dynamics damping=\"1\" friction=\"1\"/>",
-    "<inertial/>",
-];
 
 fn examples() -> Vec<Vec<u8>> {
     let mut all = files(&["robot-compiler/tests/data"], "urdf");

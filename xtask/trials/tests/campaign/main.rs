@@ -4,4 +4,3 @@
 mod desk;
 mod drives;
 mod judge;
-mod page;

@@ -1,6 +1,6 @@
 //! One fault of drives, buses or host, with its random parameters.
 
-use crate::campaign::case::{FaultKind, Span};
+use crate::campaign::fault::{FaultKind, Span};
 use crate::campaign::host::Host;
 use crate::campaign::random::Random;
 use actuator_model::bus::{CommandFate, Disturbance, Fate};

@@ -1,0 +1,162 @@
+//! Joints on which no torque is to act: brakes hold the arm, or its drives damp it.
+
+use super::Judge;
+use super::truth::{ARMED_MAX, HELD_MAX, Known, Released, Truth};
+use crate::campaign::judge::{Law, Unsafe, broken};
+use crate::campaign::outcome::Exemption;
+use board::session::states::{ARMING, FAULT, IDLE};
+use sim::plant::BRAKING_TIME;
+
+/// Greatest speed of a joint that its drive damps, as a multiple of that at which the damping carries gravity, and more, rad/s, for what the other
+/// joints do to it; after so many seconds of damping.
+const SINKING: f64 = 1.3;
+const SINKING_MORE: f64 = 0.3;
+const SINKING_AFTER: f64 = 0.15;
+
+/// The weight's acceleration is taken from a tick's two ends; it may be larger between them.
+const FALL: f64 = 1.05;
+
+/// Longest time that a drive which hears nothing gives its last torque, s: its own timeout, which a mini-cheetah brings along.
+const TIMEOUT: f64 = 0.05;
+const TIMEOUT_WITHOUT_SETTING: f64 = 0.1;
+
+impl<const N: usize> Judge<'_, N> {
+    /// The way that the weight, and drives that do not hear the board, can make until the brakes engage.
+    fn falls(&mut self, truth: &Truth<'_, N>, released: &mut Released<N>) {
+        if !truth.open || released.ticks >= released.engaging {
+            return;
+        }
+        let timeout = if self.tells_state { TIMEOUT } else { TIMEOUT_WITHOUT_SETTING };
+        let timeout = timeout.max(10.0 * self.rules.period) / self.rules.period + 3.0;
+        let deaf = |i: usize| !released.heard[i] && f64::from(released.ticks) <= timeout;
+        if released.ticks > 1 && (0..N).any(|i| deaf(i) && truth.on[i]) {
+            self.exempt(Exemption::Unheard);
+            released.unheard = true;
+        }
+        let counts = |i: usize| deaf(i) || released.unheard;
+        let torque: [f64; N] = core::array::from_fn(|i| if counts(i) { truth.torque[i] } else { 0.0 });
+        let before: [f64; N] = core::array::from_fn(|i| if counts(i) { truth.carried[i] } else { 0.0 });
+        // Friction of one joint can move another one faster, so the arm with it counts, and the arm without.
+        let less_friction = |torque: &[f64; N], qd: &[f64; N]| {
+            core::array::from_fn(|i| torque[i] - self.drives[i].friction_torque(qd[i]))
+        };
+        let states = [
+            (truth.q, truth.qd, torque),
+            (self.q, self.qd, before),
+            (truth.q, truth.qd, less_friction(&torque, &truth.qd)),
+            (self.q, self.qd, less_friction(&before, &self.qd)),
+        ];
+        let accelerations = states.map(|(q, qd, torque)| self.arm.acceleration(&q, &qd, &torque).unwrap_or([0.0; N]));
+        for i in 0..N {
+            let fastest = accelerations.iter().fold(0.0, |most: f64, qdd| most.max(qdd[i].abs()));
+            released.speed[i] += FALL * fastest * self.rules.period;
+            released.way[i] += released.speed[i] * self.rules.period;
+        }
+    }
+
+    /// No torque is to act: brakes hold the arm, or its drives damp it.
+    pub(super) fn released(&mut self, truth: &Truth<'_, N>) -> Result<(), Unsafe> {
+        self.invisible = false;
+        let (from, gravity) = (self.q, [0.0; N]);
+        // After an orderly end the brakes have engaged already. So they have where lowering waited for too long, but fault 15 may come at once too.
+        let orderly = truth.state.0 == IDLE || matches!(truth.state, (FAULT, 10 | 20));
+        let fresh = Released {
+            ticks: 0,
+            from,
+            speed: self.qd.map(f64::abs),
+            way: [0.0; N],
+            engaging: if orderly { 0 } else { self.rules.brake_delay },
+            unheard: false,
+            heard: [false; N],
+            damped: 0,
+            gravity,
+            all_on_from: from,
+        };
+        let mut released = self.released.unwrap_or(fresh);
+        if !self.brakes {
+            self.sinks(truth, &mut released)?;
+        } else {
+            self.falls(truth, &mut released);
+        }
+        for i in 0..N {
+            // A frame of the tick before the safe action may come a tick late.
+            released.heard[i] |= truth.heard[i] && released.ticks > 0;
+            let (from, speed) = (released.from[i], released.speed[i]);
+            let moved = (truth.q[i] - from).abs();
+            if self.brakes {
+                let way = released.way[i] + speed * (0.5 * BRAKING_TIME + self.rules.period);
+                let most = 1.01 * way + 1e-4;
+                if moved > most {
+                    let what = format!("joint {}: {moved} rad since the safe action, at most {most}", i + 1);
+                    return broken(Law::Stopped, what);
+                }
+                continue;
+            }
+            self.unbraked(i, truth, &released, moved)?;
+        }
+        released.ticks += 1;
+        self.released = Some(released);
+        Ok(())
+    }
+
+    /// An arm that all of its drives damp comes down slowly, and stays where it is while it is armed.
+    fn sinks(&self, truth: &Truth<'_, N>, released: &mut Released<N>) -> Result<(), Unsafe> {
+        let arms = truth.state.0 == ARMING;
+        let damped = truth.on == [true; N] && truth.heard == [true; N] && (arms == (self.before == ARMING));
+        if !damped {
+            (released.damped, released.gravity, released.all_on_from) = (0, [0.0; N], truth.q);
+            return Ok(());
+        }
+        released.damped += 1;
+        let gravity = self.arm.terms(&truth.q, &[0.0; N]).gravity;
+        for i in 0..N {
+            released.gravity[i] = released.gravity[i].max(gravity[i].abs());
+            let most = SINKING * released.gravity[i] / self.drives[i].damping + SINKING_MORE;
+            let speed = truth.qd[i].abs();
+            if !arms && f64::from(released.damped) * self.rules.period > SINKING_AFTER && speed > most {
+                return broken(Law::Damped, format!("joint {} sinks at {speed} rad/s, at most {most}", i + 1));
+            }
+            let moved = (truth.q[i] - released.all_on_from[i]).abs();
+            let enabling = f64::from(released.damped) * self.rules.period;
+            if arms && moved > ARMED_MAX + self.rules.joints[i].rest_speed * enabling {
+                return broken(Law::Fell, format!("joint {} moves by {moved} rad while it is armed", i + 1));
+            }
+        }
+        Ok(())
+    }
+
+    /// A joint that no brake holds, in the safe action.
+    fn unbraked(&mut self, i: usize, truth: &Truth<'_, N>, released: &Released<N>, moved: f64) -> Result<(), Unsafe> {
+        let Known { damping, torque: range, .. } = self.drives[i];
+        let (torque, speed) = (truth.torque[i], truth.qd[i]);
+        if !truth.on[i] {
+            if truth.told_off[i] && truth.powered[i] {
+                return broken(Law::Damped, format!("joint {}: its drive was told to be off", i + 1));
+            }
+            if moved > HELD_MAX {
+                self.exempt(Exemption::NoDrive);
+            }
+            return Ok(());
+        }
+        // A drive measures and rounds, and its torque is of a moment before.
+        let wanted = (-damping * speed).clamp(-range, range);
+        let error = 0.15 * wanted.abs() + 0.02 * range;
+        // While drives come on one that is on gives nothing for a tick, or a probe of a fiftieth.
+        let enabling = truth.state.0 == ARMING && torque.abs() <= wanted.abs() + 0.03 * range;
+        if (torque - wanted).abs() <= error || enabling {
+            return Ok(());
+        }
+        let what = format!("joint {}: {torque} N m at {speed} rad/s, {} ticks after", i + 1, released.ticks);
+        if released.heard[i] {
+            return broken(Law::Damped, what);
+        }
+        let timeout = if self.tells_state { TIMEOUT } else { TIMEOUT_WITHOUT_SETTING };
+        if f64::from(released.ticks) > timeout.max(10.0 * self.rules.period) / self.rules.period + 3.0 {
+            return broken(Law::OldTorque, what);
+        }
+        if released.ticks > 1 {
+            self.exempt(Exemption::Unheard);
+        }
+        Ok(())
+    }
+}
