@@ -32,13 +32,6 @@ use robot_compiler::emit::page::Page;
 /// The page with the tables.
 const DOCUMENT: &str = "docs/measured/peers.md";
 
-/// Measurements of an arm.
-struct Measured {
-    arm: &'static str,
-    desk: Vec<desk::Time>,
-    chip: Vec<chip::Count>,
-}
-
 /// Installs, builds, checks, measures, and reports: on the terminal and in the documentation.
 pub(crate) fn run() -> Result<()> {
     // Checked now rather than after an hour: the page must have a place for its tables.
@@ -52,7 +45,7 @@ pub(crate) fn run() -> Result<()> {
         eprintln!("peers: measuring the {arm}");
         let (desk, torques) = desk::measure(arm, &ours)?;
         let chip = chip::measure(arm, &ours, &torques)?;
-        measured.push(Measured { arm, desk, chip });
+        measured.push(report::Measured { arm, desk, chip });
     }
     let tables = report::markdown(&measured)?;
     println!("{tables}");

@@ -108,10 +108,9 @@ impl SceneFile {
         self.safety_rules(model).cast::<f32>().visit(&mut fnv);
         fnv.option(self.friction_terms::<N>().map(|terms| terms.map(|terms| terms.cast::<f32>())).as_ref());
         fnv.tag(self.control.model_every);
-        fnv.tag(match self.control.model_between {
-            Between::Hold => 0,
-            Between::Extrapolate => 1,
-        });
+        // Without ticks between evaluations the setting has no effect.
+        let extrapolates = self.control.model_every > 1 && self.control.model_between == Between::Extrapolate;
+        fnv.tag(u32::from(extrapolates));
         // The kind of drives decides the frames, and what a frame means.
         for joint in &self.robot.joints {
             fnv.bytes(joint.drive.as_ref().map_or("link", JointDrive::kind).as_bytes());
@@ -192,8 +191,8 @@ fn hash_drives<const N: usize>(fnv: &mut Fnv1a, drives: &Drives<N>) {
                 fnv.tag(u32::from(temperature_offset.is_some()));
                 fnv.numbers(temperature_offset);
                 fnv.tag(data_rate.map_or(0, |rate| rate.bits_per_second()));
-                fnv.tag(u32::from(*timeout));
-                fnv.tag(u32::from(*restart_ticks));
+                fnv.tag(*timeout);
+                fnv.tag(*restart_ticks);
                 fnv.tag(u32::from(*absolute));
             }
         }

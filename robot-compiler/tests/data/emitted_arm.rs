@@ -23,7 +23,7 @@ pub const NAME: &str = "scara_pick";
 pub const ROBOT: &str = "generic SCARA";
 
 /// Hash of everything that decides the bits of a tick.
-pub const HASH: u64 = 0xd3b3_11b4_cf62_c43e;
+pub const HASH: u64 = 0xcafa_c91e_9678_642f;
 
 /// Control rate, Hz.
 pub const RATE_HZ: f32 = 1000.0;

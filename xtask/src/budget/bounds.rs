@@ -311,12 +311,7 @@ mod tests {
         share_scene = \"hard\"\nshare_rate_hz = 4000\nshare_clock_hz = 168000000\nshare_percent = 25\n";
 
     fn row(scene: &str, numbers: &[(Field, u64)]) -> Row {
-        Row {
-            scene: scene.into(),
-            board: "netduinoplus2".into(),
-            numbers: numbers.iter().copied().collect(),
-            ..Row::default()
-        }
+        Row { scene: scene.into(), board: "netduinoplus2".into(), numbers: numbers.iter().copied().collect() }
     }
 
     fn blessed(rows: &[Row]) -> Budget {

@@ -213,7 +213,7 @@ fn build(arm: &str, ours: &Ours) -> Result<(Vec<Entry>, PathBuf)> {
                     let job = job.words("-c").with("-isystem").with(&headers).with(format!("-D{switch}"));
                     let job = job.with(format!("-DENTRY={symbol}"));
                     let job = job.with(format!("-DSOURCE={:?}", text.display().to_string()));
-                    jobs.push(job.with(&source("generated_chip.c")).output());
+                    jobs.push(job.with(source("generated_chip.c")).output());
                     let build = format!("{} {name}", if compiler == GCC { "gcc" } else { compiler });
                     entries.push(Entry { family, task, build, symbol, kernel: None });
                     objects.push(object);
@@ -233,8 +233,8 @@ fn build(arm: &str, ours: &Ours) -> Result<(Vec<Entry>, PathBuf)> {
         .with("-L")
         .with(root().join("firmware/memory/stm32f405"))
         .with("-T")
-        .with(&source("chip.ld"));
-    job = job.with(&source("chip.c"));
+        .with(source("chip.ld"));
+    job = job.with(source("chip.c"));
     for object in &objects {
         job = job.with(object);
     }

@@ -190,22 +190,22 @@ pub(super) fn generate(python: &Path) -> Result<()> {
     let mut jobs = Vec::new();
     // clang rejects one of CppAD's default arguments.
     let job = flags(Job::new("g++", folder().join("generate_cppadcg")).words("-O0"));
-    let job = job.with(&source("generate_cppadcg.cpp")).output();
+    let job = job.with(source("generate_cppadcg.cpp")).output();
     jobs.push(linked(job, &library, "-lboost_serialization -lcppad_lib -ldl"));
     let job = flags(Job::new("clang++", folder().join("generate_casadi")).words("-O0"));
-    let job = job.with("-isystem").with(site.join("casadi/include")).with(&source("generate_casadi.cpp")).output();
+    let job = job.with("-isystem").with(site.join("casadi/include")).with(source("generate_casadi.cpp")).output();
     jobs.push(linked(linked(job, &site.join("casadi"), "-lcasadi"), &library, "-lboost_serialization"));
     for (index, (_, _, compiler, options)) in COMPILERS.into_iter().enumerate() {
         let job = flags(Job::new(compiler, model_at_run_time("pinocchio", index)).words(options).words(LIBRARY));
-        let job = job.with(&source("pinocchio.cpp")).output();
+        let job = job.with(source("pinocchio.cpp")).output();
         jobs.push(linked(job, &library, "-lboost_serialization"));
         let job = Job::new(compiler, model_at_run_time("kdl", index)).words(options).words(LIBRARY);
-        let job = job.words("-isystem /usr/include/eigen3").with(&source("kdl.cpp"));
+        let job = job.words("-isystem /usr/include/eigen3").with(source("kdl.cpp"));
         jobs.push(job.output().words("-lorocos-kdl"));
     }
     for arm in ARMS {
         let file = root().join("robots").join(arm).with_extension("toml");
-        let job = Job::new(python, numbers(arm)).with("-B").with(&source("arm.py")).with(&file);
+        let job = Job::new(python, numbers(arm)).with("-B").with(source("arm.py")).with(&file);
         jobs.push(job.with(numbers(arm)));
     }
     build::all("generators, Pinocchio, KDL", jobs)?;
@@ -215,7 +215,7 @@ pub(super) fn generate(python: &Path) -> Result<()> {
         for (_, name, _) in GENERATORS {
             let program = folder().join(format!("generate_{name}"));
             let last = generated(arm, name, "forward", "f32");
-            let job = Job::new(&program, last).with(&numbers(arm));
+            let job = Job::new(&program, last).with(numbers(arm));
             jobs.push(job.with(folder().join(arm)));
         }
     }
@@ -234,7 +234,7 @@ pub(super) fn generate(python: &Path) -> Result<()> {
                     let job = Job::new(compiler, compiled(arm, name, task, index)).words(options).words(LIBRARY);
                     let job = job.words(switches).words("-DENTRY=run").with(format!("-D{switch}"));
                     let job = job.with(format!("-DSOURCE={:?}", text.display().to_string()));
-                    jobs.push(job.with(&source("generated.c")).output().words("-lm"));
+                    jobs.push(job.with(source("generated.c")).output().words("-lm"));
                 }
             }
         }

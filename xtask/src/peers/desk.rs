@@ -36,7 +36,7 @@ fn harness() -> std::path::PathBuf {
 
 /// Builds the harness that times them.
 pub(super) fn build() -> Result<()> {
-    let job = Job::new("g++", harness()).words("-std=c++17 -O2 -Wall").with(&source("harness.cpp"));
+    let job = Job::new("g++", harness()).words("-std=c++17 -O2 -Wall").with(source("harness.cpp"));
     build::all("harness", vec![job.output().words("-ldl")])
 }
 

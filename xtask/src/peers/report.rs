@@ -1,6 +1,5 @@
 //! Results: ratios and tables.
 
-use super::Measured;
 use super::chip::{Count, Cycles};
 use super::contestants::{Family, GENERATORS, ORDINARY, Task, generated};
 use super::desk::{Time, best};
@@ -14,6 +13,13 @@ use std::process::Command;
 
 /// Name of the markers around the tables in the document.
 pub(super) const PLACE: &str = "peers";
+
+/// Measurements of an arm.
+pub(super) struct Measured {
+    pub(super) arm: &'static str,
+    pub(super) desk: Vec<Time>,
+    pub(super) chip: Vec<Count>,
+}
 
 /// The tables of the page.
 pub(super) fn markdown(measured: &[Measured]) -> Result<String> {

@@ -19,6 +19,8 @@
 //! | `reason` | the reasons why a command was not completed |
 //! | `converse` | the loop that executes them line by line |
 //! | `rejection` | the reason why a request had no effect |
+//! | `greeting` | hellos: a session that begins, or one that is continued |
+//! | `obey` | execution of a command, and its files |
 //! | `requests` | requests until their answers, and frames that were lost |
 //! | `moment` | the time of a stop |
 //! | `stop` | the stop key and the command `stop` |
@@ -58,11 +60,13 @@ mod course;
 mod ending;
 mod feel;
 mod first_motion;
+mod greeting;
 mod heat;
 mod keys;
 mod moment;
 mod motor_heat;
 mod moves;
+mod obey;
 mod observed;
 mod reason;
 mod rejection;

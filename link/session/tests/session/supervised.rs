@@ -860,7 +860,8 @@ fn no_report_of_before_follows_a_hello() {
     arm.tick();
     let said = arm.said();
     let [Frame::Status(status)] = &said[..] else { panic!("{said:?}") };
-    assert_eq!((status.state, status.taken), (4, 1));
+    // The watch, and the sign of life before the tick.
+    assert_eq!((status.state, status.taken), (4, 2));
 }
 
 /// A host whose hello was refused is no host: its frames do not keep a motion alive. A stop counts from anybody who has the key.

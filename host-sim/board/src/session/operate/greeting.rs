@@ -1,0 +1,131 @@
+//! Hellos: both sides agree on a robot, and the board begins a session or continues one.
+
+use super::device::{DeviceError, SILENCE};
+use super::session::PARTS;
+use super::{Operator, Stop};
+use crate::chip::ChipError;
+use crate::session::states::ARMING;
+use link::{Frame, Hello, Parts, Watch};
+use robot_compiler::names;
+
+/// Number of hellos sent to a board that does not answer, or whose first tick was missed.
+const HELLOS: u32 = 8;
+
+impl Operator {
+    /// Send a hello: both sides agree on the same robot. Then the board idles, or goes on holding an arm that it drives.
+    ///
+    /// # Errors
+    /// A board that is silent, or was built for another robot or scene.
+    pub fn begin(&mut self) -> Result<(), Stop> {
+        self.agree()?;
+        // Homed, or driven, is no arm of a new session.
+        let is_old = self.drives() || self.state() == Some(ARMING) || self.status.as_ref().is_some_and(|it| it.homed);
+        self.resumed = self.is_live() && is_old;
+        self.found_driven = self.is_live() && (self.drives() || self.state() == Some(ARMING));
+        self.learn_law()?;
+        if self.resumed {
+            self.continue_session()?;
+        } else if self.is_live() {
+            self.send_live()?;
+        }
+        if self.status.as_ref().is_some_and(|status| status.kept) {
+            self.say(
+                "black-box",
+                "the board holds the black box of an earlier fault: `dump` reads it, `erase` lets it record again",
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Takes over what an earlier host has left: its law, its payload, and limits of the first motion that may still be in force.
+    fn continue_session(&mut self) -> Result<(), Stop> {
+        let is_known = self.learn_payload()?;
+        self.first_motion.limited = self.arm.first_motion.is_some();
+        let law = names::name(self.arm.law);
+        let held = match (self.arm.payload_is_live, is_known, &self.arm.payload) {
+            (false, ..) => String::new(),
+            (true, true, payload) => format!(", payload {:.3} kg", payload.as_ref().map_or(0.0, |body| body.mass)),
+            (true, false, _) => ", payload unknown: declare it with `payload` before you arm it again".to_owned(),
+        };
+        let text = format!(
+            "the board continues the session of an earlier host: {}; law {law}{held}; a motion stops",
+            self.doing()
+        );
+        self.say("resumed", &text)?;
+        self.remind("; the program cannot know whether they were lifted before")
+    }
+
+    /// True if an earlier host has left an arm that is driven.
+    pub fn found_driven(&self) -> bool {
+        self.found_driven
+    }
+
+    fn agree(&mut self) -> Result<(), Stop> {
+        for attempt in 1..=HELLOS {
+            self.greet()?;
+            let end = self.device.now() + SILENCE / HELLOS;
+            while self.status.is_none() && self.device.now() < end {
+                self.pass()?;
+            }
+            let first = self.status.as_ref().map(|status| status.tick);
+            match first {
+                // A record can be replayed only from the first tick on.
+                Some(1) => return Ok(()),
+                Some(_) if !self.device.tap().is_recording() => return Ok(()),
+                Some(first) if attempt == HELLOS || self.drives() => {
+                    let text = format!(
+                        "the board's first ticks were missed: the record begins at tick {first} and cannot be replayed"
+                    );
+                    return self.say("record", &text);
+                }
+                _ => {}
+            }
+        }
+        Err(DeviceError::Silent { what: "answer to a hello", time: SILENCE }.into())
+    }
+
+    fn greet(&mut self) -> Result<(), Stop> {
+        self.feed.clear();
+        self.under_way.clear();
+        self.heat.forget();
+        (self.status, self.goal, self.past, self.heard) = (None, None, None, self.device.now());
+        // A drill's target has agreed before, and a session on the desk needs no agreement.
+        self.agreed = !self.is_live();
+        self.send(&Frame::Hello(self.arm.hello))?;
+        if self.is_live() {
+            // Send this right after the hello, so that the board reports its first tick too.
+            self.watched = self.needed();
+            let parts = self.parts(self.watched);
+            self.send(&Frame::Watch(Watch { every: self.watched, parts }))?;
+        } else {
+            self.send(&Frame::Lines(self.lines))?;
+            if self.arm.estimates {
+                self.send(&Frame::Watch(Watch { every: 1, parts: PARTS.and(Parts::COST) }))?;
+            }
+        }
+        self.resumed = self.is_live();
+        // A board may be holding something that this program does not know: its live inputs follow when its state is known.
+        if self.is_live() { Ok(()) } else { self.send_live() }
+    }
+
+    /// Sends the live inputs.
+    pub(super) fn send_live(&mut self) -> Result<(), Stop> {
+        let live = self.arm.limbs.live(self.arm.payload).map_err(ChipError::from)?;
+        self.send(&Frame::Live(live))
+    }
+
+    /// Handle a hello of the board.
+    pub(super) fn greeted(&mut self, theirs: Hello) -> Result<(), Stop> {
+        let own = self.arm.hello;
+        if (Hello { pacing: own.pacing, ..theirs }) != own {
+            return Err(ChipError::OtherRobot { expected: own, found: theirs }.into());
+        }
+        match theirs.pacing == own.pacing {
+            true => self.agreed = true,
+            // A board sends this hello when it has started.
+            false if self.agreed && self.is_live() => return Err(DeviceError::StartedAnew.into()),
+            false => {}
+        }
+        Ok(())
+    }
+}
