@@ -4,7 +4,7 @@
 //!
 //! | source hash | mul | add | sub | neg | live inputs | values alive at most |
 //! |---|---|---|---|---|---|---|
-//! | d5b2db3e5d1f5dee | 15 | 8 | 2 | 0 | 0 | 5 |
+//! | e0bb26888f2aa0a7 | 15 | 8 | 2 | 0 | 0 | 5 |
 //!
 //! | gravity | payload | tip wrench | rotors | velocity terms |
 //! |---|---|---|---|---|

@@ -23,7 +23,7 @@ pub const NAME: &str = "puma560_pick";
 pub const ROBOT: &str = "Puma 560";
 
 /// Hash of everything that decides the bits of a tick.
-pub const HASH: u64 = 0x4f60_f87e_8d98_f521;
+pub const HASH: u64 = 0x1979_913d_5574_d390;
 
 /// Control rate, Hz.
 pub const RATE_HZ: f32 = 1000.0;

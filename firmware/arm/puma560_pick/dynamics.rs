@@ -4,7 +4,7 @@
 //
 // | source hash | mul | add | sub | neg | live inputs | values alive at most |
 // |---|---|---|---|---|---|---|
-// | 4f60f87e8d98f521 | 224 | 108 | 81 | 0 | 0 | 33 |
+// | 1979913d5574d390 | 224 | 108 | 81 | 0 | 0 | 33 |
 //
 // | gravity | payload | tip wrench | rotors | velocity terms |
 // |---|---|---|---|---|
