@@ -196,14 +196,21 @@ fn a_hello_that_ends_a_live_session_is_followed_by_a_status_and_a_reset() {
         let mut live = LiveChip::running();
         let (chip, bench) = (&mut live.chip, live.bench);
         let theirs = Hello { pacing, ..bench };
-        chip.send(&Frame::Hello(theirs)).unwrap();
-        loop {
-            match chip.receive("the chip's answer to a hello").unwrap() {
-                // Of the session before.
-                Frame::Status(_) => {}
-                frame => break assert_eq!(frame, Frame::Hello(theirs)),
+        let greet = |chip: &mut Chip| {
+            chip.send(&Frame::Hello(theirs)).unwrap();
+            loop {
+                match chip.receive("the chip's answer to a hello").unwrap() {
+                    // Of the session before.
+                    Frame::Status(_) | Frame::Answer(_) | Frame::Fault(_) => {}
+                    frame => break frame,
+                }
             }
-        }
+        };
+        // While the arm is driven none ends the session; a stop counts, whoever asks for it.
+        assert_eq!(greet(chip), Frame::Refusal(Refusal::Driven), "{pacing:?}");
+        chip.send(&Frame::request(200, Request::Stop)).unwrap();
+        until(chip, |status| status.state == FAULT);
+        assert_eq!(greet(chip), Frame::Hello(theirs), "{pacing:?}");
         match chip.receive("a status").unwrap() {
             Frame::Status(Status { tick: 0, state: 0, homed: false, actuation: Some(actuation), .. }) => {
                 assert!(!matches!(actuation, Actuation::Drive { .. }), "{pacing:?}: {actuation:?}");

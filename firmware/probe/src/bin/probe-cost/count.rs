@@ -63,7 +63,7 @@ pub(crate) fn count<S: Real, A: ArmBuild<S, N>>(
 
 /// Empty function that returns a result as a tick does; a fault is the shortest result.
 #[inline(never)]
-fn nothing<S, A: ArmBuild<S, N>>(_: &Input<S>, _: &mut Controller<S, N, A>) -> Command<S, N> {
+fn nothing<S: Real, A: ArmBuild<S, N>>(_: &Input<S>, _: &mut Controller<S, N, A>) -> Command<S, N> {
     Command::Brake(Fault::Overrun)
 }
 
