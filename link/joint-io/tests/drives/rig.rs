@@ -218,6 +218,9 @@ impl<F: Frames> JointIo<1> for Recorded<F> {
     }
 }
 
+/// The parts of the controller.
+type Build = BuildOf<Pendulum, Polynomial, ControllerConfig<f32, 1>, Unprotected, Protected<f32, 1>>;
+
 /// Everything.
 pub(crate) struct Rig<F> {
     /// The joint.
@@ -227,8 +230,7 @@ pub(crate) struct Rig<F> {
     /// The brake.
     pub(crate) brake: Brake,
     /// The session.
-    pub(crate) session:
-        Session<1, BuildOf<Pendulum, Polynomial, ControllerConfig<f32, 1>, Unprotected, Protected<f32, 1>>>,
+    pub(crate) session: Session<1, Build>,
     meter: Meter<Uncounted>,
     /// Angle of the joint, rad, and its velocity, rad/s.
     pub(crate) q: f64,
