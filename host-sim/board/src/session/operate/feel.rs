@@ -263,6 +263,8 @@ impl Operator {
         taken?;
         if refused.is_none() {
             self.arm.payload = Some(*payload);
+            // What an earlier host has declared no longer counts.
+            self.resumed = false;
         }
         Ok(refused)
     }

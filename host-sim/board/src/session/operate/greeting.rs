@@ -18,10 +18,10 @@ impl Operator {
     /// A board that is silent, or was built for another robot or scene.
     pub fn begin(&mut self) -> Result<(), Stop> {
         self.agree()?;
-        // Homed, or driven, is no arm of a new session.
-        let is_old = self.drives() || self.state() == Some(ARMING) || self.status.as_ref().is_some_and(|it| it.homed);
-        self.resumed = self.is_live() && is_old;
         self.found_driven = self.is_live() && (self.drives() || self.state() == Some(ARMING));
+        // The arm of a new session is not homed.
+        let is_homed = self.status.as_ref().is_some_and(|status| status.homed);
+        self.resumed = self.found_driven || self.is_live() && is_homed;
         self.learn_law()?;
         if self.resumed {
             self.continue_session()?;
