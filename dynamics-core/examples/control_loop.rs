@@ -5,7 +5,7 @@
 //! ```
 
 use dynamics_core::control::trajectory::{Bounds, Motion, Timing, Waypoint};
-use dynamics_core::control::{Encoder, Gains, Guard, Law, TrackingObserver};
+use dynamics_core::control::{ControlLaw, Encoder, Gains, Guard, TrackingObserver};
 use dynamics_core::forward_dynamics::forward_dynamics;
 use dynamics_core::trig::{Libm, Polynomial};
 use dynamics_core::{
@@ -37,7 +37,7 @@ fn arm(outer: f64) -> Result<Dynamics<f64, 2>, Box<dyn Error>> {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let config = ControllerConfig {
-        law: Law::ComputedTorque,
+        law: ControlLaw::ComputedTorque,
         // 20 rad/s, critically damped; the last number is for laws with a fixed inertia.
         gains: [Gains::new(20.0, 1.0, 1.0); 2],
         friction: None,

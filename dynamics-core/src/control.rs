@@ -8,7 +8,6 @@
 //! numbered [`Fault`] that stays in force until [`Controller::reset`]; a limit that acts is reported, and is no fault.
 
 mod answer;
-mod ask;
 mod build;
 mod collision;
 mod config;
@@ -24,12 +23,13 @@ mod momentum_observer;
 mod observer;
 mod reference;
 mod teach;
+mod torque_request;
 pub mod trajectory;
 
-pub use ask::Ask;
 pub use build::{ArmBuild, BuildOf, Unsupervised};
 pub use collision::{
-    CollisionConfig, CollisionConfiguration, CollisionWatch, Protection, Reaction, Seen, Unprotected, Verdict,
+    CollisionConfig, CollisionConfiguration, CollisionReaction, CollisionWatch, ObservedState, Protection, Unprotected,
+    Verdict,
 };
 pub use config::{Configuration, ControllerConfig, Guard};
 pub use controller::{Controller, ControllerOf};
@@ -38,7 +38,7 @@ pub use every_nth::{Between, EveryNth};
 pub use fault::Fault;
 pub use friction::{Friction, FrictionTerms, LoadGrowth, Rise};
 pub use integral::{Integral, Integrated};
-pub use law::{Gains, Law, LawTraits, ModelUse, MotionSource, Spring, SpringOwner};
+pub use law::{ControlLaw, Gains, LawTraits, ModelUse, MotionSource, Spring, SpringOwner};
 pub use law_torques::computed_torque;
 pub use limits::LimitFlags;
 pub(crate) use limits::{around, hold_near, reference_is_inside};
@@ -46,6 +46,7 @@ pub use momentum_observer::{MomentumFilter, MomentumObserver};
 pub use observer::{Encoder, TrackingObserver};
 pub use reference::Reference;
 pub use teach::Teach;
+pub use torque_request::TorqueRequest;
 
 /// Reading of the joint sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -43,9 +43,9 @@ mod ordinary;
 mod rules;
 mod stop;
 
-pub use crate::control::Ask;
+pub use crate::control::TorqueRequest;
 pub use machine::Safety;
-pub use rules::{Configuration, JointRules, LiveInput, Protected, Rules, SafeAction};
+pub use rules::{JointRules, LiveInput, Protected, Rules, SafeAction, SafetyConfiguration};
 
 use crate::control::{Fault, LimitFlags, Reference, Sensed};
 
@@ -138,6 +138,12 @@ impl State {
     pub const fn has_torque(self) -> bool {
         self.drives() || matches!(self, Self::Disarming)
     }
+
+    /// True if torque acts or is about to: the arm is held by its drives, or the drives are switching on.
+    #[must_use]
+    pub const fn has_or_awaits_torque(self) -> bool {
+        self.has_torque() || matches!(self, Self::Arming)
+    }
 }
 
 /// Why the arm holds instead of following the reference.
@@ -181,6 +187,21 @@ impl HoldCause {
             Self::StaleInput => 6,
             Self::FirstMotion { .. } => 7,
         }
+    }
+
+    /// The cause with this number, on this joint where it is one joint's. The inverse of [`HoldCause::code`].
+    #[must_use]
+    pub const fn from_code(code: u8, joint: u8) -> Option<Self> {
+        Some(match code {
+            1 => Self::Requested,
+            2 => Self::HeartbeatLost,
+            3 => Self::NoReference,
+            4 => Self::NoRoom { joint },
+            5 => Self::OutOfReach { joint },
+            6 => Self::StaleInput,
+            7 => Self::FirstMotion { joint },
+            _ => return None,
+        })
     }
 }
 

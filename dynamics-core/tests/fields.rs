@@ -1,6 +1,6 @@
 //! Visitors see every field of a configuration once, in the order of declaration, and a cast rounds each number.
 
-use dynamics_core::control::{Encoder, Friction, Gains, Guard, Integral, Law, Teach, TrackingObserver};
+use dynamics_core::control::{ControlLaw, Encoder, Friction, Gains, Guard, Integral, Teach, TrackingObserver};
 use dynamics_core::fields::{Fields, Group, Visitor};
 use dynamics_core::{ControllerConfig, Limits, Real};
 use std::fmt::Debug;
@@ -9,7 +9,7 @@ use std::fmt::Debug;
 fn config() -> ControllerConfig<f64, 2> {
     let x = |n: i32| f64::from(n) + 0.1;
     ControllerConfig {
-        law: Law::Feedforward,
+        law: ControlLaw::Feedforward,
         gains: [1, 4].map(|n| Gains { position: x(n), velocity: x(n + 1), inertia: x(n + 2) }),
         friction: Some([7, 10].map(|n| Friction { viscous: x(n), coulomb: x(n + 1), per_smoothing_speed: x(n + 2) })),
         limits: [13, 18].map(|n| Limits {
@@ -48,12 +48,12 @@ fn config() -> ControllerConfig<f64, 2> {
 
 /// The visited parts, as text without spaces between fields, and the numbers apart.
 #[derive(Default)]
-struct Seen {
+struct ObservedState {
     text: String,
     numbers: Vec<f64>,
 }
 
-impl<S: Real + Debug> Visitor<S> for Seen {
+impl<S: Real + Debug> Visitor<S> for ObservedState {
     fn number(&mut self, x: S) {
         self.text += &format!("{x:?} ");
         self.numbers.push(x.to_f64());
@@ -91,8 +91,8 @@ impl<S: Real + Debug> Visitor<S> for Seen {
     }
 }
 
-fn seen<S: Real + Debug>(of: &impl Fields<S>) -> Seen {
-    let mut seen = Seen::default();
+fn seen<S: Real + Debug>(of: &impl Fields<S>) -> ObservedState {
+    let mut seen = ObservedState::default();
     of.visit(&mut seen);
     seen
 }

@@ -300,7 +300,7 @@ mod rtos {
                 control.lock(|control| {
                     match pacing {
                         Pacing::Timer | Pacing::Live => control.ticker.run(),
-                        Pacing::LockStep | Pacing::Drill => control.ticker.hold(),
+                        Pacing::LockStep | Pacing::DryRun => control.ticker.hold(),
                     }
                     control.joints.safe(control.session.safe_action());
                 });

@@ -1,6 +1,7 @@
 //! Frames of the link. SI units and radians; joint values base first.
 
 use crate::seal::{Nonce, Proof};
+use crate::state::StateCode;
 use serde::{Deserialize, Serialize};
 
 /// Most joints that a frame carries.
@@ -25,13 +26,13 @@ pub type Joints<T> = heapless::Vec<T, JOINTS_MAX>;
 /// | fault | MCU | answer to a measurement when the controller brakes |
 /// | refusal | MCU | answer to any frame that could not be used |
 /// | request | host | asks the safety state machine for a change; answered by an answer with its number |
-/// | lines | host | simulated lines of the board, from the next tick on; in a drill alone |
+/// | lines | host | simulated lines of the board, from the next tick on; in a dry run alone |
 /// | point | host | the next point of the trajectory; answered only when it is refused |
 /// | alive | host | sign of life of the host; any other frame is one too |
 /// | watch | host | which parts of which ticks to report |
 /// | dump | host | send the black box |
 /// | get, set | host | read or change a parameter; both are answered with its value |
-/// | status | MCU | a tick under the safety state machine: every tick of a drill, otherwise the watched ticks |
+/// | status | MCU | a tick under the safety state machine: every tick of a dry run, otherwise the watched ticks |
 /// | past | MCU | a tick out of the black box, oldest first; empty behind the last |
 /// | value | MCU | a parameter and its bounds |
 /// | answer | MCU | the verdict on a request; sent again if the request comes again |
@@ -168,7 +169,7 @@ pub enum Pacing {
     Timer,
     /// The safety state machine stands in between, each measurement starts a tick, and the host simulates the lines of
     /// the board. No drive is driven.
-    Drill,
+    DryRun,
     /// The safety state machine stands in between, the timer starts ticks, and the drives are driven.
     Live,
 }
@@ -177,13 +178,13 @@ impl Pacing {
     /// True if each measurement starts a tick.
     #[must_use]
     pub const fn is_lock_step(self) -> bool {
-        matches!(self, Self::LockStep | Self::Drill)
+        matches!(self, Self::LockStep | Self::DryRun)
     }
 
     /// True if the safety state machine stands between the controller and the drives.
     #[must_use]
     pub const fn is_supervised(self) -> bool {
-        matches!(self, Self::Drill | Self::Live)
+        matches!(self, Self::DryRun | Self::Live)
     }
 }
 
@@ -460,7 +461,7 @@ impl From<PackedLines> for Lines {
 /// Fault of a joint's drive or sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "host", derive(Deserialize))]
-pub struct Trouble {
+pub struct DriveFaultReport {
     /// The joint, counted from 0.
     pub joint: u8,
     /// As the bits of `session::readings::JointFaults`.
@@ -566,9 +567,9 @@ pub struct Status {
     pub tick: u32,
     /// Frames that had been taken before it, refused and lost ones too, modulo 65,536: places a tick between the frames of a log.
     pub taken: u16,
-    /// [`dynamics_core::safety::State::code`].
-    pub state: u8,
-    /// Why: the fault's code, or [`dynamics_core::safety::HoldCause::code`]; 0 in every other state.
+    /// State of the safety state machine.
+    pub state: StateCode,
+    /// Number of the [fault](Status::fault) or of the [cause to hold](Status::hold_cause); 0 in every other state.
     pub cause: u8,
     /// The joint that is the cause, counted from 0, where it is one joint.
     pub joint: Option<u8>,
@@ -585,7 +586,7 @@ pub struct Status {
     /// Readings of the board's sensors and lines; `None` where they were not requested.
     pub sensed: Option<SensedLines>,
     /// One of several things.
-    pub aside: Aside,
+    pub extra: ExtraFields,
     /// Cost of the tick, where it was requested and can be counted exactly.
     pub cost: Option<TickCost>,
 }
@@ -593,7 +594,7 @@ pub struct Status {
 /// Optional parts of a status, which has room for one.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "host", derive(Deserialize))]
-pub enum Aside {
+pub enum ExtraFields {
     /// Nothing.
     Nothing,
     /// The trajectory's reference, where it was requested and there is one.
@@ -601,15 +602,15 @@ pub enum Aside {
     /// Torque from outside on each joint, N m or N, where it was requested and the scene estimates it.
     External(Joints<f32>),
     /// In the state of a fault, where readings were requested: what the first joint with a fault reports.
-    Trouble(Trouble),
+    DriveFault(DriveFaultReport),
 }
 
 impl Status {
     /// The trajectory's reference, if it is told.
     #[must_use]
     pub fn reference(&self) -> Option<&Reference> {
-        match &self.aside {
-            Aside::Reference(reference) => Some(reference),
+        match &self.extra {
+            ExtraFields::Reference(reference) => Some(reference),
             _ => None,
         }
     }
@@ -617,17 +618,17 @@ impl Status {
     /// Torque from outside on each joint, N m or N, if it is told.
     #[must_use]
     pub fn external(&self) -> Option<&[f32]> {
-        match &self.aside {
-            Aside::External(external) => Some(external),
+        match &self.extra {
+            ExtraFields::External(external) => Some(external),
             _ => None,
         }
     }
 
     /// Report of the first joint with a fault, if the board tells it.
     #[must_use]
-    pub fn trouble(&self) -> Option<Trouble> {
-        match self.aside {
-            Aside::Trouble(trouble) => Some(trouble),
+    pub fn drive_fault(&self) -> Option<DriveFaultReport> {
+        match self.extra {
+            ExtraFields::DriveFault(drive_fault) => Some(drive_fault),
             _ => None,
         }
     }

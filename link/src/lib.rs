@@ -40,20 +40,22 @@ pub mod key_page;
 pub mod outgoing;
 pub mod packet;
 pub mod seal;
+pub mod state;
 
 pub use channel::{Access, BoardChannel, Distrust, HostChannel};
 pub use circular::{Circular, Filling, Halves};
 pub use codec::{Decoder, Encoder, Received};
 pub use convert::{AsymmetricInertia, JointCountMismatch};
 pub use frame::{
-    Actuation, Answer, Aside, Challenge, Command, Cost, Denial, Fault, Frame, Hello, JOINTS_MAX, Joints, Lines, Live,
-    Measurement, NonceSource, NumberedRequest, Pacing, Parts, Payload, Point, Reference, Refusal, Request, Sensed,
-    SensedLines, Setting, Status, TickCost, Trouble, Trust, Value, Verdict, Watch,
+    Actuation, Answer, Challenge, Command, Cost, Denial, DriveFaultReport, ExtraFields, Fault, Frame, Hello,
+    JOINTS_MAX, Joints, Lines, Live, Measurement, NonceSource, NumberedRequest, Pacing, Parts, Payload, Point,
+    Reference, Refusal, Request, Sensed, SensedLines, Setting, Status, TickCost, Trust, Value, Verdict, Watch,
 };
 pub use inlet::{Arrival, Inlet};
 pub use outgoing::{Outgoing, Sending};
 pub use packet::{DecodeError, PACKET_MAX, Packet};
 pub use seal::{Key, Nonce, Proof};
+pub use state::StateCode;
 
 /// Version of the protocol: of the packet's layout and of every frame. Any change of either counts it up.
 pub const PROTOCOL_VERSION: u8 = 7;

@@ -131,7 +131,7 @@ fn a_board_without_a_key_is_for_the_bench_alone() {
     let mut packet = |frame: &Frame| encoder.encode(frame).unwrap();
     let mut board = Board::new(Access::NoKey);
     assert_eq!(board.hear(&packet(&OWN_HELLO)), [Ok(OWN_HELLO)]);
-    for pacing in [Pacing::Drill, Pacing::Live] {
+    for pacing in [Pacing::DryRun, Pacing::Live] {
         assert_eq!(board.hear(&packet(&Frame::Hello(Hello { pacing, ..OWN }))), []);
         let said = core::mem::take(&mut board.said);
         assert_eq!(heard(&mut HostChannel::new(None), &said), [Frame::Refusal(Refusal::NoKey)]);

@@ -8,7 +8,7 @@ use newtau_link::{
 };
 use std::fmt::Write as _;
 
-const HELLO: Hello = Hello { robot: 0x0123_4567_89ab_cdef, joints: 2, rate_hz: 1000.0, pacing: Pacing::Drill };
+const HELLO: Hello = Hello { robot: 0x0123_4567_89ab_cdef, joints: 2, rate_hz: 1000.0, pacing: Pacing::DryRun };
 
 /// The key of the page: bytes 00, 01, .. 1f. The nonces: 16 bytes a0, and 16 bytes b0.
 fn key() -> Key {
@@ -27,12 +27,12 @@ fn bytes(hex: &str) -> Vec<u8> {
     (0..hex.len() / 2).map(|i| u8::from_str_radix(&hex[2 * i..2 * i + 2], 16).unwrap()).collect()
 }
 
-/// Frames of a drill from its beginning, each with its place in the page.
+/// Frames of a dry run from its beginning, each with its place in the page.
 fn frames() -> [(&'static str, Frame); 9] {
     let rest = Reference { q: joints([0.5, -0.25]), qd: joints([0.0; 2]), qdd: joints([0.0; 2]) };
     let sensed = Sensed::State { q: joints([0.5, -0.25]), qd: joints([0.0; 2]) };
     [
-        ("hello, drill", Frame::Hello(HELLO)),
+        ("hello, dry run", Frame::Hello(HELLO)),
         ("lines, calm, 24 V", Frame::Lines(Lines { supply: Some(24.0), ..Lines::CALM })),
         ("request, home", Frame::request(1, Request::Home)),
         ("point, a start", Frame::Point(Point { ticks: 0, reference: rest })),
@@ -52,7 +52,7 @@ fn answers() -> [(&'static str, Frame); 4] {
     let status = Status {
         tick: 1,
         taken: 5,
-        state: 2,
+        state: newtau_link::StateCode::Armed,
         cause: 0,
         joint: None,
         homed: true,
@@ -61,11 +61,11 @@ fn answers() -> [(&'static str, Frame); 4] {
         room: 16,
         actuation: Some(Actuation::Drive { torque: joints([1.5, -2.0]), limits: joints([0; 2]) }),
         sensed: None,
-        aside: newtau_link::Aside::Nothing,
+        extra: newtau_link::ExtraFields::Nothing,
         cost: None,
     };
     [
-        ("hello, drill", Frame::Hello(HELLO)),
+        ("hello, dry run", Frame::Hello(HELLO)),
         ("refusal, 1 packet lost", Frame::Refusal(Refusal::Lost { missed: 1 })),
         ("answer, request 1 accepted", Frame::Answer(Answer { number: 1, verdict: Verdict::Accepted })),
         ("status, armed", Frame::Status(status)),

@@ -26,7 +26,7 @@ mod scene;
 mod units;
 
 pub use crate::describe::draft::Draft;
-pub use finding::{Finding, JointLoad, Rule, Severity};
+pub use finding::{CheckRule, Finding, JointLoad, Severity};
 pub use heat::on_stop_distance;
 pub use scene::{gravity_finding, scene_findings};
 
@@ -53,24 +53,27 @@ pub fn findings(draft: &Draft, loads: Option<&[JointLoad]>) -> Vec<Finding> {
 /// unit. The severity of what is left is that of the worst of them.
 fn follow_from_a_unit(draft: &Draft, all: &mut Vec<Finding>) {
     let unit = |finding: &Finding| {
-        finding.rule == Rule::Unit || (finding.rule == Rule::MassCentre && finding.severity == Severity::Wrong)
+        finding.rule == CheckRule::Unit
+            || (finding.rule == CheckRule::MassCentre && finding.severity == Severity::Wrong)
     };
     if !all.iter().any(unit) {
         return;
     }
     let far: Vec<String> = all
         .iter()
-        .filter(|finding| finding.rule == Rule::MassCentre && finding.severity == Severity::Wrong)
+        .filter(|finding| finding.rule == CheckRule::MassCentre && finding.severity == Severity::Wrong)
         .map(|finding| link_of(finding).to_owned())
         .collect();
     let lengths = draft.length() > units::LONGEST;
     all.retain(|finding| match finding.rule {
-        Rule::Holding | Rule::Heat | Rule::TorqueStep | Rule::PositionStep => finding.severity == Severity::Note,
-        Rule::Gyration if far.iter().any(|link| link == link_of(finding)) => finding.severity == Severity::Note,
-        Rule::Gyration | Rule::InertiaAtJoint | Rule::MassCentre | Rule::SwappedAxes => {
+        CheckRule::Holding | CheckRule::Heat | CheckRule::TorqueStep | CheckRule::PositionStep => {
+            finding.severity == Severity::Note
+        }
+        CheckRule::Gyration if far.iter().any(|link| link == link_of(finding)) => finding.severity == Severity::Note,
+        CheckRule::Gyration | CheckRule::InertiaAtJoint | CheckRule::MassCentre | CheckRule::SwappedAxes => {
             !lengths || finding.severity == Severity::Note
         }
-        Rule::Placeholder => !finding.place.problem().contains("though gravity loads"),
+        CheckRule::Placeholder => !finding.place.problem().contains("though gravity loads"),
         _ => true,
     });
 }

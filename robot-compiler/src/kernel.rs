@@ -34,7 +34,7 @@ pub mod tape;
 pub use arena::Precision;
 pub use functions::Function;
 pub use program::{Operations, Program};
-pub use rules::{Rule, RuleSet};
+pub use rules::{RewriteRule, RuleSet};
 
 use crate::names::{self, Named};
 use arena::{Arena, Expr};

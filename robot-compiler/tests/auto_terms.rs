@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test file that cannot be handled should stop the test")]
 #![allow(clippy::float_cmp, reason = "a tolerance from a file must come through unchanged")]
 
-use dynamics_core::control::Law;
+use dynamics_core::control::ControlLaw;
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, Term, Trig};
@@ -192,7 +192,7 @@ fn only_inertia_bears_on_the_loop_gain_and_more_of_it_left_out_weakens_it() {
     assert!(0.0 < both && both < rotors && rotors < payload && payload < 1.0, "{both}, {rotors}, {payload}");
     // A law with fixed inertias loses the drop in these inertias: at the start, joint by joint.
     let mut fixed = scene.clone();
-    fixed.control.law = Law::PdGravity;
+    fixed.control.law = ControlLaw::PdGravity;
     let lost = Along::new(&fixed, &model).unwrap().loop_gain_without(&[ModelTerm::Rotors]);
     let inertia = |scene: &SceneFile| scene.controller_config(&model).gains.map(|gains| gains.inertia);
     let mut without = fixed.clone();

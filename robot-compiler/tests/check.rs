@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test file that cannot be handled should stop the test")]
 #![allow(clippy::panic, reason = "a test names the case that fails")]
 
-use robot_compiler::check::{Draft, Finding, JointLoad, Rule, Severity, findings, scene_findings};
+use robot_compiler::check::{CheckRule, Draft, Finding, JointLoad, Severity, findings, scene_findings};
 use robot_compiler::{Ends, Robot};
 use std::collections::BTreeSet;
 
@@ -119,13 +119,13 @@ fn changed(text: &str, changes: &[(&str, &str)]) -> String {
 
 /// Rules that spoke, with their severity; without that on rotors, which no URDF has.
 fn spoken(findings: &[Finding]) -> Vec<(&'static str, &'static str)> {
-    let all = findings.iter().filter(|finding| finding.rule != Rule::Rotor || finding.severity != Severity::Note);
+    let all = findings.iter().filter(|finding| finding.rule != CheckRule::Rotor || finding.severity != Severity::Note);
     all.map(|finding| (finding.rule.name(), finding.severity.name())).collect()
 }
 
 type Changes<'a> = &'a [(&'a str, &'a str)];
 /// Changes, what they make a rule say, and changes just short of it.
-type Case<'a> = (Changes<'a>, (Rule, Severity), Changes<'a>);
+type Case<'a> = (Changes<'a>, (CheckRule, Severity), Changes<'a>);
 
 #[test]
 fn a_sound_arm_is_believed() {
@@ -142,7 +142,7 @@ const FORE: &str = r#"<mass value="1.0"/>
 
 #[test]
 fn every_rule_speaks_and_is_silent_on_the_other_side_of_its_threshold() {
-    use Rule::*;
+    use CheckRule::*;
     use Severity::*;
     let urdf: [Case<'_>; 21] = [
         (&[("izz=\"0.001\"", "izz=\"0.03\"")], (ImpossibleBody, Wrong), &[("izz=\"0.001\"", "izz=\"0.019\"")]),
@@ -239,9 +239,12 @@ fn every_rule_speaks_and_is_silent_on_the_other_side_of_its_threshold() {
     ];
     let known: BTreeSet<_> = urdf.iter().chain(&toml).map(|(_, (rule, _), _)| *rule).collect();
     // The rest pose and the rules about scenes have tests of their own, because they need a load, or a scene.
-    let known: BTreeSet<_> =
-        known.into_iter().chain([Rest, FirstMotion, LiveAge, Rule::BrakeDelay]).chain(crate::import::RULES).collect();
-    assert_eq!(known, BTreeSet::from(Rule::ALL), "a rule without a case");
+    let known: BTreeSet<_> = known
+        .into_iter()
+        .chain([Rest, FirstMotion, LiveAge, CheckRule::BrakeDelay])
+        .chain(crate::import::RULES)
+        .collect();
+    assert_eq!(known, BTreeSet::from(CheckRule::ALL), "a rule without a case");
     for (broken, said, sound) in urdf {
         let said = (said.0.name(), said.1.name());
         let told = spoken(&of_urdf(&changed(SOUND, broken)));
@@ -270,7 +273,7 @@ fn every_rule_has_its_row_in_the_documentation() {
     let page = std::fs::read_to_string(crate::common::top("robots").join("README.md")).unwrap();
     let section = page.split("## Would a physicist believe it?").nth(1).unwrap();
     let rows: Vec<&str> = section.lines().filter_map(|line| line.strip_prefix("| `")?.split('`').next()).collect();
-    assert_eq!(rows, Rule::ALL.map(Rule::name));
+    assert_eq!(rows, CheckRule::ALL.map(CheckRule::name));
 }
 
 #[test]
@@ -459,7 +462,7 @@ fn a_joint_sinks_from_its_rest_pose_unless_friction_or_a_stop_holds_it() {
         let mut loads = DRIVEN_LOADS.map(load);
         loads[0].rest = Some(held);
         let found = findings(&draft, Some(&loads));
-        assert!(found.iter().all(|finding| finding.rule == Rule::Rest && finding.severity == Severity::Note));
+        assert!(found.iter().all(|finding| finding.rule == CheckRule::Rest && finding.severity == Severity::Note));
         found.first().map(|finding| {
             assert_eq!(finding.place.line_column().map(|(line, _)| line), Some(3));
             finding.place.problem().to_owned()

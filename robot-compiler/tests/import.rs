@@ -5,21 +5,21 @@ use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, InverseDynamics, Live, Scene, Trig};
 use nalgebra::Vector3;
 use proptest::prelude::*;
-use robot_compiler::check::{Draft, Finding, JointLoad, Rule, findings, scene_findings};
+use robot_compiler::check::{CheckRule, Draft, Finding, JointLoad, findings, scene_findings};
 use robot_compiler::emit::{robot_file, urdf};
 use robot_compiler::{Ends, Robot, UrdfArm};
 use std::path::{Path, PathBuf};
 
 /// Rules that have their cases here.
-pub(crate) const RULES: [Rule; 8] = [
-    Rule::Unit,
-    Rule::Angle,
-    Rule::SwappedAxes,
-    Rule::UnknownName,
-    Rule::HeldJoint,
-    Rule::OpenQuestion,
-    Rule::Gravity,
-    Rule::Payload,
+pub(crate) const RULES: [CheckRule; 8] = [
+    CheckRule::Unit,
+    CheckRule::Angle,
+    CheckRule::SwappedAxes,
+    CheckRule::UnknownName,
+    CheckRule::HeldJoint,
+    CheckRule::OpenQuestion,
+    CheckRule::Gravity,
+    CheckRule::Payload,
 ];
 
 /// A crane of three joints. At `Q`, `QD`, `QDD` Pinocchio 4.1 has [`TORQUES`] without friction.
@@ -242,7 +242,7 @@ fn a_follower_is_held_at_its_offset() {
     let robot = Robot::from_urdf_str(&text, "crane.urdf", Ends::tip("hand")).unwrap();
     assert!((gravity_torques(&robot, &[0.0; 3])[2] - 7.838).abs() < 1e-3, "{:?}", gravity_torques(&robot, &[0.0; 3]));
     assert!(robot.source.contains("held at zero: fj; held: fk at 0.2"), "{}", robot.source);
-    assert!(looked_at(&text).iter().all(|it| it.rule != Rule::HeldJoint));
+    assert!(looked_at(&text).iter().all(|it| it.rule != CheckRule::HeldJoint));
     let outside = text.replacen("lower=\"0\" upper=\"0.3\"", "lower=\"0.01\" upper=\"0.3\"", 1);
     assert!(
         doubts(&looked_at(&outside))
@@ -252,7 +252,7 @@ fn a_follower_is_held_at_its_offset() {
     let toml = import(&outside, Ends::tip("hand"));
     assert!(toml.contains("# ? joint fj.limit: fj is held at 0 m"), "{toml}");
     let open = findings(&Draft::from_toml_str(&toml, "crane.toml").unwrap(), None);
-    assert!(open.iter().any(|it| it.rule == Rule::OpenQuestion && it.place.problem().contains("fj is held")));
+    assert!(open.iter().any(|it| it.rule == CheckRule::OpenQuestion && it.place.problem().contains("fj is held")));
     let looped = text.replacen("velocity=\"0.1\"/></joint>", "velocity=\"0.1\"/><mimic joint=\"fk\"/></joint>", 1);
     let error = Robot::from_urdf_str(&looped, "crane.urdf", Ends::tip("hand")).unwrap_err();
     assert!(error.problem().contains("in a loop"), "{error}");

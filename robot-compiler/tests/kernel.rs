@@ -18,7 +18,9 @@ use proptest::prelude::{Just, Strategy, prop_assert, prop_assert_eq, prop_oneof,
 use proptest::test_runner::{Config, TestCaseError};
 use robot_compiler::kernel::functions::{forward_input_values, input_values};
 use robot_compiler::kernel::tape::{Arena, Expr, input, trace};
-use robot_compiler::kernel::{Function, Level, Operations, Precision, Program, Rule, RuleSet, compile, compile_with};
+use robot_compiler::kernel::{
+    Function, Level, Operations, Precision, Program, RewriteRule, RuleSet, compile, compile_with,
+};
 use robot_compiler::{Robot, SceneFile, with_dof};
 use std::path::{Path, PathBuf};
 
@@ -311,12 +313,12 @@ fn operation_counts_of_forward_dynamics_are_what_is_written_here() {
 
 #[test]
 fn every_rule_saves_work_and_none_costs_any() {
-    let mut saved = [0_i64; Rule::ALL.len()];
+    let mut saved = [0_i64; RewriteRule::ALL.len()];
     for path in scenes() {
         let file = SceneFile::load(&path).unwrap();
         with_dof!(file.robot.dof(), N => add_savings::<N>(&file, &mut saved));
     }
-    println!("{:?}", Rule::ALL.map(Rule::name).iter().zip(saved).collect::<Vec<_>>());
+    println!("{:?}", RewriteRule::ALL.map(RewriteRule::name).iter().zip(saved).collect::<Vec<_>>());
     assert!(saved.iter().all(|&n| n > 0), "{saved:?}");
 }
 
@@ -328,7 +330,7 @@ fn add_savings<const N: usize>(file: &SceneFile, saved: &mut [i64]) {
             let n = compile_with(function, &model, &scene, rules, Precision::Single).operations();
             i64::try_from(n.total() + n.neg).unwrap()
         };
-        for (rule, saved) in Rule::ALL.into_iter().zip(&mut *saved) {
+        for (rule, saved) in RewriteRule::ALL.into_iter().zip(&mut *saved) {
             *saved += total(RuleSet::ALL.without(rule)) - total(RuleSet::ALL);
         }
     }

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a broken shipped file should stop the test")]
 #![allow(clippy::float_cmp, reason = "level exact claims equality")]
 
-use dynamics_core::control::Law;
+use dynamics_core::control::ControlLaw;
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{
     Command, Controller, ControllerConfig, Dynamics, Limits, Measurement, Real, Reference, Sensed, Trig,
@@ -17,7 +17,13 @@ const STATES: u32 = 50;
 
 /// The law alone: the configuration without the controller's other parts.
 fn law_alone<const N: usize>(config: ControllerConfig<f64, N>) -> ControllerConfig<f64, N> {
-    ControllerConfig { law: Law::ComputedTorque, friction: None, integral: None, limits: [Limits::none(); N], ..config }
+    ControllerConfig {
+        law: ControlLaw::ComputedTorque,
+        friction: None,
+        integral: None,
+        limits: [Limits::none(); N],
+        ..config
+    }
 }
 
 /// Largest difference between a controller and a traced law in some states, relative to the largest torque of the state.

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test file that cannot be handled should stop the test")]
 #![allow(clippy::float_cmp, reason = "numbers from a file must come through unchanged")]
 
-use dynamics_core::control::Law;
+use dynamics_core::control::ControlLaw;
 use dynamics_core::safety::heat::HeatRules;
 use dynamics_core::safety::{JointRules, Rules, SafeAction};
 use dynamics_core::trig::Method;
@@ -31,7 +31,7 @@ fn a_scene_that_says_little_gets_the_documented_defaults() {
     assert_eq!((puma.model.payload, puma.model.tip_wrench), (Term::Absent, Term::Absent));
     assert_eq!((puma.model.rotor, puma.model.coriolis.clone()), (Term::Constant(()), Term::Live));
     assert!(puma.model.friction && puma.plant.friction);
-    assert_eq!((puma.control.rate, puma.control.law, puma.control.age_max), (1000.0, Law::ComputedTorque, 2));
+    assert_eq!((puma.control.rate, puma.control.law, puma.control.age_max), (1000.0, ControlLaw::ComputedTorque, 2));
     assert_eq!((puma.control.trig, puma.control.scalar), (Method::Polynomial, ScalarChoice::F32));
     assert_eq!(
         (puma.control.natural_frequency.as_slice(), puma.control.damping.as_slice()),

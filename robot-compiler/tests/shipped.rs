@@ -107,8 +107,8 @@ fn a_hash_feels_what_a_tick_reads_and_nothing_else() {
     };
     let same = hash(&scene);
     let mut felt = vec![
-        changed(&|s| s.control.law = dynamics_core::control::Law::Pd),
-        changed(&|s| s.control.law = dynamics_core::control::Law::DiagonalInertia),
+        changed(&|s| s.control.law = dynamics_core::control::ControlLaw::Pd),
+        changed(&|s| s.control.law = dynamics_core::control::ControlLaw::DiagonalInertia),
         changed(&|s| s.control.model_every = 2),
         changed(&|s| s.control.model_every = 4),
         changed(&|s| (s.control.model_every, s.control.model_between) = (4, Between::Extrapolate)),

@@ -31,7 +31,7 @@ use anyhow::Result;
 
 /// Options of `bench`.
 #[derive(Clone, Debug, clap::Args)]
-pub(crate) struct Options {
+pub(crate) struct BenchOptions {
     /// Make the instruction counts of now the baseline
     #[arg(long)]
     bless: bool,
@@ -50,7 +50,7 @@ pub(crate) struct Options {
 }
 
 /// Counts, compares with the baseline, measures, and writes the tables.
-pub(crate) fn run(options: Options) -> Result<()> {
+pub(crate) fn run(options: BenchOptions) -> Result<()> {
     if options.peers {
         return crate::peers::run();
     }
@@ -76,5 +76,5 @@ pub(crate) fn run(options: Options) -> Result<()> {
 
 /// The gate of `cargo xtask test`: counts only.
 pub(crate) fn gate() -> Result<()> {
-    run(Options { bless: false, gate: true, peers: false, arms: false, simulators: false })
+    run(BenchOptions { bless: false, gate: true, peers: false, arms: false, simulators: false })
 }

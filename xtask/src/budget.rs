@@ -28,7 +28,7 @@ use anyhow::Result;
 use bounds::Budget;
 use firmware_image::Board;
 use firmware_image::board::SCENE_DEFAULT;
-use row::Row;
+use row::BudgetRow;
 use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "\
@@ -49,7 +49,7 @@ firmware/budget.toml, null where it has none.";
 /// Options of `budget`.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_long_help = EXAMPLES)]
-pub(crate) struct Options {
+pub(crate) struct BudgetOptions {
     /// Write the table of docs/measured/budget.md, and three rows of it into README.md
     #[arg(long)]
     write: bool,
@@ -93,7 +93,7 @@ const HARDEST: &str = "scenes/puma560_collision.toml";
 const SIZE_ONLY: [Board; 4] = [Board::F405Can, Board::F405Pwm, Board::OdriveV3, Board::G474Fdcan];
 
 /// Measures, compares with the bounds, and prints or writes.
-pub(crate) fn run(options: &Options) -> Result<()> {
+pub(crate) fn run(options: &BudgetOptions) -> Result<()> {
     if let (Some(port), Some(board)) = (&options.port, options.board) {
         let key = options.key.as_deref();
         let asked = board::Asked { port, key, board, scenes: &options.scenes, ticks: options.ticks };
@@ -113,7 +113,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let mut budget = Budget::load()?;
     let mut rows = Vec::new();
     // Each row is saved as soon as it is known: minutes of measurement do not hang on the last scene.
-    let mut take = |row: Row, budget: &mut Budget| {
+    let mut take = |row: BudgetRow, budget: &mut Budget| {
         if options.bless {
             budget.bless(std::slice::from_ref(&row), &rustc, false);
             budget.save()?;
@@ -153,7 +153,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 }
 
 /// Prints the link's cost, and writes its table if requested.
-fn link(options: &Options) -> Result<()> {
+fn link(options: &BudgetOptions) -> Result<()> {
     let ways = measure::ways(Path::new(SCENE_DEFAULT), Board::F405Can)?;
     if options.write {
         write_into("docs/measured/budget.md", &[("link", table::ways(&ways))])?;
@@ -177,7 +177,7 @@ pub(crate) fn gate() -> Result<()> {
 
 /// Checks flash, RAM and stack of one firmware against its row.
 pub(crate) fn sizes(elf: &Path, scene: &Path, board: Board) -> Result<()> {
-    let row = Row::sizes(scene, board, &image::Image::measure(elf)?);
+    let row = BudgetRow::sizes(scene, board, &image::Image::measure(elf)?);
     for (field, value) in &row.numbers {
         println!("{:<16}{value:>8} {}", field.name(), field.unit());
     }

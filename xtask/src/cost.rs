@@ -84,7 +84,7 @@ fn build(scene: &Path) -> Result<PathBuf> {
 
 /// Runs the program, and traces it once more, instruction by instruction. Every counted instruction must be in the trace.
 fn measure(elf: &Path) -> Result<Cost> {
-    let Said { address, controller_bytes, ticks } = Said::parse(&crate::qemu::semihosted(elf)?)?;
+    let SceneOutput { address, controller_bytes, ticks } = SceneOutput::parse(&crate::qemu::semihosted(elf)?)?;
     let program = Program::parse(&std::fs::read(elf)?)?;
     let reached = program.reached_from(address)?;
     let mut traced = calls(elf, &program, COUNTER, &[address & !1], [Memory::new(Placement::ByAddress)])?;
@@ -112,14 +112,14 @@ fn measure(elf: &Path) -> Result<Cost> {
 
 /// The program's output for its one scene.
 #[derive(Debug, PartialEq, Eq)]
-struct Said {
+struct SceneOutput {
     address: u32,
     controller_bytes: u64,
     /// Instructions and command of each tick.
     ticks: Vec<(u64, String)>,
 }
 
-impl Said {
+impl SceneOutput {
     fn parse(text: &str) -> Result<Self> {
         let Some(head) = text.lines().find_map(|line| line.strip_prefix("scene,0,")) else {
             bail!("the measuring program does not say where its tick is");
@@ -140,15 +140,15 @@ impl Said {
 
 #[cfg(test)]
 mod tests {
-    use super::Said;
+    use super::SceneOutput;
 
     #[test]
     fn a_scene_and_its_ticks_are_read_and_other_lines_left() {
         let text =
             "scene,1,5,6\nscene,0,134217729,200\ntick,0,0,7,drive,1,0\ntick,0,1,9,brake,3,\ntick,1,0,1,drive,1,0\n";
         let ticks = vec![(7, "drive,1,0".to_owned()), (9, "brake,3,".to_owned())];
-        let said = Said::parse(text).unwrap();
-        assert_eq!(said, Said { address: 0x0800_0001, controller_bytes: 200, ticks });
+        let said = SceneOutput::parse(text).unwrap();
+        assert_eq!(said, SceneOutput { address: 0x0800_0001, controller_bytes: 200, ticks });
     }
 
     #[test]
@@ -160,7 +160,7 @@ mod tests {
             "scene,0,8,2\ntick,0,0,x,drive,1\n",
             "scene,0,8,2\ntick,0,0,7\n",
         ] {
-            assert!(Said::parse(text).is_err(), "{text}");
+            assert!(SceneOutput::parse(text).is_err(), "{text}");
         }
     }
 }

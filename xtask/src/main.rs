@@ -52,13 +52,13 @@ enum Task {
     /// Measure speed, instruction counts and code size; write docs/measured/kernels.md
     Bench {
         #[command(flatten)]
-        options: bench::Options,
+        options: bench::BenchOptions,
     },
     /// Measure what every firmware takes, and hold it to firmware/budget.toml from both sides; code 2 where it leaves that. With --port,
     /// cycles of a flashed board
     Budget {
         #[command(flatten)]
-        options: budget::Options,
+        options: budget::BudgetOptions,
     },
     /// Estimate the cycles of kernels on the chip from the emulator's trace, from flash and from SRAM. With --port, code 1 where a board's
     /// cycles leave their range, code 2 where there is no such board
@@ -79,12 +79,12 @@ enum Task {
     /// Show which pages of docs/measured are of the present state, and measure again; code 1 if one is not and none is measured
     Measured {
         #[command(flatten)]
-        options: measured::Options,
+        options: measured::MeasuredOptions,
     },
     /// The report page: its scripts from their sources, its picture in the README
     Report {
         #[command(flatten)]
-        options: report::Options,
+        options: report::ReportOptions,
     },
     /// Inject every fault in every state of the safety state machine, and judge every tick; --help lists the options
     #[command(disable_help_flag = true)]

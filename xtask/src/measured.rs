@@ -18,7 +18,7 @@ mod tokens;
 use crate::process::{root, run as run_command};
 use anyhow::{Context as _, Result, bail};
 use artefact::{Artefact, Hashes};
-use blocks::{BLOCKS, Block};
+use blocks::{BLOCKS, MeasuredBlock};
 use firmware_image::BadInput;
 use robot_compiler::emit::page::Page;
 use stamp::Stamp;
@@ -36,7 +36,7 @@ Examples:
 /// Options of `measured`.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_long_help = EXAMPLES)]
-pub(crate) struct Options {
+pub(crate) struct MeasuredOptions {
     /// Only these pages of docs/measured, or blocks of pages, by their names; with --renew also those that are current
     #[arg(long = "page", value_name = "NAME")]
     pages: Vec<String>,
@@ -52,7 +52,7 @@ pub(crate) struct Options {
 }
 
 /// Shows, renews or stamps. An error if a block is not current.
-pub(crate) fn run(options: &Options) -> Result<()> {
+pub(crate) fn run(options: &MeasuredOptions) -> Result<()> {
     for name in &options.pages {
         if !BLOCKS.iter().any(|block| block.is_called(name)) {
             let mut known: Vec<_> = BLOCKS.iter().map(|block| block.page).collect();
@@ -60,8 +60,9 @@ pub(crate) fn run(options: &Options) -> Result<()> {
             return Err(BadInput(format!("--page {name}: expected a block, or one of {}", known.join(", "))).into());
         }
     }
-    let asked = |block: &&Block| options.pages.is_empty() || options.pages.iter().any(|name| block.is_called(name));
-    let blocks: Vec<&Block> = BLOCKS.iter().filter(asked).collect();
+    let asked =
+        |block: &&MeasuredBlock| options.pages.is_empty() || options.pages.iter().any(|name| block.is_called(name));
+    let blocks: Vec<&MeasuredBlock> = BLOCKS.iter().filter(asked).collect();
     let mut hashes = Hashes::default();
     if options.stamp {
         return blocks.into_iter().try_for_each(|block| put(block, &Stamp::now(block, &mut hashes)?.to_string()));
@@ -108,7 +109,7 @@ pub(crate) fn write_into(document: &str, tables: &[(&str, String)]) -> Result<()
 }
 
 /// Runs the command of a block.
-fn renew(block: &Block) -> Result<()> {
+fn renew(block: &MeasuredBlock) -> Result<()> {
     eprintln!("measured: {}: {}", block.place(), block.command);
     let mut words = block.command.split_whitespace();
     let program = words.next().filter(|&program| program == "cargo");
@@ -132,7 +133,7 @@ fn spread(word: &str) -> Vec<String> {
 }
 
 /// Why a block is not current; `None` if it is.
-fn state(block: &Block, hashes: &mut Hashes) -> Result<Option<String>> {
+fn state(block: &MeasuredBlock, hashes: &mut Hashes) -> Result<Option<String>> {
     let (Some(stamp), _) = stamped(block)? else {
         return Ok(Some("it does not say what was measured".to_owned()));
     };
@@ -149,7 +150,7 @@ fn state(block: &Block, hashes: &mut Hashes) -> Result<Option<String>> {
 const MARK: &str = "**Not of the present state**: ";
 
 /// The text of a block.
-fn text_of(block: &Block) -> Result<String> {
+fn text_of(block: &MeasuredBlock) -> Result<String> {
     let path = root().join(block.path());
     let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
     let (begin, end) = (format!("<!-- measured: {} -->", block.name), format!("<!-- end measured: {} -->", block.name));
@@ -159,21 +160,21 @@ fn text_of(block: &Block) -> Result<String> {
 }
 
 /// The stamp of a block, and whether it says that it is not current.
-fn stamped(block: &Block) -> Result<(Option<Stamp>, bool)> {
+fn stamped(block: &MeasuredBlock) -> Result<(Option<Stamp>, bool)> {
     let text = text_of(block)?;
     let stamp = text.lines().find_map(Stamp::parse).transpose().with_context(|| block.place())?;
     Ok((stamp, text.lines().any(|line| line.starts_with(MARK))))
 }
 
 /// Says on a page that a block is not current, or no longer that.
-fn mark(block: &Block, why: Option<&str>) -> Result<()> {
+fn mark(block: &MeasuredBlock, why: Option<&str>) -> Result<()> {
     let stamp = stamped(block)?.0.map(|stamp| stamp.to_string());
     let mark = why.map(|why| format!("{MARK}{why}. Measure it again: `{}`.", block.command));
     put(block, &mark.into_iter().chain(stamp).collect::<Vec<_>>().join("\n\n"))
 }
 
 /// Gives a block these last lines in the place of its stamp and its mark.
-fn put(block: &Block, last: &str) -> Result<()> {
+fn put(block: &MeasuredBlock, last: &str) -> Result<()> {
     let own = |line: &&str| !line.starts_with(stamp::BEGIN) && !line.starts_with(MARK);
     let kept = text_of(block)?.lines().filter(own).collect::<Vec<_>>().join("\n");
     let mut page = Page::read(root().join(block.path()), &[])?;

@@ -45,7 +45,7 @@ pub(crate) fn run() -> Result<()> {
         eprintln!("peers: measuring the {arm}");
         let (desk, torques) = desk::measure(arm, &ours)?;
         let chip = chip::measure(arm, &ours, &torques)?;
-        measured.push(report::Measured { arm, desk, chip });
+        measured.push(report::PeerMeasurements { arm, desk, chip });
     }
     let tables = report::markdown(&measured)?;
     println!("{tables}");

@@ -11,7 +11,7 @@ mod compare;
 use crate::budget;
 use crate::process::root;
 use anyhow::{Context as _, Result, bail, ensure};
-use blocks::Block;
+use blocks::ConsoleBlock;
 use compare::Masked;
 use std::process::{Command, Stdio};
 
@@ -26,7 +26,7 @@ pub(crate) fn run_commands() -> Result<()> {
     }
     let masked = if budget::is_of_this_compiler()? { Masked::Times } else { Masked::TimesAndInstructions };
     let mut wrong = Vec::new();
-    for Block { commands, shown } in &blocks {
+    for ConsoleBlock { commands, shown } in &blocks {
         let mut printed = String::new();
         for line in commands {
             printed += &stdout(line)?;

@@ -11,7 +11,7 @@ use std::process::Command;
 /// Tasks for the report page.
 #[derive(clap::Args)]
 #[group(required = true, multiple = true)]
-pub(crate) struct Options {
+pub(crate) struct ReportOptions {
     /// Bundle the scripts anew, with npm, into host-sim/report/assets
     #[arg(long)]
     bundle: bool,
@@ -38,7 +38,7 @@ const SIZE: &str = "1280,880";
 const BYTES_MAX: u64 = 200_000;
 
 /// Run the task.
-pub(crate) fn run_task(options: &Options) -> Result<()> {
+pub(crate) fn run_task(options: &ReportOptions) -> Result<()> {
     if options.bundle {
         bundle(&assets())?;
     }

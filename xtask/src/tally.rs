@@ -72,13 +72,13 @@ fn announce(name: &str) -> Instant {
 }
 
 #[derive(Debug, Default, PartialEq, Eq)]
-struct Counts {
+struct TestCounts {
     passed: u64,
     failed: u64,
 }
 
 /// Prints a test runner's output as it arrives, and adds up its summaries.
-fn counted(command: &mut Command) -> Result<(bool, Counts)> {
+fn counted(command: &mut Command) -> Result<(bool, TestCounts)> {
     // nextest prints its summary on standard error, the built-in harness on standard output: each gets a pipe of its own.
     let mut child = command
         .stdout(Stdio::piped())
@@ -86,7 +86,7 @@ fn counted(command: &mut Command) -> Result<(bool, Counts)> {
         .spawn()
         .with_context(|| format!("cannot start {command:?}"))?;
     let stderr = child.stderr.take().map(|pipe| std::thread::spawn(move || echo(BufReader::new(pipe))));
-    let mut counts = child.stdout.take().map_or_else(Counts::default, |pipe| echo(BufReader::new(pipe)));
+    let mut counts = child.stdout.take().map_or_else(TestCounts::default, |pipe| echo(BufReader::new(pipe)));
     if let Some(thread) = stderr {
         let more = thread.join().map_err(|_| anyhow::anyhow!("the output reader stopped"))?;
         counts.passed += more.passed;
@@ -96,8 +96,8 @@ fn counted(command: &mut Command) -> Result<(bool, Counts)> {
     Ok((status.success(), counts))
 }
 
-fn echo(pipe: impl BufRead) -> Counts {
-    let mut counts = Counts::default();
+fn echo(pipe: impl BufRead) -> TestCounts {
+    let mut counts = TestCounts::default();
     for line in pipe.lines().map_while(Result::ok) {
         eprintln!("{line}");
         if let Some(summary) = summary(&line) {
@@ -109,7 +109,7 @@ fn echo(pipe: impl BufRead) -> Counts {
 }
 
 /// The counts in a summary line of nextest or of Rust's own test harness.
-fn summary(line: &str) -> Option<Counts> {
+fn summary(line: &str) -> Option<TestCounts> {
     let of_nextest = line.trim_start().starts_with("Summary [");
     // Not trimmed: nextest indents a failed test's own output, and that test is already counted.
     let of_harness = line.starts_with("test result: ");
@@ -120,19 +120,19 @@ fn summary(line: &str) -> Option<Counts> {
         let words: Vec<&str> = line.split([' ', ',', ';']).filter(|w| !w.is_empty()).collect();
         words.windows(2).find(|w| w[1] == word).and_then(|w| w[0].parse().ok()).unwrap_or(0)
     };
-    Some(Counts { passed: before("passed"), failed: before("failed") + before("timed") })
+    Some(TestCounts { passed: before("passed"), failed: before("failed") + before("timed") })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Counts, summary};
+    use super::{TestCounts, summary};
 
     #[test]
     fn summaries_are_read() {
         let nextest = "     Summary [   1.234s] 120 tests run: 118 passed (2 slow), 2 failed, 3 skipped";
-        assert_eq!(summary(nextest), Some(Counts { passed: 118, failed: 2 }));
+        assert_eq!(summary(nextest), Some(TestCounts { passed: 118, failed: 2 }));
         let harness = "test result: ok. 5 passed; 0 failed; 1 ignored; 0 measured; 0 filtered out; finished in 0.10s";
-        assert_eq!(summary(harness), Some(Counts { passed: 5, failed: 0 }));
+        assert_eq!(summary(harness), Some(TestCounts { passed: 5, failed: 0 }));
         assert_eq!(summary("12 passed"), None);
         assert_eq!(summary("    test result: FAILED. 0 passed; 1 failed; 0 ignored"), None, "inside nextest's output");
     }

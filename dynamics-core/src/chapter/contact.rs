@@ -38,7 +38,7 @@
 //! single precision is off by at most 6e-7 of the reading on random arms of six joints.
 
 use crate::inertia::Wrench;
-use crate::newton_euler::{JointMotion, Motion, from_parent, joint_wrenches, to_parent};
+use crate::newton_euler::{JointMotion, LinkMotion, from_parent, joint_wrenches, to_parent};
 use crate::scalar::Scalar;
 use crate::scene::{Dynamics, Live};
 use crate::trig::SinCos;
@@ -85,7 +85,7 @@ pub fn contact_wrench<S: Scalar, const N: usize>(
 ) -> Wrench<S> {
     let (model, scene) = (dynamics.model(), dynamics.scene());
     let velocity = scene.coriolis.value(qd);
-    let mut motion = Motion::new(None, None, scene.gravity.value(&live.gravity).map(|g| -g));
+    let mut motion = LinkMotion::new(None, None, scene.gravity.value(&live.gravity).map(|g| -g));
     let mut carried = *base_wrench;
     for (i, link) in model.links().iter().enumerate() {
         let joint = JointMotion { turn: turn[i], q: q[i], qd: velocity.map(|v| v[i]), qdd: qdd[i] };

@@ -1,12 +1,12 @@
 //! The answer of a controller to what a machine asks.
 
-use super::ask::Ask;
 use super::build::ArmBuild;
 use super::limits::LimitFlags;
+use super::torque_request::TorqueRequest;
 use super::{Command, Controller, Fault, Reference};
 use crate::scalar::Real;
 
-impl<S: Real, const N: usize> Ask<'_, S, N> {
+impl<S: Real, const N: usize> TorqueRequest<'_, S, N> {
     /// The answer of a controller; its torques are held by the machine.
     #[inline]
     pub fn of<A: ArmBuild<S, N>>(self, controller: &mut Controller<S, N, A>) -> Command<S, N> {
@@ -38,7 +38,7 @@ impl<S: Real, const N: usize> Ask<'_, S, N> {
         limits: &mut [LimitFlags; N],
     ) -> Result<(), Fault> {
         let (reference, still) = (Reference::at_rest(*self.q), [S::zero(); N]);
-        let at_rest = Ask { start: true, reference: &reference, runs: false, qd: &still, ..*self };
+        let at_rest = TorqueRequest { start: true, reference: &reference, is_running: false, qd: &still, ..*self };
         let mut weight = still;
         controller.clone().answer(&at_rest, &mut weight, &mut [LimitFlags::NONE; N])?;
         for i in 0..N {

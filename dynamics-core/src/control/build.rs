@@ -21,7 +21,7 @@ pub trait ArmBuild<S: Real, const N: usize> {
     /// Collision observer, or none.
     type Protection: Protection<S, N> + Clone;
     /// Configuration and rules of the safety state machine.
-    type Settings: safety::Configuration<S, N> + Clone;
+    type Settings: safety::SafetyConfiguration<S, N> + Clone;
 }
 
 /// A build of these parts. There are no values of it.
@@ -34,7 +34,7 @@ where
     T: Trig<S>,
     C: Configuration<S, N> + Clone,
     P: Protection<S, N> + Clone,
-    K: safety::Configuration<S, N> + Clone,
+    K: safety::SafetyConfiguration<S, N> + Clone,
 {
     type Dynamics = D;
     type Trig = T;
@@ -53,7 +53,7 @@ impl<S, const N: usize> Configuration<S, N> for Unsupervised {
     }
 }
 
-impl<S, const N: usize> safety::Configuration<S, N> for Unsupervised {
+impl<S, const N: usize> safety::SafetyConfiguration<S, N> for Unsupervised {
     fn rules(&self) -> &Rules<S, N> {
         match *self {}
     }

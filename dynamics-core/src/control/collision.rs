@@ -34,19 +34,19 @@ use crate::trig::SinCos;
 
 /// Reaction to a collision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reaction {
+pub enum CollisionReaction {
     /// A fault: brake until reset.
     Stop,
     /// The reference stays where the arm was, until reset.
     Hold,
-    /// No stiffness: weight is carried and motion damped as long as something pushes; then as [`Reaction::Hold`], until reset or
+    /// No stiffness: weight is carried and motion damped as long as something pushes; then as [`CollisionReaction::Hold`], until reset or
     /// the next push.
     Comply,
     /// None: the external torques are told, and that is all.
     Report,
 }
 
-words!(Reaction { Stop = 0, Hold = 1, Comply = 2, Report = 3 });
+words!(CollisionReaction { Stop = 0, Hold = 1, Comply = 2, Report = 3 });
 
 record! {
     /// Detection of a collision, and the reaction to it.
@@ -63,7 +63,7 @@ record! {
         /// Ticks in a row without a push that end it.
         pub release_ticks: u32,
         /// Reaction to a collision.
-        pub reaction: Reaction,
+        pub reaction: CollisionReaction,
     }
 }
 
@@ -106,7 +106,7 @@ pub enum Verdict<S, const N: usize> {
 
 /// State of the arm in one tick, as a protection sees it.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen<'a, S, const N: usize> {
+pub struct ObservedState<'a, S, const N: usize> {
     /// Joint position, rad or m.
     pub q: &'a [S; N],
     /// Joint velocity, rad/s or m/s.
@@ -128,7 +128,7 @@ pub trait Protection<S, const N: usize> {
     /// them.
     fn look(
         &mut self,
-        seen: &Seen<'_, S, N>,
+        seen: &ObservedState<'_, S, N>,
         turn: impl FnOnce() -> [SinCos<S>; N],
     ) -> (Verdict<S, N>, Option<[SinCos<S>; N]>);
 
@@ -161,7 +161,7 @@ impl<S, const N: usize> Protection<S, N> for Unprotected {
     #[inline]
     fn look(
         &mut self,
-        _: &Seen<'_, S, N>,
+        _: &ObservedState<'_, S, N>,
         _: impl FnOnce() -> [SinCos<S>; N],
     ) -> (Verdict<S, N>, Option<[SinCos<S>; N]>) {
         (Verdict::Free, None)
@@ -178,7 +178,7 @@ impl<S, const N: usize> Protection<S, N> for Unprotected {
 impl<S, const N: usize, P: Protection<S, N>> Protection<S, N> for Option<P> {
     fn look(
         &mut self,
-        seen: &Seen<'_, S, N>,
+        seen: &ObservedState<'_, S, N>,
         turn: impl FnOnce() -> [SinCos<S>; N],
     ) -> (Verdict<S, N>, Option<[SinCos<S>; N]>) {
         self.as_mut().map_or((Verdict::Free, None), |protection| protection.look(seen, turn))
@@ -216,7 +216,7 @@ impl<S, const N: usize, P: Protection<S, N>> Protection<S, N> for Option<P> {
 ///         |r| > threshold for `ticks` in a row
 /// ```
 ///
-/// With [`Reaction::Report`] it stays free. Only [`Protection::forget`] leads back to free: the watch does not know where the reference has gone meanwhile. A
+/// With [`CollisionReaction::Report`] it stays free. Only [`Protection::forget`] leads back to free: the watch does not know where the reference has gone meanwhile. A
 /// residual that is NaN is above every threshold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CollisionWatch<S, const N: usize, M, K = CollisionConfig<S, N>> {
@@ -270,9 +270,11 @@ impl<S: Real, const N: usize, M, K: CollisionConfiguration<S, N>> CollisionWatch
             let joint = hit.unwrap_or(0);
             self.state = match (self.state, config.reaction) {
                 (WatchState::Complying { joint }, _) => WatchState::Holding { q: *q, joint },
-                (WatchState::Free, Reaction::Stop) => WatchState::Stopped { joint },
-                (WatchState::Free, Reaction::Hold) => WatchState::Holding { q: *q, joint },
-                (WatchState::Free | WatchState::Holding { .. }, Reaction::Comply) => WatchState::Complying { joint },
+                (WatchState::Free, CollisionReaction::Stop) => WatchState::Stopped { joint },
+                (WatchState::Free, CollisionReaction::Hold) => WatchState::Holding { q: *q, joint },
+                (WatchState::Free | WatchState::Holding { .. }, CollisionReaction::Comply) => {
+                    WatchState::Complying { joint }
+                }
                 (state, _) => state,
             };
         }
@@ -298,10 +300,10 @@ impl<S: Real, const N: usize, M: GeneralizedMomentum<S, N>, K: CollisionConfigur
     #[inline]
     fn look(
         &mut self,
-        seen: &Seen<'_, S, N>,
+        seen: &ObservedState<'_, S, N>,
         turn: impl FnOnce() -> [SinCos<S>; N],
     ) -> (Verdict<S, N>, Option<[SinCos<S>; N]>) {
-        let Seen { q, qd, live, friction, friction_terms } = *seen;
+        let ObservedState { q, qd, live, friction, friction_terms } = *seen;
         let turn = turn();
         let momentum = self.momentum.momentum(&turn, q, qd, live);
         let lost = match friction {
@@ -323,7 +325,7 @@ impl<S: Real, const N: usize, M: GeneralizedMomentum<S, N>, K: CollisionConfigur
 
     #[inline]
     fn only_reports(&self) -> bool {
-        self.config.get().reaction == Reaction::Report
+        self.config.get().reaction == CollisionReaction::Report
     }
 
     #[inline]

@@ -2,7 +2,7 @@
 
 use super::friction::Friction;
 use super::integral::Integral;
-use super::law::{Gains, Law};
+use super::law::{ControlLaw, Gains};
 use super::observer::{Encoder, TrackingObserver};
 use super::teach::Teach;
 use crate::fields::record;
@@ -24,7 +24,7 @@ record! {
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct ControllerConfig<S, const N: usize> {
         /// The control law.
-        pub law: Law,
+        pub law: ControlLaw,
         /// Gains per joint.
         pub gains: [Gains<S>; N],
         /// Friction to make up for, per joint; `None` leaves it to the feedback.
@@ -43,9 +43,9 @@ record! {
         pub observer: TrackingObserver<S>,
         /// Integral action per joint; `None` leaves a constant load that the model does not know to the position gain.
         pub integral: Option<[Integral<S>; N]>,
-        /// Behaviour of the joints under [`Law::Teach`]; `None` leaves the weight alone carried.
+        /// Behaviour of the joints under [`ControlLaw::Teach`]; `None` leaves the weight alone carried.
         pub teach: Option<[Teach<S>; N]>,
-        /// Share of the damping of [`Law::Impedance`] and [`Law::Split`] that goes through the model, as `M(q) Kd` instead of `M0 Kd`;
+        /// Share of the damping of [`ControlLaw::Impedance`] and [`ControlLaw::Split`] that goes through the model, as `M(q) Kd` instead of `M0 Kd`;
         /// `None` for none.
         pub posture_damping: Option<S>,
     }

@@ -1,13 +1,13 @@
 //! The tick.
 
-use super::ask::Ask;
 use super::build::{ArmBuild, BuildOf, Unsupervised};
-use super::collision::{Protection, Seen, Unprotected, Verdict};
+use super::collision::{ObservedState, Protection, Unprotected, Verdict};
 use super::config::{Configuration, ControllerConfig, Guard};
 use super::integral::{Integral, Integrated};
-use super::law_torques::{State, torques};
+use super::law_torques::{LawInputs, torques};
 use super::limits::{LimitFlags, hold_reference, hold_torques, reference_is_inside};
 use super::observer::TrackingObserver;
+use super::torque_request::TorqueRequest;
 use super::{Command, Fault, Measurement, Reference, Sensed};
 use crate::newton_euler::InverseDynamics;
 use crate::scalar::Real;
@@ -17,10 +17,10 @@ use core::fmt::{self, Debug};
 
 /// State that changes from tick to tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Memory<S, const N: usize> {
+struct ControllerMemory<S, const N: usize> {
     /// Integral action before the last proposal, and with it.
     integral: [[Integrated<S>; N]; 2],
-    /// Where each joint of an arm that is led by hand is kept, rad or m; `None` where it is let go.
+    /// Where each joint of a hand-guided arm is kept, rad or m; `None` where it is let go.
     anchors: [Option<S>; N],
     /// The fault in force.
     fault: Option<Fault>,
@@ -28,7 +28,7 @@ struct Memory<S, const N: usize> {
 
 /// State used only when the controller runs without the safety state machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Alone<S, const N: usize> {
+struct StandaloneState<S, const N: usize> {
     observed: Observed<S, N>,
     /// Acceleration that the last reference asked for.
     acceleration: [S; N],
@@ -55,12 +55,12 @@ pub(crate) struct Observed<S, const N: usize> {
 }
 
 /// Reference and state that a torque is asked for.
-pub(crate) struct Given<'a, S, const N: usize> {
+pub(crate) struct ControlInput<'a, S, const N: usize> {
     pub(crate) reference: &'a Reference<S, N>,
     /// No limit acts on the reference: somebody has looked.
-    pub(crate) inside: bool,
+    pub(crate) reference_checked: bool,
     /// A law that follows no reference lets go of it.
-    pub(crate) runs: bool,
+    pub(crate) is_running: bool,
     pub(crate) q: &'a [S; N],
     pub(crate) qd: &'a [S; N],
 }
@@ -72,7 +72,7 @@ struct Regulator<S, const N: usize, D, T, C, P> {
     dynamics: D,
     trig: T,
     live: Live<S, N>,
-    memory: Memory<S, N>,
+    memory: ControllerMemory<S, N>,
     protection: P,
 }
 
@@ -82,7 +82,7 @@ struct Regulator<S, const N: usize, D, T, C, P> {
 /// ([`Configuration`]), and the collision observer ([`Protection`]; none costs nothing).
 pub struct Controller<S: Real, const N: usize, A: ArmBuild<S, N>> {
     regulator: Regulator<S, N, A::Dynamics, A::Trig, A::Tuning, A::Protection>,
-    alone: Alone<S, N>,
+    alone: StandaloneState<S, N>,
 }
 
 /// A controller of these parts.
@@ -158,8 +158,11 @@ impl<S: Real, const N: usize, A: ArmBuild<S, N>> Controller<S, N, A> {
     /// A controller at rest, with every live input zero.
     #[must_use]
     pub fn built(config: A::Tuning, dynamics: A::Dynamics, trig: A::Trig, protection: A::Protection) -> Self {
-        let (live, memory) = (Live::zero(), Memory::new());
-        Self { regulator: Regulator { config, dynamics, trig, live, memory, protection }, alone: Alone::new() }
+        let (live, memory) = (Live::zero(), ControllerMemory::new());
+        Self {
+            regulator: Regulator { config, dynamics, trig, live, memory, protection },
+            alone: StandaloneState::new(),
+        }
     }
 
     /// One tick: from reference and measurement to a command. Total: it neither panics nor fails.
@@ -190,7 +193,7 @@ impl<S: Real, const N: usize, A: ArmBuild<S, N>> Controller<S, N, A> {
     #[inline]
     pub fn answer(
         &mut self,
-        ask: &Ask<'_, S, N>,
+        ask: &TorqueRequest<'_, S, N>,
         torque: &mut [S; N],
         limits: &mut [LimitFlags; N],
     ) -> Result<(), Fault> {
@@ -202,8 +205,8 @@ impl<S: Real, const N: usize, A: ArmBuild<S, N>> Controller<S, N, A> {
         if let Some(fault) = self.regulator.memory.fault {
             return Err(fault);
         }
-        let Ask { reference, runs, q, qd, .. } = *ask;
-        let given = Given { reference, inside: true, runs, q, qd };
+        let TorqueRequest { reference, is_running, q, qd, .. } = *ask;
+        let given = ControlInput { reference, reference_checked: true, is_running, q, qd };
         let answer = self.regulator.propose(&given, torque, limits, None);
         if let Err(fault) = answer {
             self.regulator.memory.fault = Some(fault);
@@ -224,10 +227,10 @@ impl<S: Real, const N: usize, A: ArmBuild<S, N>> Controller<S, N, A> {
     /// Forget the fault, the observer's estimate and the last torque: the brakes have held meanwhile, so the torque-rate
     /// limit starts afresh.
     pub fn reset(&mut self) {
-        self.regulator.memory = Memory::new();
+        self.regulator.memory = ControllerMemory::new();
         self.regulator.dynamics.forget();
         self.regulator.protection.forget();
-        self.alone = Alone::new();
+        self.alone = StandaloneState::new();
     }
 
     /// The fault in force.
@@ -284,7 +287,7 @@ impl<S: Real, const N: usize, A: ArmBuild<S, N>> Controller<S, N, A> {
         if !state_is_inside(q, qd, config) {
             return Err(name_fault(reference, q, qd, config));
         }
-        let given = Given { reference, inside: false, runs: true, q, qd };
+        let given = ControlInput { reference, reference_checked: false, is_running: true, q, qd };
         regulator.propose(&given, torque, limits, Some(&mut alone.acceleration))?;
         let config = regulator.config.get();
         hold_torques(torque, limits, &config.limits, &alone.torque, &alone.torque_step, &config.torque_step)?;
@@ -309,17 +312,17 @@ where
     #[inline(never)]
     fn propose(
         &mut self,
-        given: &Given<'_, S, N>,
+        given: &ControlInput<'_, S, N>,
         torque: &mut [S; N],
         limits: &mut [LimitFlags; N],
         acceleration: Option<&mut [S; N]>,
     ) -> Result<(), Fault> {
         let Self { config, dynamics, trig, live, memory, protection } = self;
         let config = config.get();
-        let Given { reference, inside, runs, q, qd } = *given;
+        let ControlInput { reference, reference_checked, is_running, q, qd } = *given;
         *limits = [LimitFlags::NONE; N];
         let held;
-        let reference = if inside || reference_is_inside(reference, &config.limits) {
+        let reference = if reference_checked || reference_is_inside(reference, &config.limits) {
             reference
         } else {
             if let Some(fault) = name_reference(reference) {
@@ -330,15 +333,15 @@ where
         };
 
         let standing;
-        let (mut reference, mut turn, mut complies) = (reference, None, false);
+        let (mut reference, mut turn, mut collision_compliant) = (reference, None, false);
         // Led by hand: the hand is no collision, and there is no reference to make up friction along.
-        let led = runs && config.law.is_led();
-        if led && !protection.only_reports() {
+        let hand_guided = is_running && config.law.is_hand_guided();
+        if hand_guided && !protection.only_reports() {
             protection.forget();
         } else if P::WATCHES {
             // A constant at build time: a controller without protection has not one instruction of this.
             let (friction, friction_terms) = (config.friction.as_ref(), dynamics.friction_terms());
-            let seen = Seen { q, qd, live, friction, friction_terms };
+            let seen = ObservedState { q, qd, live, friction, friction_terms };
             let verdict;
             (verdict, turn) = protection.look(&seen, || trig.sin_cos_all(q));
             match verdict {
@@ -351,23 +354,23 @@ where
                     flag(limits, joint);
                 }
                 Verdict::Comply { joint } => {
-                    complies = true;
+                    collision_compliant = true;
                     flag(limits, joint);
                 }
             }
         }
         if let Some(acceleration) = acceleration {
-            *acceleration = if complies { [S::zero(); N] } else { reference.qdd };
+            *acceleration = if collision_compliant { [S::zero(); N] } else { reference.qdd };
         }
 
-        let state = State { reference, q, qd, live, turn };
+        let state = LawInputs { reference, q, qd, live, turn };
         // Armed or held, it stands where it is.
-        let law = if led { config.law } else { config.law.standing() };
-        *torque = torques((law, complies), config, dynamics, trig, &state);
-        let gives = complies || led;
+        let law = if hand_guided { config.law } else { config.law.standing() };
+        *torque = torques((law, collision_compliant), config, dynamics, trig, &state);
+        let is_compliant = collision_compliant || hand_guided;
         let friction_terms = dynamics.friction_terms();
         for i in 0..N {
-            if let (Some(friction), false) = (&config.friction, gives) {
+            if let (Some(friction), false) = (&config.friction, is_compliant) {
                 torque[i] += match friction_terms {
                     None => friction[i].torque(reference.qd[i]),
                     Some(terms) => friction[i].torque_with(&terms[i], reference.qd[i], torque[i]),
@@ -375,7 +378,7 @@ where
             }
             if let Some(integral) = &config.integral {
                 // An arm that gives way must not be pushed on by what it was held with.
-                let next = match gives {
+                let next = match is_compliant {
                     true => Integrated::zero(),
                     false => integral[i].next(memory.integral[0][i], reference.q[i] - q[i]),
                 };
@@ -383,7 +386,7 @@ where
                 torque[i] += next.torque;
             }
             if let Some(teach) = &config.teach {
-                if led {
+                if hand_guided {
                     torque[i] += teach[i].torque(q[i], qd[i], &mut memory.anchors[i]);
                 } else {
                     // It is let go from the spring that holds it.
@@ -419,13 +422,13 @@ fn flag<const N: usize>(limits: &mut [LimitFlags; N], joint: u8) {
     }
 }
 
-impl<S: Real, const N: usize> Memory<S, N> {
+impl<S: Real, const N: usize> ControllerMemory<S, N> {
     fn new() -> Self {
         Self { integral: [[Integrated::zero(); N]; 2], anchors: [None; N], fault: None }
     }
 }
 
-impl<S: Real, const N: usize> Alone<S, N> {
+impl<S: Real, const N: usize> StandaloneState<S, N> {
     fn new() -> Self {
         let zero = [S::zero(); N];
         Self { observed: Observed::new(), acceleration: zero, torque: zero, torque_step: [S::MAX; N] }

@@ -14,7 +14,7 @@
 //! average, so a held part lags by half as many periods as there are ticks between two evaluations. A straight line
 //! through the last two evaluations reduces this to an error of second order in the time between them.
 //!
-//! For a law that asks for gravity alone ([`super::Law::PdGravity`], [`super::Law::DiagonalInertia`]) `qdd` is zero,
+//! For a law that asks for gravity alone ([`super::ControlLaw::PdGravity`], [`super::ControlLaw::DiagonalInertia`]) `qdd` is zero,
 //! and the torque of gravity is kept.
 
 use super::{FrictionTerms, Gains};

@@ -5,28 +5,28 @@ use crate::scalar::Real;
 
 /// Control law: torques from the reference and the state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Law {
+pub enum ControlLaw {
     /// `tau = ID(q, qd, qdd_ref + Kd (qd_ref - qd) + Kp (q_ref - q))`: the error obeys `e'' + Kd e' + Kp e = 0`.
     ComputedTorque,
     /// `tau = M0 (Kd (qd_ref - qd) + Kp (q_ref - q))`, with a fixed inertia `M0` per joint: no model in the loop.
     Pd,
-    /// [`Law::Pd`] plus the torque that holds the arm still where it is, `ID(q, 0, 0)`.
+    /// [`ControlLaw::Pd`] plus the torque that holds the arm still where it is, `ID(q, 0, 0)`.
     PdGravity,
     /// `tau = M0 (qdd_ref + Kd (qd_ref - qd) + Kp (q_ref - q)) + ID(q, 0, 0)`: gravity and the loads at the tip
-    /// exactly, inertia as the fixed `M0` per joint, no velocity terms. [`Law::ComputedTorque`] of an arm whose inertia
+    /// exactly, inertia as the fixed `M0` per joint, no velocity terms. [`ControlLaw::ComputedTorque`] of an arm whose inertia
     /// really is `M0`.
     DiagonalInertia,
-    /// [`Law::Pd`] plus the torque of the reference motion, `ID(q_ref, qd_ref, qdd_ref)`.
+    /// [`ControlLaw::Pd`] plus the torque of the reference motion, `ID(q_ref, qd_ref, qdd_ref)`.
     Feedforward,
     /// `tau = ID(q, qd, qdd_ref) + M0 (Kd (qd_ref - qd) + Kp (q_ref - q))`: the model moves the arm, and each joint is a spring of
     /// the stiffness `K = M0 Kp` with a damper `D = M0 Kd` about its reference. With an exact model `M(q) e'' + D e' + K e` is the
     /// torque from outside: a steady one moves a joint by `tau / K`, in any posture, and a joint that is kept from its reference
     /// pushes with `K e`.
     Impedance,
-    /// `tau = ID(q, 0, 0)` plus [`Teach`](super::Teach) while the arm runs: it is led by hand, and follows no reference.
-    /// [`Law::PdGravity`] while it is armed or held.
+    /// `tau = ID(q, 0, 0)` plus [`Teach`](super::Teach) while the arm runs: it is hand-guided, and follows no reference.
+    /// [`ControlLaw::PdGravity`] while it is armed or held.
     Teach,
-    /// The torque of [`Law::Impedance`], whose spring and damper the actuators' own loops renew between two ticks: each is told the
+    /// The torque of [`ControlLaw::Impedance`], whose spring and damper the actuators' own loops renew between two ticks: each is told the
     /// torque, the measurement that it follows from, and its [`Spring`]. The bus's delay is outside of that loop.
     Split,
 }
@@ -77,8 +77,8 @@ pub enum SpringOwner {
     Drive,
 }
 
-impl Law {
-    /// All of them, by [`Law::code`].
+impl ControlLaw {
+    /// All of them, by [`ControlLaw::code`].
     pub const ALL: [Self; 8] = [
         Self::ComputedTorque,
         Self::Pd,
@@ -146,15 +146,15 @@ impl Law {
     /// True if a hand leads the arm while it runs.
     #[inline]
     #[must_use]
-    pub const fn is_led(self) -> bool {
+    pub const fn is_hand_guided(self) -> bool {
         matches!(self.traits().motion, MotionSource::Hand)
     }
 
-    /// The law of an arm that is armed or held: one that is led by hand then stands where it is.
+    /// The law of an arm that is armed or held: a hand-guided one then stands where it is.
     #[inline]
     #[must_use]
     pub const fn standing(self) -> Self {
-        if self.is_led() { Self::PdGravity } else { self }
+        if self.is_hand_guided() { Self::PdGravity } else { self }
     }
 
     /// True if the model's inertia turns the feedback's acceleration into torques; otherwise the fixed `M0` does.
@@ -187,7 +187,7 @@ impl Law {
     }
 }
 
-words!(Law {
+words!(ControlLaw {
     ComputedTorque = 0, Pd = 1, PdGravity = 2, Feedforward = 3, DiagonalInertia = 4, Impedance = 5, Teach = 6, Split = 7
 });
 

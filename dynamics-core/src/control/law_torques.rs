@@ -2,14 +2,14 @@
 
 use super::Reference;
 use super::config::ControllerConfig;
-use super::law::{Gains, Law};
+use super::law::{ControlLaw, Gains};
 use crate::newton_euler::InverseDynamics;
 use crate::scalar::{Real, Scalar};
 use crate::scene::Live;
 use crate::trig::{SinCos, Trig};
 
 /// Inputs of a law.
-pub(super) struct State<'a, S, const N: usize> {
+pub(super) struct LawInputs<'a, S, const N: usize> {
     pub(super) reference: &'a Reference<S, N>,
     pub(super) q: &'a [S; N],
     pub(super) qd: &'a [S; N],
@@ -60,7 +60,7 @@ fn wanted<S: Scalar, const N: usize>(
     core::array::from_fn(|i| reference.qdd[i] + spring[i])
 }
 
-/// Torques of [`Law::ComputedTorque`], before friction and limits.
+/// Torques of [`ControlLaw::ComputedTorque`], before friction and limits.
 ///
 /// `tau = ID(q, qd, qdd_ref + Kd (qd_ref - qd) + Kp (q_ref - q))`
 ///
@@ -90,32 +90,32 @@ pub fn computed_torque<S: Scalar, const N: usize>(
 }
 
 /// Torques before friction and limits, N m or N; an arm that complies has its weight carried and its motion damped, without any
-/// stiffness: `tau = ID(q, 0, 0) - M0 Kd qd`. An arm that is led by hand has its weight carried and its speed fall, by its own inertia:
+/// stiffness: `tau = ID(q, 0, 0) - M0 Kd qd`. A hand-guided arm has its weight carried and its speed fall, by its own inertia:
 /// `tau = ID(q, 0, -qd / T)`.
 #[inline]
 pub(super) fn torques<S: Real, const N: usize>(
-    (law, complies): (Law, bool),
+    (law, complies): (ControlLaw, bool),
     config: &ControllerConfig<S, N>,
     dynamics: &mut impl InverseDynamics<S, N>,
     trig: &impl Trig<S>,
-    state: &State<'_, S, N>,
+    state: &LawInputs<'_, S, N>,
 ) -> [S; N] {
-    let State { reference, q, qd, live, turn } = *state;
+    let LawInputs { reference, q, qd, live, turn } = *state;
     let ControllerConfig { gains, posture_damping: through_model, teach, .. } = config;
     let zero = [S::zero(); N];
     // Nothing is wanted of an arm that complies.
     let wanted: [S; N] = if complies { zero } else { wanted(gains, reference, q, qd) };
     // `law` is a constant of a firmware and `complies` is not: asked apart, what other laws need is left out.
     let (at, turn) = match law {
-        Law::Feedforward if !complies => (&reference.q, None),
+        ControlLaw::Feedforward if !complies => (&reference.q, None),
         _ => (q, turn),
     };
     let damped;
     let (speed, acceleration) = match law {
         _ if complies => (&zero, &wanted),
         // `computed_torque`, by a dynamics that may keep state.
-        Law::ComputedTorque => (qd, &wanted),
-        Law::Impedance | Law::Split => match through_model {
+        ControlLaw::ComputedTorque => (qd, &wanted),
+        ControlLaw::Impedance | ControlLaw::Split => match through_model {
             None => (qd, &reference.qdd),
             Some(share) => {
                 let of = |i: usize| *share * gains[i].velocity * (reference.qd[i] - qd[i]);
@@ -123,35 +123,37 @@ pub(super) fn torques<S: Real, const N: usize>(
                 (qd, &damped)
             }
         },
-        Law::Feedforward => (&reference.qd, &reference.qdd),
-        Law::Teach => match teach {
+        ControlLaw::Feedforward => (&reference.qd, &reference.qdd),
+        ControlLaw::Teach => match teach {
             None => (&zero, &zero),
             Some(teach) => {
                 damped = core::array::from_fn(|i| -(teach[i].slowing * qd[i]));
                 (&zero, &damped)
             }
         },
-        Law::Pd | Law::PdGravity | Law::DiagonalInertia => (&zero, &zero),
+        ControlLaw::Pd | ControlLaw::PdGravity | ControlLaw::DiagonalInertia => (&zero, &zero),
     };
     let of_model = match law {
-        Law::Pd if !complies => zero,
+        ControlLaw::Pd if !complies => zero,
         // One call for all: called from two places, the kernel would not become part of the tick.
         _ => dynamics.tick(|| known_or_new(trig, turn, at), at, speed, acceleration, live),
     };
     let with = |acceleration: [S; N]| core::array::from_fn(|i| of_model[i] + gains[i].inertia * acceleration[i]);
     match law {
         _ if complies => core::array::from_fn(|i| of_model[i] - gains[i].inertia * (gains[i].velocity * qd[i])),
-        Law::ComputedTorque | Law::Teach => of_model,
-        Law::DiagonalInertia => with(wanted),
-        Law::Impedance | Law::Split if through_model.is_some() => {
+        ControlLaw::ComputedTorque | ControlLaw::Teach => of_model,
+        ControlLaw::DiagonalInertia => with(wanted),
+        ControlLaw::Impedance | ControlLaw::Split if through_model.is_some() => {
             let rest = S::one() - through_model.unwrap_or(S::zero());
             with(core::array::from_fn(|i| {
                 let Gains { position, velocity, .. } = gains[i];
                 rest * velocity * (reference.qd[i] - qd[i]) + position * (reference.q[i] - q[i])
             }))
         }
-        Law::Pd | Law::PdGravity | Law::Feedforward | Law::Impedance | Law::Split => {
-            with(spring(gains, reference, q, qd))
-        }
+        ControlLaw::Pd
+        | ControlLaw::PdGravity
+        | ControlLaw::Feedforward
+        | ControlLaw::Impedance
+        | ControlLaw::Split => with(spring(gains, reference, q, qd)),
     }
 }

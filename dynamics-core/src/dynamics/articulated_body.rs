@@ -54,7 +54,7 @@ pub fn acceleration<S: Field, const N: usize>(
     let rotor = dynamics.scene().rotor.value(&live.rotor);
     let (bodies, mut bias) = outward(dynamics, turn, q, qd, live);
 
-    let zero = Motion { angular: Vector3::zeros(), linear: Vector3::zeros() };
+    let zero = SpatialAcceleration { angular: Vector3::zeros(), linear: Vector3::zeros() };
     let mut joints = [Joint { felt: zero, inverse: S::zero(), pivot: S::zero(), rest: S::zero() }; N];
     let mut articulated = Articulated::of(&dynamics.inertia(N - 1, live));
     for i in (0..N).rev() {
@@ -94,7 +94,7 @@ pub fn acceleration<S: Field, const N: usize>(
 
 /// Angular and linear acceleration, in a link's frame.
 #[derive(Clone, Copy)]
-struct Motion<S> {
+struct SpatialAcceleration<S> {
     angular: Vector3<S>,
     linear: Vector3<S>,
 }
@@ -103,7 +103,7 @@ struct Motion<S> {
 #[derive(Clone, Copy)]
 struct Bias<S> {
     /// Acceleration beyond the parts due to the parent's acceleration and the joint's own.
-    motion: Motion<S>,
+    motion: SpatialAcceleration<S>,
     /// Wrench beyond the part due to its acceleration.
     wrench: Wrench<S>,
 }
@@ -112,7 +112,7 @@ struct Bias<S> {
 #[derive(Clone, Copy)]
 struct Joint<S> {
     /// Moment and force at the joint per unit of its acceleration.
-    felt: Motion<S>,
+    felt: SpatialAcceleration<S>,
     inverse: S,
     pivot: S,
     /// Torque that is left for acceleration.
@@ -130,7 +130,7 @@ fn outward<S: Scalar, const N: usize>(
     let links = dynamics.model().links();
     let scene = dynamics.scene();
     let bodies = core::array::from_fn(|i| dynamics.inertia(i, live));
-    let zero = Motion { angular: Vector3::zeros(), linear: Vector3::zeros() };
+    let zero = SpatialAcceleration { angular: Vector3::zeros(), linear: Vector3::zeros() };
     let mut bias = [Bias { motion: zero, wrench: Wrench::zero() }; N];
     if let Some(gravity) = scene.gravity.value(&live.gravity) {
         bias[0].motion.linear = into_link(&links[0], turn[0], &-gravity);
@@ -170,7 +170,7 @@ fn link_origin<S: Scalar>(link: &Link<S>, turn: SinCos<S>, q: S) -> Vector3<S> {
     link_placement(link, turn, q).1
 }
 
-impl<S: Scalar> Motion<S> {
+impl<S: Scalar> SpatialAcceleration<S> {
     fn plus(&self, other: &Self) -> Self {
         Self { angular: self.angular + other.angular, linear: self.linear + other.linear }
     }
@@ -214,17 +214,19 @@ impl<S: Scalar> Articulated<S> {
     }
 
     /// Moment and force per unit of the joint's acceleration.
-    fn felt(&self, kind: JointKind) -> Motion<S> {
+    fn felt(&self, kind: JointKind) -> SpatialAcceleration<S> {
         let column = |m: &Matrix3<S>| m.column(2).into_owned();
         match kind {
-            JointKind::Revolute => Motion { angular: column(&self.turning), linear: self.coupling.row(2).transpose() },
-            JointKind::Prismatic => Motion { angular: column(&self.coupling), linear: column(&self.mass) },
+            JointKind::Revolute => {
+                SpatialAcceleration { angular: column(&self.turning), linear: self.coupling.row(2).transpose() }
+            }
+            JointKind::Prismatic => SpatialAcceleration { angular: column(&self.coupling), linear: column(&self.mass) },
         }
     }
 
     /// `I - U U^T / pivot`: the joint gives way too. Without a rotor nothing is left along it, by construction.
-    fn without(&self, kind: JointKind, felt: &Motion<S>, inverse: S, rotor: bool) -> Self {
-        let Motion { angular: u, linear: v } = felt;
+    fn without(&self, kind: JointKind, felt: &SpatialAcceleration<S>, inverse: S, rotor: bool) -> Self {
+        let SpatialAcceleration { angular: u, linear: v } = felt;
         let (scaled_u, scaled_v) = (u * inverse, v * inverse);
         let less = |m: &Matrix3<S>, a: &Vector3<S>, b: &Vector3<S>| {
             let entry = |i: usize, k: usize| m[(i, k)] - a[i] * b[k];
@@ -250,7 +252,7 @@ impl<S: Scalar> Articulated<S> {
         left
     }
 
-    fn wrench(&self, motion: &Motion<S>) -> Wrench<S> {
+    fn wrench(&self, motion: &SpatialAcceleration<S>) -> Wrench<S> {
         Wrench {
             force: apply_transposed(&self.coupling, &motion.angular) + apply(&self.mass, &motion.linear),
             moment: apply(&self.turning, &motion.angular) + apply(&self.coupling, &motion.linear),

@@ -134,7 +134,7 @@ pub fn joint_wrenches<S: Scalar, const N: usize>(
     let velocity = scene.coriolis.value(qd);
 
     let mut wrench = [Wrench::zero(); N];
-    let mut motion = Motion::new(None, None, scene.gravity.value(&live.gravity).map(|g| -g));
+    let mut motion = LinkMotion::new(None, None, scene.gravity.value(&live.gravity).map(|g| -g));
     for i in 0..N {
         let joint = JointMotion { turn: turn[i], q: q[i], qd: velocity.map(|v| v[i]), qdd: qdd[i] };
         motion = motion.next(&links[i], &joint).labelled(i + 1);
@@ -162,7 +162,7 @@ pub(crate) struct JointMotion<S> {
 }
 
 /// Motion of a link in its own frame; a field that is `None` is zero by construction.
-pub(crate) struct Motion<S> {
+pub(crate) struct LinkMotion<S> {
     /// Angular velocity, rad/s.
     omega: Option<Vector3<S>>,
     /// Angular acceleration, rad/s^2.
@@ -173,7 +173,7 @@ pub(crate) struct Motion<S> {
     spin: Option<Spin<S>>,
 }
 
-impl<S: Scalar> Motion<S> {
+impl<S: Scalar> LinkMotion<S> {
     #[inline]
     pub(crate) fn new(omega: Option<Vector3<S>>, alpha: Option<Vector3<S>>, a: Option<Vector3<S>>) -> Self {
         Self { omega, alpha, a, spin: Spin::new(omega.as_ref(), alpha.as_ref()) }
@@ -256,7 +256,7 @@ impl<S: Scalar> Motion<S> {
     }
 }
 
-/// `J alpha`, summed in the order of [`Motion::moment_of_turning`]: a scene without velocity terms and one with velocities of
+/// `J alpha`, summed in the order of [`LinkMotion::moment_of_turning`]: a scene without velocity terms and one with velocities of
 /// zero give the same bits.
 #[inline]
 fn moment_of_starting<S: Scalar>(j: &Matrix3<S>, al: &Vector3<S>) -> Vector3<S> {

@@ -2,7 +2,7 @@
 
 use crate::inertia::{Inertia, Wrench};
 use crate::joint::JointKind;
-use crate::newton_euler::{JointMotion, Motion, to_parent};
+use crate::newton_euler::{JointMotion, LinkMotion, to_parent};
 use crate::scalar::Scalar;
 use crate::scene::{Dynamics, Live};
 use crate::trig::SinCos;
@@ -42,7 +42,7 @@ pub fn inverse_dynamics_regressor<S: Scalar, const N: usize>(
     let scene = dynamics.scene();
     let velocity = scene.coriolis.value(qd);
     let mut columns = [[[S::zero(); PARAMETERS]; N]; N];
-    let mut motion = Motion::new(None, None, scene.gravity.value(&live.gravity).map(|g| -g));
+    let mut motion = LinkMotion::new(None, None, scene.gravity.value(&live.gravity).map(|g| -g));
     for l in 0..N {
         let joint = JointMotion { turn: turn[l], q: q[l], qd: velocity.map(|v| v[l]), qdd: qdd[l] };
         motion = motion.next(&links[l], &joint);

@@ -11,7 +11,7 @@
 //! fault. Any other fault removes the torque at once: what the torque is made of, or the drive that gives it, is not to be trusted.
 
 use super::measured::astray;
-use super::memory::{Action, Arming, Decision, Memory, Now};
+use super::memory::{Action, Arming, Decision, MachineMemory, Now};
 use super::{Request, Rules, SafeAction, State};
 use crate::control::{Fault, Reference};
 use crate::scalar::Real;
@@ -23,7 +23,7 @@ pub(super) const CARRIED_MIN: u32 = 8;
 /// Longest time of arming with torque on engaged brakes, in times of [`Rules::arming_max`]: the torque has to rise at its rate.
 const PRELOAD_TIMES: u32 = 4;
 
-impl<S: Real, const N: usize> Memory<S, N> {
+impl<S: Real, const N: usize> MachineMemory<S, N> {
     /// One tick of arming, after its request. `judged` is the fault of the readings.
     #[cold]
     #[inline(never)]

@@ -4,8 +4,8 @@
 
 use super::heat::FAULT;
 use super::lowering::{drawn_back, followed, lowered};
-use super::measured::{Judgement, Seen, astray};
-use super::memory::{Action, Decision, Memory, Now};
+use super::measured::{JudgedInput, Judgement, astray};
+use super::memory::{Action, Decision, MachineMemory, Now};
 use super::stop::{can_stop, slowed};
 use super::{HoldCause, Inputs, LiveInput, Refusal, Request, Rules, State};
 use crate::control::{
@@ -22,7 +22,7 @@ enum Unfit {
     FirstMotion { joint: u8 },
 }
 
-impl<S: Real, const N: usize> Memory<S, N> {
+impl<S: Real, const N: usize> MachineMemory<S, N> {
     /// Apply every rule.
     #[cold]
     #[inline(never)]
@@ -120,7 +120,12 @@ impl<S: Real, const N: usize> Memory<S, N> {
 
     /// The first joint that is too fast for the first motion. In lowering and disarming the machine itself leads the arm, slowly, and nobody is
     /// surprised by its direction: a joint that an obstacle lets go is quick for a moment, and an arm without brakes would be dropped for it.
-    fn hasty(&self, seen: &Seen<'_, S, N>, config: &ControllerConfig<S, N>, rules: &Rules<S, N>) -> Option<Fault> {
+    fn hasty(
+        &self,
+        seen: &JudgedInput<'_, S, N>,
+        config: &ControllerConfig<S, N>,
+        rules: &Rules<S, N>,
+    ) -> Option<Fault> {
         let share = self.first_motion(rules)?;
         if matches!(self.state, State::Lowering | State::Disarming) {
             return None;
@@ -137,7 +142,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
 
     /// Fault of drives on which torque acts, or is about to.
     fn of_drives(&self, inputs: &Inputs<S, N>) -> Option<Fault> {
-        if !self.state.has_torque() && self.state != State::Arming {
+        if !self.state.has_or_awaits_torque() {
             return None;
         }
         if inputs.zero_lost {
@@ -173,7 +178,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
         &mut self,
         external: Option<Fault>,
         judged: Option<Fault>,
-        seen: &Seen<'_, S, N>,
+        seen: &JudgedInput<'_, S, N>,
         rules: &Rules<S, N>,
     ) -> Option<Refusal> {
         let judged = match judged {
@@ -281,7 +286,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
             }
             (State::Running, Request::Hold) => {
                 self.state = State::Holding(HoldCause::Requested);
-                self.stop_along(!now.led, rules);
+                self.stop_along(!now.hand_guided, rules);
             }
             // Asked again, an arm that stops along its path stops joint by joint.
             (State::Holding(_), Request::Hold) if self.along => self.along = false,
@@ -300,9 +305,9 @@ impl<S: Real, const N: usize> Memory<S, N> {
         config: &ControllerConfig<S, N>,
         rules: &Rules<S, N>,
     ) -> Result<(), Fault> {
-        let Now { inputs, seen, silent, led, .. } = *now;
+        let Now { inputs, seen, silent, hand_guided, .. } = *now;
         self.held = None;
-        let drove_along = self.state == State::Running && !led;
+        let drove_along = self.state == State::Running && !hand_guided;
         let cause = match self.state {
             State::Running => match fit(now, config, rules, self.speed_share(rules)) {
                 Err(Unfit::NonFinite(fault)) => return Err(fault),
@@ -317,7 +322,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
                         self.reference = *reference;
                     } else {
                         let mut flags = [LimitFlags::NONE; N];
-                        let near = if led { &reference.q } else { &self.reference.q };
+                        let near = if hand_guided { &reference.q } else { &self.reference.q };
                         self.reference = hold_near(reference, near, &config.limits, &mut flags);
                         self.held = Some(flags);
                     }
@@ -406,7 +411,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
     /// load must not take the reference with it to the ground.
     #[cold]
     #[inline(never)]
-    fn relieve(&mut self, seen: &Seen<'_, S, N>, rules: &Rules<S, N>) {
+    fn relieve(&mut self, seen: &JudgedInput<'_, S, N>, rules: &Rules<S, N>) {
         self.waited = self.waited.saturating_add(1);
         self.waits = !too_long(self.waited, rules);
         drawn_back(&mut self.reference, seen, rules);
@@ -416,7 +421,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
     /// joint has been waited for too long, in all: something stands in the way, or the arm is too weak for what it carries.
     fn lower(
         &mut self,
-        seen: &Seen<'_, S, N>,
+        seen: &JudgedInput<'_, S, N>,
         config: &ControllerConfig<S, N>,
         rules: &Rules<S, N>,
     ) -> Result<(), Fault> {
@@ -511,7 +516,7 @@ fn external<S: Real, const N: usize>(inputs: &Inputs<S, N>, rules: &Rules<S, N>)
 
 /// Checks that the measurement is free of faults and the arm at rest, as homing and arming need.
 fn standing<S: Real, const N: usize>(
-    seen: &Seen<'_, S, N>,
+    seen: &JudgedInput<'_, S, N>,
     judged: Option<Fault>,
     rules: &Rules<S, N>,
 ) -> Result<(), Refusal> {

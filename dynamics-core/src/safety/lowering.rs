@@ -1,6 +1,6 @@
 //! Lowering: without a host the arm moves to its rest pose instead of being let go.
 
-use super::measured::Seen;
+use super::measured::JudgedInput;
 use super::stop::slowed;
 use super::{JointRules, Rules};
 use crate::control::Reference;
@@ -16,7 +16,11 @@ const GOES_ON: f64 = 0.3;
 /// The greatest lag, as a share of the joint's reach, and the joint that has it.
 ///
 /// A joint that is ahead counts too: something carries it away.
-fn lag<S: Real, const N: usize>(reference: &Reference<S, N>, seen: &Seen<'_, S, N>, rules: &Rules<S, N>) -> (S, u8) {
+fn lag<S: Real, const N: usize>(
+    reference: &Reference<S, N>,
+    seen: &JudgedInput<'_, S, N>,
+    rules: &Rules<S, N>,
+) -> (S, u8) {
     let (mut most, mut joint) = (S::zero(), 0);
     for i in 0..N {
         let its = (reference.q[i] - seen.q[i]).abs() / rules.joints[i].reach;
@@ -38,7 +42,7 @@ fn lag<S: Real, const N: usize>(reference: &Reference<S, N>, seen: &Seen<'_, S, 
 pub(super) fn followed<S: Real, const N: usize>(
     waits: &mut bool,
     reference: &Reference<S, N>,
-    seen: &Seen<'_, S, N>,
+    seen: &JudgedInput<'_, S, N>,
     rules: &Rules<S, N>,
 ) -> (S, u8) {
     let (lag, joint) = lag(reference, seen, rules);
@@ -51,7 +55,7 @@ pub(super) fn followed<S: Real, const N: usize>(
 /// the torque against an obstacle falls, and the arm starts slowly when the obstacle goes.
 pub(super) fn drawn_back<S: Real, const N: usize>(
     reference: &mut Reference<S, N>,
-    seen: &Seen<'_, S, N>,
+    seen: &JudgedInput<'_, S, N>,
     rules: &Rules<S, N>,
 ) {
     for i in 0..N {

@@ -1,10 +1,10 @@
 //! The machine.
 
-use super::measured::Seen;
-use super::memory::{Action, Decision, Memory, Now};
+use super::measured::JudgedInput;
+use super::memory::{Action, Decision, MachineMemory, Now};
 use super::ordinary::{goes_on, is_quiet};
-use super::{Actuation, Configuration, Inputs, Output, Rules, State};
-use crate::control::{Ask, Command, Fault, LimitFlags, Observed, Reference};
+use super::{Actuation, Inputs, Output, Rules, SafetyConfiguration, State};
+use crate::control::{Command, Fault, LimitFlags, Observed, Reference, TorqueRequest};
 use crate::scalar::Real;
 
 /// The state machine around a controller. See the [module](super) for its states and `docs/safety.md` for its rules.
@@ -13,14 +13,14 @@ pub struct Safety<S, const N: usize, C> {
     config: C,
     /// The machine's own observer, which runs in every state.
     observed: Observed<S, N>,
-    memory: Memory<S, N>,
+    memory: MachineMemory<S, N>,
 }
 
-impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
+impl<S: Real, const N: usize, C: SafetyConfiguration<S, N>> Safety<S, N, C> {
     /// A machine that idles, not homed.
     #[must_use]
     pub fn new(config: C) -> Self {
-        Self { config, observed: Observed::new(), memory: Memory::new() }
+        Self { config, observed: Observed::new(), memory: MachineMemory::new() }
     }
 
     /// State of the machine.
@@ -67,11 +67,11 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
     pub fn tick(
         &mut self,
         inputs: &Inputs<S, N>,
-        control: impl FnOnce(Ask<'_, S, N>) -> Command<S, N>,
+        control: impl FnOnce(TorqueRequest<'_, S, N>) -> Command<S, N>,
     ) -> Output<S, N> {
         let mut output = Output::silent(self.config.rules().safe_action);
-        let led = self.config.get().law.is_led();
-        self.tick_into(&mut output, inputs, led, |ask, torque, limits| match control(*ask) {
+        let hand_guided = self.config.get().law.is_hand_guided();
+        self.tick_into(&mut output, inputs, hand_guided, |ask, torque, limits| match control(*ask) {
             Command::Drive { torque: given, limits: acted } => {
                 (*torque, *limits) = (given, acted);
                 Ok(())
@@ -82,8 +82,8 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
     }
 
     /// As [`Safety::tick`], with the output written to its place. `control` writes its torques, and the limits that acted
-    /// on the reference, to where the machine holds them; they are zero and none before. `led`: the controller's law
-    /// [is led](crate::control::Law::is_led) now, and the reference is where the arm is.
+    /// on the reference, to where the machine holds them; they are zero and none before. `hand_guided`: the controller's law
+    /// [is hand-guided](crate::control::ControlLaw::is_hand_guided) now, and the reference is where the arm is.
     ///
     /// Cost beside the controller's: `O(N)`, no division, no root. An ordinary tick takes the same comparisons whatever
     /// the numbers are: the arm moves, nobody asks for anything, every joint answers.
@@ -92,8 +92,8 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         &mut self,
         output: &mut Output<S, N>,
         inputs: &Inputs<S, N>,
-        led: bool,
-        control: impl FnOnce(&Ask<'_, S, N>, &mut [S; N], &mut [LimitFlags; N]) -> Result<(), Fault>,
+        hand_guided: bool,
+        control: impl FnOnce(&TorqueRequest<'_, S, N>, &mut [S; N], &mut [LimitFlags; N]) -> Result<(), Fault>,
     ) {
         let Self { config: source, observed, memory } = self;
         let (config, rules) = (source.get(), source.rules());
@@ -108,13 +108,13 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         let fresh = ages == 0;
         let aged = (fresh, &inputs.age_ticks);
         let (read, q, qd) = observed.update(config, acceleration, &inputs.sensed, aged, &mut read);
-        let seen = Seen { read, q, qd };
+        let seen = JudgedInput { read, q, qd };
         let silent = inputs.heartbeat_age > rules.heartbeat_max;
         let drove = memory.state.has_torque();
 
         let here;
         let reference = match &inputs.reference {
-            Some(_) if led => {
+            Some(_) if hand_guided => {
                 here = where_it_is(q);
                 Some(&here)
             }
@@ -139,25 +139,25 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         };
         let mut decision = match ordinary {
             true => Decision::of(Action::Drive),
-            false => memory.decide(&Now { inputs, reference, seen: &seen, silent, led }, config, rules),
+            false => memory.decide(&Now { inputs, reference, seen: &seen, silent, hand_guided }, config, rules),
         };
         // One call for all of them: a second one would be a second controller in the program.
         if decision.action.asks() {
             let drives = decision.action.drives();
             let (mut torque, mut limits) = (still, [LimitFlags::NONE; N]);
-            let Memory { reference, torque: last, limits: acted, .. } = &*memory;
+            let MachineMemory { reference, torque: last, limits: acted, .. } = &*memory;
             // On engaged brakes: the torque of the weight, at rest at the memory's reference. No noise of a sensor is in it, so it comes to
             // its end. In the first tick it is not driven: an arm that cannot be held is not switched on.
             // An arm that is disarmed is held as before until its brakes have engaged.
             let measured = drives || memory.state == State::Disarming;
             let (q, qd) = if measured { (q, qd) } else { (&reference.q, &still) };
-            let ask = Ask {
+            let ask = TorqueRequest {
                 start: !drove,
                 at_once: decision.action == Action::DriveAtOnce,
                 reference,
                 ordinary,
                 beyond_weight: memory.beyond_weight(rules),
-                runs: memory.state == State::Running,
+                is_running: memory.state == State::Running,
                 q,
                 qd,
                 torque: last,
@@ -199,7 +199,7 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
     }
 }
 
-impl<S: Real, const N: usize> Memory<S, N> {
+impl<S: Real, const N: usize> MachineMemory<S, N> {
     /// Torque acts on engaged brakes: counts the ticks in which it is the whole weight, or those of disarming.
     #[cold]
     fn carry(&mut self, torque: &[S; N], limits: &mut [LimitFlags; N], rules: &Rules<S, N>) {
@@ -233,7 +233,7 @@ fn flag<const N: usize>(limits: &mut [LimitFlags; N], held: &[LimitFlags; N]) {
     }
 }
 
-/// The reference of an arm that is led by hand: at rest where it is. Beyond a position limit too: it is not pushed back when the hand lets go.
+/// The reference of a hand-guided arm: at rest where it is. Beyond a position limit too: it is not pushed back when the hand lets go.
 #[inline]
 fn where_it_is<S: Real, const N: usize>(q: &[S; N]) -> Reference<S, N> {
     Reference::at_rest(*q)

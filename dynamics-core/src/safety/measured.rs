@@ -17,7 +17,7 @@ pub(super) struct Sensors<S, const N: usize> {
 
 /// Sensor readings of this tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Seen<'a, S, const N: usize> {
+pub(super) struct JudgedInput<'a, S, const N: usize> {
     /// Position as it was read, rad or m. The observer's estimate would smooth a jump.
     pub(super) read: &'a [S; N],
     pub(super) q: &'a [S; N],
@@ -33,7 +33,7 @@ pub(super) struct Judgement {
     pub(super) jumped: bool,
 }
 
-impl<S: Real, const N: usize> Seen<'_, S, N> {
+impl<S: Real, const N: usize> JudgedInput<'_, S, N> {
     /// True if no joint is faster than its rest speed.
     pub(super) fn at_rest(&self, rules: &Rules<S, N>) -> bool {
         self.fast(rules).is_none()
@@ -60,7 +60,7 @@ impl<S: Real, const N: usize> Sensors<S, N> {
     pub(super) fn judge(
         &mut self,
         inputs: &Inputs<S, N>,
-        seen: &Seen<'_, S, N>,
+        seen: &JudgedInput<'_, S, N>,
         config: &ControllerConfig<S, N>,
         rules: &Rules<S, N>,
     ) -> Judgement {
@@ -120,7 +120,7 @@ fn name<S: Real>(joint: u8, old: bool, finite: bool, jumped: bool, position: S, 
 /// The first joint that is farther from the reference than this multiple of its reach.
 pub(super) fn astray<S: Real, const N: usize>(
     reference: &Reference<S, N>,
-    seen: &Seen<'_, S, N>,
+    seen: &JudgedInput<'_, S, N>,
     rules: &Rules<S, N>,
     beyond: S,
 ) -> Option<u8> {

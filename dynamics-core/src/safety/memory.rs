@@ -1,14 +1,14 @@
 //! State of the machine, and the words of a decision about it.
 
 use super::heat::Heats;
-use super::measured::{Seen, Sensors};
+use super::measured::{JudgedInput, Sensors};
 use super::{Inputs, Refusal, State};
 use crate::control::{Fault, LimitFlags, Reference};
 use crate::scalar::Real;
 
 /// State of the machine from tick to tick, but for the observer's.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Memory<S, const N: usize> {
+pub(super) struct MachineMemory<S, const N: usize> {
     pub(super) state: State,
     pub(super) homed: bool,
     pub(super) sensors: Sensors<S, N>,
@@ -64,13 +64,13 @@ impl Arming {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Now<'a, S, const N: usize> {
     pub(super) inputs: &'a Inputs<S, N>,
-    /// The host's reference, or that of an arm that is led by hand.
+    /// The host's reference, or that of a hand-guided arm.
     pub(super) reference: Option<&'a Reference<S, N>>,
-    pub(super) seen: &'a Seen<'a, S, N>,
+    pub(super) seen: &'a JudgedInput<'a, S, N>,
     /// The host has not been heard for too long.
     pub(super) silent: bool,
     /// A hand leads the arm: the reference is where the arm is.
-    pub(super) led: bool,
+    pub(super) hand_guided: bool,
 }
 
 /// Action of the drives that the rules allow. For the first four the controller is asked.
@@ -128,7 +128,7 @@ impl Decision {
     }
 }
 
-impl<S: Real, const N: usize> Memory<S, N> {
+impl<S: Real, const N: usize> MachineMemory<S, N> {
     /// Idle, not homed.
     pub(super) fn new() -> Self {
         let zero = [S::zero(); N];

@@ -4,7 +4,7 @@
 //! has to be named. Where a comparison fails, nothing is said yet: [`super::decision`] applies the exact rules from the beginning. So a
 //! comparison may be stricter than its rule, and never laxer.
 
-use super::measured::Seen;
+use super::measured::JudgedInput;
 use super::{Inputs, Rules};
 use crate::control::{ControllerConfig, Reference, believed};
 use crate::joint::Limits;
@@ -41,7 +41,7 @@ pub(super) fn is_quiet<S: Real, const N: usize>(inputs: &Inputs<S, N>, rules: &R
 /// Cost: about 50 operations a joint, all of them constants of the program but the state.
 #[inline]
 pub(super) fn goes_on<S: Real, const N: usize>(
-    seen: &Seen<'_, S, N>,
+    seen: &JudgedInput<'_, S, N>,
     last: &[S; N],
     reference: &Reference<S, N>,
     config: &ControllerConfig<S, N>,

@@ -138,8 +138,8 @@ record! {
 
 /// Where a machine finds its numbers: limits, guards, encoders and observer are the controller's own.
 ///
-/// A firmware implements it for a type without a size, as it does [`crate::control::Configuration`].
-pub trait Configuration<S, const N: usize>: ControlConfiguration<S, N> {
+/// A firmware implements it for a type without a size, as it does [`crate::control::SafetyConfiguration`].
+pub trait SafetyConfiguration<S, const N: usize>: ControlConfiguration<S, N> {
     /// The rules; always the same.
     fn rules(&self) -> &Rules<S, N>;
 }
@@ -160,7 +160,7 @@ impl<S, const N: usize> ControlConfiguration<S, N> for Protected<S, N> {
     }
 }
 
-impl<S, const N: usize> Configuration<S, N> for Protected<S, N> {
+impl<S, const N: usize> SafetyConfiguration<S, N> for Protected<S, N> {
     #[inline]
     fn rules(&self) -> &Rules<S, N> {
         &self.rules

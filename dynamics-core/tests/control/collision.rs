@@ -3,8 +3,8 @@
 use crate::common::pinned;
 use crate::control::support::{Desk, UnitMasses, braked, by_hand, config, driven, measured, planar};
 use dynamics_core::control::{
-    CollisionConfig, CollisionWatch, ControllerOf, Integral, Law, LimitFlags, MomentumFilter, MomentumObserver,
-    Protection, Reaction, Seen, Unprotected, Verdict,
+    CollisionConfig, CollisionReaction, CollisionWatch, ControlLaw, ControllerOf, Integral, LimitFlags, MomentumFilter,
+    MomentumObserver, ObservedState, Protection, Unprotected, Verdict,
 };
 use dynamics_core::momentum::{GeneralizedMomentum, Momentum};
 use dynamics_core::{Controller, ControllerConfig, Fault, InverseDynamics, Live, Reference, SinCos, Trig};
@@ -22,7 +22,7 @@ impl<const N: usize> GeneralizedMomentum<f64, N> for Rails {
 }
 
 /// So wide that the residual is the external force of the last period.
-fn settings(reaction: Reaction) -> CollisionConfig<f64, 2> {
+fn settings(reaction: CollisionReaction) -> CollisionConfig<f64, 2> {
     CollisionConfig {
         filter: MomentumFilter::new(1e5, PERIOD),
         threshold: [8.0, 4.0],
@@ -36,8 +36,8 @@ fn settings(reaction: Reaction) -> CollisionConfig<f64, 2> {
 type Watched =
     ControllerOf<f64, 2, UnitMasses, Desk, dynamics_core::ControllerConfig<f64, 2>, CollisionWatch<f64, 2, Rails>>;
 
-fn watched(reaction: Reaction) -> Watched {
-    Controller::new(config::<2>(Law::ComputedTorque), UnitMasses::default(), Desk)
+fn watched(reaction: CollisionReaction) -> Watched {
+    Controller::new(config::<2>(ControlLaw::ComputedTorque), UnitMasses::default(), Desk)
         .with_protection(CollisionWatch::new(settings(reaction), Rails))
 }
 
@@ -51,7 +51,7 @@ struct Loop {
 const REFERENCE: Reference<f64, 2> = Reference { q: [0.2, -0.1], qd: [0.0, 0.0], qdd: [0.0, 0.0] };
 
 impl Loop {
-    fn new(reaction: Reaction) -> Self {
+    fn new(reaction: CollisionReaction) -> Self {
         Self { controller: watched(reaction), q: [0.0; 2], qd: [0.0; 2] }
     }
 
@@ -87,7 +87,7 @@ const COLLIDED: [LimitFlags; 2] = [LimitFlags::NONE, LimitFlags::COLLISION];
 
 #[test]
 fn the_residual_is_the_external_force_whatever_the_controller_does() {
-    let mut arm = Loop::new(Reaction::Stop);
+    let mut arm = Loop::new(CollisionReaction::Stop);
     for external in [[0.0, 0.0], [5.0, -3.0], [-7.0, 3.5], [0.0, 0.0]] {
         arm.run(external, 4);
         for i in 0..2 {
@@ -98,7 +98,7 @@ fn the_residual_is_the_external_force_whatever_the_controller_does() {
 
 #[test]
 fn a_stop_comes_after_so_many_ticks_above_the_threshold_and_latches() {
-    let mut arm = Loop::new(Reaction::Stop);
+    let mut arm = Loop::new(CollisionReaction::Stop);
     // Just below on both joints, for ever; above, but never three times in a row.
     arm.run([-7.9, 3.9], 100);
     for _ in 0..20 {
@@ -111,14 +111,14 @@ fn a_stop_comes_after_so_many_ticks_above_the_threshold_and_latches() {
     for _ in 0..10 {
         assert_eq!(arm.tick(FREE).0, Some(Fault::Collision { joint: 1 }));
     }
-    let mut other = Loop::new(Reaction::Stop);
+    let mut other = Loop::new(CollisionReaction::Stop);
     other.run([8.1, 0.0], 3);
     assert_eq!(other.tick(FREE).0, Some(Fault::Collision { joint: 0 }));
 }
 
 #[test]
 fn a_watch_that_reports_tells_the_force_and_does_nothing_even_while_a_hand_leads_the_arm() {
-    let (mut arm, mut other) = (Loop::new(Reaction::Report), Loop::new(Reaction::Stop));
+    let (mut arm, mut other) = (Loop::new(CollisionReaction::Report), Loop::new(CollisionReaction::Stop));
     for external in [[5.0, -3.0], [0.0, 0.0], [-7.0, 3.5]] {
         for _ in 0..4 {
             assert_eq!(arm.tick(external), other.tick(external));
@@ -131,9 +131,9 @@ fn a_watch_that_reports_tells_the_force_and_does_nothing_even_while_a_hand_leads
     assert!((told[0] - 200.0).abs() < 1e-9 && (told[1] + 300.0).abs() < 1e-9, "{told:?}");
 
     // A watch that would act forgets what it has felt where a hand leads the arm.
-    for (reaction, tells) in [(Reaction::Report, true), (Reaction::Stop, false)] {
+    for (reaction, tells) in [(CollisionReaction::Report, true), (CollisionReaction::Stop, false)] {
         let mut led = Loop::new(reaction);
-        led.controller.config_mut().unwrap().law = Law::Teach;
+        led.controller.config_mut().unwrap().law = ControlLaw::Teach;
         led.run([3.0, 0.0], 5);
         let told = led.controller.protection().external().unwrap()[0];
         assert_eq!((told - 3.0).abs() < 1e-9, tells, "{reaction:?}: {told}");
@@ -142,7 +142,7 @@ fn a_watch_that_reports_tells_the_force_and_does_nothing_even_while_a_hand_leads
 
 #[test]
 fn a_hold_stands_where_the_arm_was_until_the_reset() {
-    let mut arm = Loop::new(Reaction::Hold);
+    let mut arm = Loop::new(CollisionReaction::Hold);
     arm.run(FREE, 40);
     arm.run(HIT, 3);
     let at = arm.q;
@@ -163,9 +163,9 @@ fn a_hold_stands_where_the_arm_was_until_the_reset() {
 
 #[test]
 fn what_complies_gives_way_while_pushed_then_stands_and_gives_way_again() {
-    let mut arm = Loop::new(Reaction::Comply);
+    let mut arm = Loop::new(CollisionReaction::Comply);
     arm.run(HIT, 3);
-    let gains = config::<2>(Law::ComputedTorque).gains;
+    let gains = config::<2>(ControlLaw::ComputedTorque).gains;
     for round in 0..3 {
         // No stiffness: the force is the damper's alone.
         let (qd, before) = (arm.qd, arm.q);
@@ -196,11 +196,11 @@ fn what_complies_gives_way_while_pushed_then_stands_and_gives_way_again() {
 #[test]
 fn what_complies_is_pushed_by_no_integral_action() {
     let integral = Integral { gain: 1.0, torque_max: 3.0, dead_band: 0.0, friction: 0.0 };
-    let config = ControllerConfig { integral: Some([integral; 2]), ..config::<2>(Law::ComputedTorque) };
+    let config = ControllerConfig { integral: Some([integral; 2]), ..config::<2>(ControlLaw::ComputedTorque) };
     let gains = config.gains[1];
-    let watch = CollisionWatch::new(settings(Reaction::Comply), Rails);
+    let watch = CollisionWatch::new(settings(CollisionReaction::Comply), Rails);
     let controller = Controller::new(config, UnitMasses::default(), Desk).with_protection(watch);
-    let mut arm = Loop { controller, ..Loop::new(Reaction::Comply) };
+    let mut arm = Loop { controller, ..Loop::new(CollisionReaction::Comply) };
     // It leans against a force below its threshold until the integral action is at its bound.
     arm.run([0.0, -3.9], 3000);
     assert!((arm.tick([0.0, -3.9]).2[1] - 3.9).abs() < 1e-6);
@@ -213,9 +213,9 @@ fn what_complies_is_pushed_by_no_integral_action() {
 
 #[test]
 fn a_residual_that_is_no_number_is_a_collision() {
-    let mut watch = CollisionWatch::new(CollisionConfig { ticks: 1, ..settings(Reaction::Stop) }, Rails);
+    let mut watch = CollisionWatch::new(CollisionConfig { ticks: 1, ..settings(CollisionReaction::Stop) }, Rails);
     let look = |watch: &mut CollisionWatch<f64, 2, Rails>, qd: [f64; 2]| {
-        let seen = Seen { q: &[0.0; 2], qd: &qd, live: &Live::zero(), friction: None, friction_terms: None };
+        let seen = ObservedState { q: &[0.0; 2], qd: &qd, live: &Live::zero(), friction: None, friction_terms: None };
         watch.look(&seen, || Desk.sin_cos_all(&[0.0; 2])).0
     };
     assert_eq!(look(&mut watch, [0.0; 2]), Verdict::Free);
@@ -227,8 +227,8 @@ fn a_residual_that_is_no_number_is_a_collision() {
 
 #[test]
 fn no_watch_and_one_that_sees_nothing_leave_every_bit() {
-    let mut bare = Controller::new(config::<2>(Law::ComputedTorque), planar(), Desk);
-    let wide = CollisionConfig { threshold: [f64::MAX; 2], ..settings(Reaction::Stop) };
+    let mut bare = Controller::new(config::<2>(ControlLaw::ComputedTorque), planar(), Desk);
+    let wide = CollisionConfig { threshold: [f64::MAX; 2], ..settings(CollisionReaction::Stop) };
     let mut unprotected = bare.clone().with_protection(Unprotected);
     let mut watched = bare.clone().with_protection(CollisionWatch::new(wide, planar()));
     let mut perhaps = bare.clone().with_protection(Some(CollisionWatch::new(wide, planar())));

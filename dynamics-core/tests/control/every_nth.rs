@@ -1,7 +1,7 @@
 //! A model that is evaluated in some ticks only.
 
 use crate::control::support::{Desk, by_hand, config, controller, driven, measured, planar};
-use dynamics_core::control::{Between, EveryNth, Gains, Law};
+use dynamics_core::control::{Between, ControlLaw, EveryNth, Gains};
 use dynamics_core::{Command, Controller, Fault, InverseDynamics, Live, Measurement, Reference, SinCos, Trig};
 use std::cell::Cell;
 
@@ -50,8 +50,14 @@ fn ticks() -> impl Iterator<Item = (Reference<f64, 2>, Measurement<f64, 2>)> {
 
 #[test]
 fn in_every_tick_it_is_the_inner_model_bit_for_bit() {
-    for law in [Law::ComputedTorque, Law::PdGravity, Law::DiagonalInertia, Law::Feedforward, Law::Impedance, Law::Split]
-    {
+    for law in [
+        ControlLaw::ComputedTorque,
+        ControlLaw::PdGravity,
+        ControlLaw::DiagonalInertia,
+        ControlLaw::Feedforward,
+        ControlLaw::Impedance,
+        ControlLaw::Split,
+    ] {
         for (every, between) in [(0, Between::Hold), (1, Between::Hold), (1, Between::Extrapolate)] {
             let mut plain = controller(config(law));
             let settings = config(law);
@@ -107,7 +113,7 @@ fn sine_and_cosine_are_asked_for_in_the_ticks_of_evaluation_alone() {
         }
     }
     let asked = Cell::new(0);
-    let settings = config(Law::ComputedTorque);
+    let settings = config(ControlLaw::ComputedTorque);
     let dynamics = EveryNth::new(planar(), 5, Between::Hold, &settings.gains);
     let mut slow = Controller::new(settings, dynamics, Counting(&asked));
     for (reference, measurement) in ticks() {
@@ -119,7 +125,7 @@ fn sine_and_cosine_are_asked_for_in_the_ticks_of_evaluation_alone() {
 #[test]
 fn feedback_and_reference_act_between_evaluations_as_in_them() {
     // Gravity is held; the wanted acceleration acts through the fixed inertia in every tick.
-    for law in [Law::PdGravity, Law::DiagonalInertia] {
+    for law in [ControlLaw::PdGravity, ControlLaw::DiagonalInertia] {
         let settings = config(law);
         let mut slow = Controller::new(settings, EveryNth::new(planar(), 4, Between::Hold, &settings.gains), Desk);
         let mut gravity = [0.0; 2];
@@ -131,7 +137,7 @@ fn feedback_and_reference_act_between_evaluations_as_in_them() {
             let (torque, _) = driven(slow.tick(&reference, &measurement));
             for i in 0..2 {
                 let Gains { position, velocity, inertia } = settings.gains[i];
-                let feedforward = if law == Law::DiagonalInertia { reference.qdd[i] } else { 0.0 };
+                let feedforward = if law == ControlLaw::DiagonalInertia { reference.qdd[i] } else { 0.0 };
                 let wanted = feedforward + velocity * (reference.qd[i] - qd[i]) + position * (reference.q[i] - q[i]);
                 let expected = gravity[i] + inertia * wanted;
                 assert!((torque[i] - expected).abs() < 1e-12, "{law:?}, tick {tick}: {torque:?}, {expected}");
@@ -142,7 +148,7 @@ fn feedback_and_reference_act_between_evaluations_as_in_them() {
 
 #[test]
 fn after_a_reset_the_next_tick_evaluates_and_nothing_is_left_of_what_was_not_finite() {
-    let settings = dynamics_core::ControllerConfig { gains: FIXED, ..config(Law::Feedforward) };
+    let settings = dynamics_core::ControllerConfig { gains: FIXED, ..config(ControlLaw::Feedforward) };
     let new = |between| Controller::new(settings, rail(2.0, 3, between), Desk);
     let wanting = |qdd| Reference { q: [1.0], qd: [0.0], qdd: [qdd] };
     let still = measured([1.0], [0.0]);

@@ -1,11 +1,11 @@
 //! Each fault is raised by its cause, carries its number, stays until the reset, and a reset restores everything.
 
 use crate::control::support::{braked, config, controller, driven, measured};
-use dynamics_core::control::{Friction, Guard, Law};
+use dynamics_core::control::{ControlLaw, Friction, Guard};
 use dynamics_core::{ControllerConfig, Fault, Limits, Measurement, Reference, Sensed};
 
 fn settings() -> ControllerConfig<f64, 2> {
-    let mut settings = config(Law::ComputedTorque);
+    let mut settings = config(ControlLaw::ComputedTorque);
     settings.limits = [Limits { position: (-2.0, 2.0), ..Limits::none() }; 2];
     settings.guard = [Guard { position_margin: 0.25, velocity_max: 5.0 }; 2];
     settings

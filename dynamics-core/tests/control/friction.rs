@@ -1,7 +1,7 @@
 //! Friction feedforward: odd, smooth, and exactly Coulomb's and the viscous torque beyond its smoothing speed.
 
 use crate::control::support::{Desk, UnitMasses, config, driven, measured};
-use dynamics_core::control::{Friction, Law};
+use dynamics_core::control::{ControlLaw, Friction};
 use dynamics_core::{Controller, Reference};
 
 const FRICTION: Friction<f64> = Friction { viscous: 0.7, coulomb: 3.0, per_smoothing_speed: 1.0 / 0.05 };
@@ -48,7 +48,7 @@ fn the_slope_of_friction_is_continuous_and_never_negative() {
 fn the_controller_adds_friction_of_the_reference_velocity_to_every_law() {
     let reference = Reference { q: [0.1], qd: [0.4], qdd: [0.2] };
     // An arm that is led has no reference to follow.
-    for law in Law::ALL.into_iter().filter(|law| *law != Law::Teach) {
+    for law in ControlLaw::ALL.into_iter().filter(|law| *law != ControlLaw::Teach) {
         let plain = config::<1>(law);
         let mut with = plain;
         with.friction = Some([FRICTION]);
@@ -67,7 +67,7 @@ fn no_torque_is_minus_zero() {
     // The friction of -0 is -0, the torque that the law asks for is -0, and so is their sum.
     assert_eq!(FRICTION.torque(-0.0).to_bits(), (-0.0_f64).to_bits());
     for friction in [None, Some([FRICTION])] {
-        let settings = dynamics_core::ControllerConfig { friction, ..config(Law::ComputedTorque) };
+        let settings = dynamics_core::ControllerConfig { friction, ..config(ControlLaw::ComputedTorque) };
         let mut controller = Controller::new(settings, UnitMasses::default(), Desk);
         let (torque, _) = driven(controller.tick(&reference, &measured([0.0], [0.0])));
         assert_eq!(torque[0].to_bits(), 0, "{friction:?}");

@@ -1,7 +1,7 @@
 //! Friction feedforward beyond viscous and Coulomb friction: its form, its bound, and rest.
 
 use crate::control::support::{Desk, UnitMasses, config, driven, measured};
-use dynamics_core::control::{Between, EveryNth, Friction, FrictionTerms, Law, LoadGrowth, Rise};
+use dynamics_core::control::{Between, ControlLaw, EveryNth, Friction, FrictionTerms, LoadGrowth, Rise};
 use dynamics_core::{Controller, InverseDynamics, Live, Reference, SinCos};
 
 const FRICTION: Friction<f64> = Friction { viscous: 0.3, coulomb: 0.7, per_smoothing_speed: 1.0 / 0.005 };
@@ -154,7 +154,7 @@ fn extreme_numbers_stay_finite_and_nan_is_not_hidden() {
 
 #[test]
 fn the_controller_adds_the_terms_along_the_reference_and_loads_them_with_its_own_torque() {
-    for law in Law::ALL.into_iter().filter(|law| *law != Law::Teach) {
+    for law in ControlLaw::ALL.into_iter().filter(|law| *law != ControlLaw::Teach) {
         let torque = |friction, friction_terms, reference: Reference<f64, 1>, qd| {
             let settings = dynamics_core::ControllerConfig { friction, ..config::<1>(law) };
             // A model that is not evaluated in every tick hands its terms on.
@@ -179,7 +179,8 @@ fn the_controller_adds_the_terms_along_the_reference_and_loads_them_with_its_own
 #[test]
 fn overestimated_stiction_does_not_drive_an_arm_whose_reference_rests() {
     let terms = FrictionTerms { rise: TERMS.rise, ..FrictionTerms::NONE };
-    let settings = dynamics_core::ControllerConfig { friction: Some([FRICTION]), ..config::<1>(Law::ComputedTorque) };
+    let settings =
+        dynamics_core::ControllerConfig { friction: Some([FRICTION]), ..config::<1>(ControlLaw::ComputedTorque) };
     let mut controller = Controller::new(settings, Rail(UnitMasses::default(), Some([terms])), Desk);
     let (mut q, mut qd, h) = (0.0_f64, 0.0_f64, 1e-3);
     let mut fastest_at_rest = 0.0_f64;

@@ -2,7 +2,7 @@
 
 use crate::control::support::{Desk, UnitMasses, config, driven, measured};
 use dynamics_core::control::ControllerOf;
-use dynamics_core::control::{Gains, Integral, Integrated, Law, LimitFlags};
+use dynamics_core::control::{ControlLaw, Gains, Integral, Integrated, LimitFlags};
 use dynamics_core::{Controller, ControllerConfig, Limits, Reference};
 
 type One = ControllerOf<f64, 1, UnitMasses, Desk>;
@@ -17,7 +17,7 @@ fn joint(integral: Option<Integral<f64>>, torque_max: f64) -> One {
     let gains = [Gains::new(FREQUENCY, 1.0, 1.0)];
     let integral = integral.map(|integral| [integral]);
     Controller::new(
-        ControllerConfig { gains, limits: [limits], integral, ..config(Law::ComputedTorque) },
+        ControllerConfig { gains, limits: [limits], integral, ..config(ControlLaw::ComputedTorque) },
         UnitMasses::default(),
         Desk,
     )

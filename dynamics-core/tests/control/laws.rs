@@ -1,7 +1,7 @@
 //! Each law against its formula, on an arm whose dynamics are written out by hand.
 
 use crate::control::support::{Desk, UnitMasses, by_hand, config, controller, driven, measured};
-use dynamics_core::control::{Gains, Law, Spring};
+use dynamics_core::control::{ControlLaw, Gains, Spring};
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::{
     Body, Controller, ControllerConfig, Dh, Dynamics, Frame, JointKind, JointSpec, Limits, Live, Model, Reference,
@@ -9,7 +9,7 @@ use dynamics_core::{
 };
 use nalgebra::{Matrix3, Vector3};
 
-const LAWS: [Law; 8] = Law::ALL;
+const LAWS: [ControlLaw; 8] = ControlLaw::ALL;
 
 const REFERENCE: Reference<f64, 2> = Reference { q: [0.4, -1.1], qd: [0.8, 0.3], qdd: [-1.5, 2.5] };
 const Q: [f64; 2] = [0.35, -1.02];
@@ -23,22 +23,22 @@ fn spring() -> [f64; 2] {
     })
 }
 
-fn expected(law: Law) -> [f64; 2] {
+fn expected(law: ControlLaw) -> [f64; 2] {
     let spring = spring();
     let pd = [1.5 * spring[0], 1.3 * spring[1]];
     let plus = |model: [f64; 2]| [model[0] + pd[0], model[1] + pd[1]];
     match law {
-        Law::ComputedTorque => by_hand(Q, QD, [REFERENCE.qdd[0] + spring[0], REFERENCE.qdd[1] + spring[1]]),
-        Law::Pd => pd,
-        Law::PdGravity => plus(by_hand(Q, [0.0; 2], [0.0; 2])),
-        Law::DiagonalInertia => {
+        ControlLaw::ComputedTorque => by_hand(Q, QD, [REFERENCE.qdd[0] + spring[0], REFERENCE.qdd[1] + spring[1]]),
+        ControlLaw::Pd => pd,
+        ControlLaw::PdGravity => plus(by_hand(Q, [0.0; 2], [0.0; 2])),
+        ControlLaw::DiagonalInertia => {
             let [a, b] = plus(by_hand(Q, [0.0; 2], [0.0; 2]));
             [a + 1.5 * REFERENCE.qdd[0], b + 1.3 * REFERENCE.qdd[1]]
         }
-        Law::Feedforward => plus(by_hand(REFERENCE.q, REFERENCE.qd, REFERENCE.qdd)),
+        ControlLaw::Feedforward => plus(by_hand(REFERENCE.q, REFERENCE.qd, REFERENCE.qdd)),
         // The same in the tick; what lies between two ticks is the drives'.
-        Law::Impedance | Law::Split => plus(by_hand(Q, QD, REFERENCE.qdd)),
-        Law::Teach => by_hand(Q, [0.0; 2], [0.0; 2]),
+        ControlLaw::Impedance | ControlLaw::Split => plus(by_hand(Q, QD, REFERENCE.qdd)),
+        ControlLaw::Teach => by_hand(Q, [0.0; 2], [0.0; 2]),
     }
 }
 
@@ -58,7 +58,7 @@ fn every_law_gives_the_torque_of_its_formula() {
 #[test]
 fn at_this_state_no_two_laws_could_be_mistaken_for_each_other() {
     for (i, a) in LAWS.into_iter().enumerate() {
-        for b in LAWS[..i].iter().filter(|b| (a, **b) != (Law::Split, Law::Impedance)) {
+        for b in LAWS[..i].iter().filter(|b| (a, **b) != (ControlLaw::Split, ControlLaw::Impedance)) {
             assert!(distance(expected(a), expected(*b)) > 0.1, "{a:?} and {b:?}");
         }
     }
@@ -66,7 +66,7 @@ fn at_this_state_no_two_laws_could_be_mistaken_for_each_other() {
 
 #[test]
 fn damping_by_the_posture_goes_through_the_model_by_its_share() {
-    for law in [Law::Impedance, Law::Split] {
+    for law in [ControlLaw::Impedance, ControlLaw::Split] {
         let with = |share| {
             let config = ControllerConfig { posture_damping: Some(share), ..config(law) };
             driven(controller(config).tick(&REFERENCE, &measured(Q, QD))).0
@@ -87,7 +87,7 @@ fn damping_by_the_posture_goes_through_the_model_by_its_share() {
 
 #[test]
 fn a_law_is_found_by_its_number_and_its_gains_are_a_spring() {
-    for (number, law) in Law::ALL.into_iter().enumerate() {
+    for (number, law) in ControlLaw::ALL.into_iter().enumerate() {
         assert_eq!(usize::from(law.code()), number, "{law:?}");
     }
     let spring = Gains::<f64>::new(20.0, 0.9, 1.5).spring();
@@ -97,7 +97,7 @@ fn a_law_is_found_by_its_number_and_its_gains_are_a_spring() {
 #[test]
 fn a_model_law_asks_for_inverse_dynamics_once_a_tick_and_pd_never() {
     for law in LAWS {
-        let calls = u32::from(law != Law::Pd);
+        let calls = u32::from(law != ControlLaw::Pd);
         let mut controller = Controller::new(config::<2>(law), UnitMasses::default(), Desk);
         for ticks in 1..=5 {
             driven(controller.tick(&REFERENCE, &measured(Q, QD)));
@@ -141,17 +141,17 @@ fn on_an_arm_whose_inertia_is_a_constant_diagonal_it_is_computed_torque() {
         driven(Controller::new(settings, arm, Desk).tick(&reference, &measured([0.35, -0.28, 0.23], [0.9, 0.1, -0.4])))
             .0
     };
-    let (whole, diagonal) = (torque(Law::ComputedTorque), torque(Law::DiagonalInertia));
+    let (whole, diagonal) = (torque(ControlLaw::ComputedTorque), torque(ControlLaw::DiagonalInertia));
     for i in 0..3 {
         assert!((whole[i] - diagonal[i]).abs() < 1e-12 * whole[i].abs(), "{whole:?} and {diagonal:?}");
         // Not idle: without the acceleration that is asked for it would be another torque.
-        assert!((whole[i] - torque(Law::PdGravity)[i]).abs() > 1.0);
+        assert!((whole[i] - torque(ControlLaw::PdGravity)[i]).abs() > 1.0);
     }
 }
 
 #[test]
 fn a_latched_fault_asks_for_nothing() {
-    let mut controller = Controller::new(config::<2>(Law::ComputedTorque), UnitMasses::default(), Desk);
+    let mut controller = Controller::new(config::<2>(ControlLaw::ComputedTorque), UnitMasses::default(), Desk);
     controller.overrun();
     for _ in 0..3 {
         controller.tick(&REFERENCE, &measured(Q, QD));
@@ -164,7 +164,7 @@ fn with_an_exact_model_the_error_is_a_damped_spring() {
     // Unit masses: acceleration is torque. The error of a critically damped joint released at distance 1 is
     // (1 + omega t) exp(-omega t).
     let omega: f64 = 10.0;
-    let mut settings = config::<1>(Law::ComputedTorque);
+    let mut settings = config::<1>(ControlLaw::ComputedTorque);
     settings.gains = [dynamics_core::control::Gains::new(omega, 1.0, 1.0)];
     let mut controller = Controller::new(settings, UnitMasses::default(), Desk);
     let (h, mut q, mut qd) = (1e-4, 1.0, 0.0);
@@ -183,7 +183,7 @@ fn live_inputs_reach_the_dynamics() {
     use dynamics_core::Term;
     let arm = crate::control::support::planar();
     let scene = Scene { gravity: Term::Live, ..*arm.scene() };
-    let mut controller = Controller::new(config(Law::ComputedTorque), Dynamics::new(*arm.model(), scene), Desk);
+    let mut controller = Controller::new(config(ControlLaw::ComputedTorque), Dynamics::new(*arm.model(), scene), Desk);
     let still = Reference::at_rest(Q);
     let (weightless, _) = driven(controller.tick(&still, &measured(Q, [0.0; 2])));
     assert!(distance(weightless, [0.0; 2]) < 1e-15);

@@ -111,7 +111,7 @@ fn the_torque_rate_limit_starts_afresh_after_a_reset() {
 #[test]
 fn flags_belong_to_the_joint_whose_limit_acts() {
     use crate::control::support::{config, controller};
-    let mut settings = config(dynamics_core::control::Law::Pd);
+    let mut settings = config(dynamics_core::control::ControlLaw::Pd);
     settings.limits[1].torque = 1e-3;
     let (torque, flags) =
         driven(controller(settings).tick(&Reference::at_rest([0.1, 0.1]), &measured([0.0; 2], [0.0; 2])));

@@ -1,7 +1,7 @@
 //! The tracking observer: its poles, its lag, and encoder counts that wrap.
 
 use crate::control::support::{Desk, UnitMasses, config, controller, driven};
-use dynamics_core::control::{Encoder, Law, TrackingObserver};
+use dynamics_core::control::{ControlLaw, Encoder, TrackingObserver};
 use dynamics_core::{Controller, Measurement, Reference, Sensed};
 
 const BANDWIDTH: f64 = 150.0;
@@ -80,7 +80,7 @@ fn counts_wrap_without_a_step_in_position() {
 #[test]
 fn the_controller_sees_no_jump_in_velocity_when_counts_wrap() {
     let velocity_of = |zero: i32| {
-        let mut settings = config(Law::ComputedTorque);
+        let mut settings = config(ControlLaw::ComputedTorque);
         settings.encoder = [Encoder { zero, per_count: 1e-4 }; 2];
         let mut controller = controller(settings);
         let mut torques = Vec::new();
@@ -99,8 +99,8 @@ fn counts_give_the_torque_of_the_position_and_velocity_that_they_mean() {
     let q = [0.3, -0.8];
     let counts = q.map(|q: f64| (q * 1e4).round() as i32);
     let reference = Reference { q: [0.4, -0.9], qd: [0.0; 2], qdd: [0.0; 2] };
-    let mut by_counts = controller(config(Law::ComputedTorque));
-    let mut by_state = controller(config(Law::ComputedTorque));
+    let mut by_counts = controller(config(ControlLaw::ComputedTorque));
+    let mut by_state = controller(config(ControlLaw::ComputedTorque));
     let fresh = |sensed| Measurement { sensed, age_ticks: 0 };
     for _ in 0..50 {
         let (counted, _) = driven(by_counts.tick(&reference, &fresh(Sensed::Counts(counts))));
@@ -115,11 +115,11 @@ fn counts_give_the_torque_of_the_position_and_velocity_that_they_mean() {
 fn counts_after_a_measured_state_start_the_observer_afresh() {
     let fresh = |sensed| Measurement { sensed, age_ticks: 0 };
     let still = Reference::at_rest([1.0; 2]);
-    let mut switched = controller(config(Law::ComputedTorque));
+    let mut switched = controller(config(ControlLaw::ComputedTorque));
     driven(switched.tick(&still, &fresh(Sensed::Counts([0; 2]))));
     driven(switched.tick(&still, &fresh(Sensed::State { q: [1.0; 2], qd: [0.0; 2] })));
     let after = driven(switched.tick(&still, &fresh(Sensed::Counts([10_000; 2]))));
-    let mut new = controller(config(Law::ComputedTorque));
+    let mut new = controller(config(ControlLaw::ComputedTorque));
     assert_eq!(after, driven(new.tick(&still, &fresh(Sensed::Counts([10_000; 2])))));
 }
 
@@ -127,7 +127,7 @@ fn counts_after_a_measured_state_start_the_observer_afresh() {
 fn the_controller_tells_the_observer_what_its_reference_asks_for() {
     // A joint that follows a constant acceleration exactly: without lag, feedback has nothing to add.
     let per_count = 1e-9;
-    let mut settings = config(Law::ComputedTorque);
+    let mut settings = config(ControlLaw::ComputedTorque);
     settings.encoder = [Encoder { zero: 0, per_count }];
     let mut controller = Controller::new(settings, UnitMasses::default(), Desk);
     let acceleration = 3.0;

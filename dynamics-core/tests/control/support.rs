@@ -1,6 +1,6 @@
 //! An arm whose dynamics fit on a page, and a controller for it.
 
-use dynamics_core::control::{ControllerOf, Encoder, Gains, Guard, Law, LimitFlags, TrackingObserver};
+use dynamics_core::control::{ControlLaw, ControllerOf, Encoder, Gains, Guard, LimitFlags, TrackingObserver};
 use dynamics_core::{
     Body, Command, Controller, ControllerConfig, Dh, Dynamics, Fault, Frame, InverseDynamics, JointKind, JointSpec,
     Limits, Live, Measurement, Model, Reference, Rotor, Scene, Sensed, SinCos, Tool, Trig,
@@ -67,7 +67,7 @@ pub(crate) fn by_hand(q: [f64; 2], qd: [f64; 2], qdd: [f64; 2]) -> [f64; 2] {
 }
 
 /// No limits, wide guards, a 1 kHz observer.
-pub(crate) fn config<const N: usize>(law: Law) -> ControllerConfig<f64, N> {
+pub(crate) fn config<const N: usize>(law: ControlLaw) -> ControllerConfig<f64, N> {
     ControllerConfig {
         law,
         gains: core::array::from_fn(|i| Gains::new(20.0 + 5.0 * i as f64, 0.9, 1.5 - 0.2 * i as f64)),
@@ -119,7 +119,7 @@ pub(crate) fn one_joint(limits: Limits<f64>, torque_step: f64) -> ControllerOf<f
         gains: [open_loop],
         limits: [limits],
         torque_step: [torque_step],
-        ..config(Law::ComputedTorque)
+        ..config(ControlLaw::ComputedTorque)
     };
     Controller::new(config, UnitMasses::default(), Desk)
 }

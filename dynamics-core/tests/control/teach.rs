@@ -1,7 +1,7 @@
-//! An arm that is led by hand: where it is let go it stays, friction is made up for, and walls and speed are soft.
+//! A hand-guided arm: where it is let go it stays, friction is made up for, and walls and speed are soft.
 
 use crate::control::support::{by_hand, config, controller, driven, measured};
-use dynamics_core::control::{Controller, Encoder, Friction, Gains, Guard, Law, Teach, TrackingObserver};
+use dynamics_core::control::{ControlLaw, Controller, Encoder, Friction, Gains, Guard, Teach, TrackingObserver};
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::trig::Libm;
 use dynamics_core::{ControllerConfig, Limits, Live, Reference, SinCos, Trig as _};
@@ -135,7 +135,7 @@ impl InverseDynamics<f64, 1> for Folding {
 /// A joint is pushed to `speed` at `q` and let go, under the law for `ticks` of 1 ms. Returns its positions.
 fn let_go(teach: Teach<f64>, friction: f64, q: f64, speed: f64, ticks: u32) -> Vec<f64> {
     let config = ControllerConfig {
-        law: Law::Teach,
+        law: ControlLaw::Teach,
         gains: [Gains::new(20.0, 1.0, 2.0)],
         friction: None,
         limits: [Limits::none()],
@@ -222,7 +222,7 @@ const QD: [f64; 2] = [0.9, 0.2];
 
 fn led() -> ControllerConfig<f64, 2> {
     let friction = [Friction { viscous: 0.7, coulomb: 3.0, per_smoothing_speed: 100.0 }; 2];
-    ControllerConfig { teach: Some([TEACH; 2]), friction: Some(friction), ..config(Law::Teach) }
+    ControllerConfig { teach: Some([TEACH; 2]), friction: Some(friction), ..config(ControlLaw::Teach) }
 }
 
 #[test]
@@ -240,7 +240,7 @@ fn a_led_arm_follows_no_reference_and_its_weight_is_carried() {
 
 #[test]
 fn without_a_feel_of_its_own_it_is_weightless() {
-    let (torque, _) = driven(controller(config(Law::Teach)).tick(&FAR, &measured(Q, QD)));
+    let (torque, _) = driven(controller(config(ControlLaw::Teach)).tick(&FAR, &measured(Q, QD)));
     let weight = by_hand(Q, [0.0; 2], [0.0; 2]);
     assert!((torque[0] - weight[0]).abs().max((torque[1] - weight[1]).abs()) < 1e-12);
 }

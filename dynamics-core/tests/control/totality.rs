@@ -3,7 +3,7 @@
 
 use crate::control::support::config;
 use dynamics_core::control::{
-    CollisionConfig, CollisionWatch, Friction, Guard, Law, LimitFlags, MomentumFilter, Reaction, Teach,
+    CollisionConfig, CollisionReaction, CollisionWatch, ControlLaw, Friction, Guard, LimitFlags, MomentumFilter, Teach,
 };
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{
@@ -45,21 +45,21 @@ const LED: Teach<f64> = Teach {
     slowing: 2.0,
 };
 
-fn settings<const N: usize>(law: Law, friction: bool) -> ControllerConfig<f32, N> {
+fn settings<const N: usize>(law: ControlLaw, friction: bool) -> ControllerConfig<f32, N> {
     let limits = Limits { position: (-2.0, 2.0), velocity: 3.0, torque: TORQUE, torque_rate: 1e3 };
     let settings = ControllerConfig {
         friction: friction.then_some([Friction { viscous: 0.5, coulomb: 2.0, per_smoothing_speed: 20.0 }; N]),
         limits: [limits; N],
         torque_step: [STEP; N],
         guard: [Guard { position_margin: 0.5, velocity_max: 6.0 }; N],
-        teach: (law == Law::Teach).then_some([LED; N]),
+        teach: (law == ControlLaw::Teach).then_some([LED; N]),
         ..config(law)
     };
     settings.cast()
 }
 
 /// A watch that the states below set off more often than not, and sometimes leave alone.
-fn watch<const N: usize>(reaction: Reaction) -> CollisionWatch<f32, N, Dynamics<f32, N>> {
+fn watch<const N: usize>(reaction: CollisionReaction) -> CollisionWatch<f32, N, Dynamics<f32, N>> {
     let config = CollisionConfig {
         filter: MomentumFilter::new(5.0, 1e-3),
         threshold: [40.0; N],
@@ -142,9 +142,9 @@ fn due<const N: usize>(reference: &Reference<f32, N>, measurement: &Measurement<
 }
 
 fn case<const N: usize>(
-    law: Law,
+    law: ControlLaw,
     friction: bool,
-    reaction: Option<Reaction>,
+    reaction: Option<CollisionReaction>,
     ticks: &[Tick<N>],
     seen: &RefCell<BTreeSet<u8>>,
 ) -> Result<(), TestCaseError> {
@@ -167,7 +167,7 @@ fn case<const N: usize>(
         match command {
             Command::Drive { torque, limits } => {
                 if limits.iter().any(|flags| flags.contains(LimitFlags::COLLISION)) {
-                    prop_assert!(matches!(reaction, Some(Reaction::Hold | Reaction::Comply)));
+                    prop_assert!(matches!(reaction, Some(CollisionReaction::Hold | CollisionReaction::Comply)));
                     seen.borrow_mut().insert(100);
                 }
                 prop_assert_eq!(due, None, "it drives");
@@ -189,7 +189,7 @@ fn case<const N: usize>(
                     // mean a place or speed out of bounds.
                     let counted = matches!(measurement.sensed, Sensed::Counts(_));
                     let by_state = matches!(fault.code(), 4 | 5);
-                    let collided = fault.code() == 14 && reaction == Some(Reaction::Stop);
+                    let collided = fault.code() == 14 && reaction == Some(CollisionReaction::Stop);
                     let foreseen = predicted && matches!(fault.code(), 1 | 4 | 5);
                     prop_assert!(fault.code() == 7 || collided || foreseen || (counted && by_state), "{}", fault);
                 }
@@ -211,17 +211,21 @@ fn case<const N: usize>(
 fn run<const N: usize>() {
     let seen = RefCell::new(BTreeSet::new());
     let law = prop_oneof![
-        Just(Law::ComputedTorque),
-        Just(Law::Pd),
-        Just(Law::PdGravity),
-        Just(Law::DiagonalInertia),
-        Just(Law::Feedforward),
-        Just(Law::Impedance),
-        Just(Law::Teach),
-        Just(Law::Split)
+        Just(ControlLaw::ComputedTorque),
+        Just(ControlLaw::Pd),
+        Just(ControlLaw::PdGravity),
+        Just(ControlLaw::DiagonalInertia),
+        Just(ControlLaw::Feedforward),
+        Just(ControlLaw::Impedance),
+        Just(ControlLaw::Teach),
+        Just(ControlLaw::Split)
     ];
-    let reaction =
-        prop_oneof![Just(Reaction::Stop), Just(Reaction::Hold), Just(Reaction::Comply), Just(Reaction::Report)];
+    let reaction = prop_oneof![
+        Just(CollisionReaction::Stop),
+        Just(CollisionReaction::Hold),
+        Just(CollisionReaction::Comply),
+        Just(CollisionReaction::Report)
+    ];
     let reaction = proptest::option::of(reaction);
     let input = (law, any::<bool>(), reaction, proptest::collection::vec(tick::<N>(), 1..6));
     let config = Config { cases: 4000, failure_persistence: None, ..Config::default() };

@@ -12,7 +12,7 @@ fn run_at(q: f32, qd: f32) -> (Machine, State) {
     (machine, output.state)
 }
 
-fn moving(q: f32, qd: f32) -> Told {
+fn moving(q: f32, qd: f32) -> Setpoint {
     let reference = Reference { q: [q, 0.0], qd: [qd, 0.0], qdd: [0.0; 2] };
     Inputs { reference: Some(reference), ..calm([q, 0.0]) }
 }

@@ -1,7 +1,7 @@
 //! The machine with a controller inside it: bumpless arming, running, stopping; encoders instead of states.
 
 use crate::safety::support::*;
-use dynamics_core::control::{Controller, ControllerOf, Fault, Law, LimitFlags, Teach};
+use dynamics_core::control::{ControlLaw, Controller, ControllerOf, Fault, LimitFlags, Teach};
 use dynamics_core::safety::{Actuation, HoldCause, Inputs, Request, State};
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{Command, Reference, Sensed};
@@ -17,12 +17,12 @@ type Inside = ControllerOf<f32, 2, Weights, Polynomial, dynamics_core::safety::P
 
 fn controller() -> Inside {
     let config = config();
-    assert_eq!(config.control.law, Law::ComputedTorque);
+    assert_eq!(config.control.law, ControlLaw::ComputedTorque);
     Controller::new(config, Weights, Polynomial)
 }
 
 /// Asked all this, and then as long as an arm takes to be armed.
-fn ask_all(machine: &mut Machine, controller: &mut Inside, requests: &[Request], inputs: &Told) {
+fn ask_all(machine: &mut Machine, controller: &mut Inside, requests: &[Request], inputs: &Setpoint) {
     for request in requests {
         step(machine, controller, &asked(*request, inputs));
         while machine.state() == State::Arming {
@@ -31,7 +31,7 @@ fn ask_all(machine: &mut Machine, controller: &mut Inside, requests: &[Request],
     }
 }
 
-fn step(machine: &mut Machine, controller: &mut Inside, inputs: &Told) -> Said {
+fn step(machine: &mut Machine, controller: &mut Inside, inputs: &Setpoint) -> Said {
     let output = machine.tick(inputs, |ask| ask.of(controller));
     assert_eq!(output.refused, None);
     output
@@ -204,7 +204,7 @@ fn an_arm_that_is_led_by_hand_runs_wherever_it_is_led_and_is_held_there() {
         slowing: 0.0,
     };
     let mut config = config();
-    (config.control.law, config.control.teach) = (Law::Teach, Some([teach; 2]));
+    (config.control.law, config.control.teach) = (ControlLaw::Teach, Some([teach; 2]));
     let (mut machine, mut inside) = (Machine::new(config), Controller::new(config, Weights, Polynomial));
     ask_all(&mut machine, &mut inside, &TO_ARMED, &calm([0.0; 2]));
     // Armed, it stands as on a spring: 400 N m/rad of the law that holds it.

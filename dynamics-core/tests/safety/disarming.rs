@@ -31,7 +31,7 @@ fn preloads(output: &Said) -> bool {
     matches!(output.actuation, Actuation::Preload { .. })
 }
 
-fn alone() -> Told {
+fn alone() -> Setpoint {
     Inputs { heartbeat_age: HEARTBEAT_MAX + 1, reference: None, ..calm(AT) }
 }
 
@@ -59,7 +59,7 @@ fn torque_goes_on_for_exactly_as_long_as_the_brakes_need() {
 fn the_arm_is_held_in_the_loop_until_the_brakes_have_engaged() {
     let protected = slow_brakes(DELAY);
     let (mut machine, mut inside) = (Machine::new(protected), Controller::new(protected, Weights, Polynomial));
-    let mut step = |machine: &mut Machine, inputs: &Told| machine.tick(inputs, |ask| ask.of(&mut inside));
+    let mut step = |machine: &mut Machine, inputs: &Setpoint| machine.tick(inputs, |ask| ask.of(&mut inside));
     for request in TO_ARMED {
         step(&mut machine, &asked(request, &calm(AT)));
         while machine.state() == State::Arming {
@@ -85,11 +85,11 @@ fn the_arm_is_held_in_the_loop_until_the_brakes_have_engaged() {
 }
 
 /// A tick that ends the torque at once, and the fault that it raises.
-type Trouble = (fn(&mut Told), Fault);
+type DriveFaultReport = (fn(&mut Setpoint), Fault);
 
 #[test]
 fn a_fault_removes_the_torque_at_once_and_a_silent_host_does_not() {
-    let troubles: [Trouble; 8] = [
+    let troubles: [DriveFaultReport; 8] = [
         (|told| told.emergency_stop = true, Fault::EmergencyStop),
         (|told| told.request = Some(Request::Stop), Fault::EmergencyStop),
         (|told| told.overrun = true, Fault::Overrun),

@@ -22,7 +22,7 @@ impl Arm {
         Self { machine: Machine::new(protected), controller: Controller::new(protected, Weights, Polynomial) }
     }
 
-    fn tick(&mut self, inputs: &Told) -> Said {
+    fn tick(&mut self, inputs: &Setpoint) -> Said {
         self.machine.tick(inputs, |ask| ask.of(&mut self.controller))
     }
 
@@ -43,13 +43,13 @@ fn limited() -> Protected<f32, 2> {
     protected
 }
 
-fn moving(speed: f32) -> Told {
+fn moving(speed: f32) -> Setpoint {
     let reference = Reference { q: [0.0; 2], qd: [speed; 2], qdd: [0.0; 2] };
     Inputs { reference: Some(reference), sensed: Sensed::State { q: [0.0; 2], qd: [speed; 2] }, ..calm([0.0; 2]) }
 }
 
 /// Standing, with a reference this far away.
-fn drawn(distance: f32) -> Told {
+fn drawn(distance: f32) -> Setpoint {
     Inputs { reference: Some(Reference::at_rest([distance; 2])), ..calm([0.0; 2]) }
 }
 
@@ -105,7 +105,7 @@ fn the_limits_of_the_first_motion_are_lifted_only_without_torque_or_at_rest() {
     protected.rules.brake_delay = 5;
     protected.rules.rest = Some([-0.5, 0.0]);
     let mut arm = Arm::of(protected);
-    let refused = |arm: &mut Arm, inputs: &Told| arm.tick(&asked(Request::FullRange, inputs)).refused;
+    let refused = |arm: &mut Arm, inputs: &Setpoint| arm.tick(&asked(Request::FullRange, inputs)).refused;
     let still = calm([0.0; 2]);
     assert_eq!(refused(&mut arm, &still), Some(Refusal::NotHomed));
     arm.tick(&asked(Request::Home, &still));
@@ -148,7 +148,7 @@ fn torque_beyond_the_weight_is_limited_in_the_first_motion_and_then_not() {
         assert_eq!(limits(&output)[0].contains(LimitFlags::TORQUE), wanted != acts);
     }
     // What was held back would come at once.
-    let refused = |arm: &mut Arm, inputs: &Told| arm.tick(&asked(Request::FullRange, inputs)).refused;
+    let refused = |arm: &mut Arm, inputs: &Setpoint| arm.tick(&asked(Request::FullRange, inputs)).refused;
     assert_eq!(refused(&mut arm, &drawn(-2.0 * BEYOND / 400.0)), Some(Refusal::WrongState));
     arm.tick(&asked(Request::Hold, &drawn(-2.0 * BEYOND / 400.0)));
     assert_eq!(arm.machine.state(), State::Holding(HoldCause::Requested));

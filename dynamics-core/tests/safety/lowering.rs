@@ -1,7 +1,7 @@
 //! Lowering without a host, on simulated joints: one that hits a stop, one that a hand holds, one that carries what nobody declared.
 
 use crate::safety::support::*;
-use dynamics_core::control::{Controller, ControllerOf, Fault, Law};
+use dynamics_core::control::{ControlLaw, Controller, ControllerOf, Fault};
 use dynamics_core::safety::{Actuation, Inputs, Protected, SafeAction, State};
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{Reference, Sensed};
@@ -44,7 +44,7 @@ impl World {
     /// An armed arm, whose host has just been heard for the last time.
     fn left_alone(change: impl FnOnce(&mut Protected<f32, 2>)) -> Self {
         let mut config = config();
-        assert_eq!(config.control.law, Law::ComputedTorque);
+        assert_eq!(config.control.law, ControlLaw::ComputedTorque);
         for limits in &mut config.control.limits {
             limits.torque = STRONG;
         }

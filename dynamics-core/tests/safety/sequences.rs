@@ -199,7 +199,7 @@ impl World {
     }
 
     /// Inputs of a tick and the controller's answer.
-    fn inputs(&mut self, tick: usize, event: Event) -> (Told, Command<f32, 2>) {
+    fn inputs(&mut self, tick: usize, event: Event) -> (Setpoint, Command<f32, 2>) {
         let (mut q, mut qd) = (self.q, self.reference.qd);
         let mut told = calm(q);
         let mut answer = wanting((tick as f32 * 0.05).sin() * 12.0);
@@ -258,7 +258,7 @@ impl World {
     }
 
     /// The tick of a machine that is perhaps broken.
-    fn tick(&mut self, told: &Told, answer: Command<f32, 2>) -> Said {
+    fn tick(&mut self, told: &Setpoint, answer: Command<f32, 2>) -> Said {
         let mut inner = *told;
         match self.broken {
             Broken::EmergencyStop => inner.emergency_stop = false,

@@ -1,9 +1,9 @@
 //! A machine for two joints, and inputs for it.
 
-use dynamics_core::control::{Encoder, Gains, Guard, Law, LimitFlags, TrackingObserver};
+use dynamics_core::control::{ControlLaw, Encoder, Gains, Guard, LimitFlags, TrackingObserver};
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::{
-    Actuation, Ask, Inputs, JointRules, Output, Protected, Request, Rules, SafeAction, Safety, State,
+    Actuation, Inputs, JointRules, Output, Protected, Request, Rules, SafeAction, Safety, State, TorqueRequest,
 };
 use dynamics_core::{Command, ControllerConfig, InertiaBounds, Limits, Live, Reference, Sensed, SinCos};
 
@@ -25,13 +25,13 @@ pub(crate) const SUPPLY: (f32, f32) = (20.0, 30.0);
 pub(crate) const TEMPERATURE: (f32, f32) = (-10.0, 80.0);
 
 pub(crate) type Machine = Safety<f32, 2, Protected<f32, 2>>;
-pub(crate) type Told = Inputs<f32, 2>;
+pub(crate) type Setpoint = Inputs<f32, 2>;
 pub(crate) type Said = Output<f32, 2>;
 
 pub(crate) fn config() -> Protected<f32, 2> {
     let limits = Limits { position: (-2.0, 2.0), velocity: 3.0, torque: 10.0, torque_rate: 4000.0 };
     let control: ControllerConfig<f64, 2> = ControllerConfig {
-        law: Law::ComputedTorque,
+        law: ControlLaw::ComputedTorque,
         gains: [Gains::new(20.0, 1.0, 1.0); 2],
         friction: None,
         limits: [limits; 2],
@@ -78,7 +78,7 @@ pub(crate) fn config() -> Protected<f32, 2> {
 }
 
 /// Everything in order, the arm at rest at `q`, the reference there.
-pub(crate) fn calm(q: [f32; 2]) -> Told {
+pub(crate) fn calm(q: [f32; 2]) -> Setpoint {
     Inputs {
         request: None,
         emergency_stop: false,
@@ -97,7 +97,7 @@ pub(crate) fn calm(q: [f32; 2]) -> Told {
     }
 }
 
-pub(crate) fn asked(request: Request, inputs: &Told) -> Told {
+pub(crate) fn asked(request: Request, inputs: &Setpoint) -> Setpoint {
     Inputs { request: Some(request), ..*inputs }
 }
 
@@ -107,8 +107,8 @@ pub(crate) fn wanting(torque: f32) -> Command<f32, 2> {
 }
 
 /// A tick that must be granted, with a controller that wants one newton metre.
-pub(crate) fn granted(machine: &mut Machine, inputs: &Told) -> Said {
-    let output = machine.tick(inputs, |_: Ask<'_, f32, 2>| wanting(1.0));
+pub(crate) fn granted(machine: &mut Machine, inputs: &Setpoint) -> Said {
+    let output = machine.tick(inputs, |_: TorqueRequest<'_, f32, 2>| wanting(1.0));
     assert_eq!(output.refused, None, "{:?} in {:?}", inputs.request, output.state);
     output
 }

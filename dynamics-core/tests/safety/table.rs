@@ -281,7 +281,7 @@ fn expected(c: &Case) -> Expected {
     }
 }
 
-fn inputs(c: &Case) -> Told {
+fn inputs(c: &Case) -> Setpoint {
     let (mut q, mut qd) = (AT, [0.0; 2]);
     match c.measured {
         Measured::Resting => {}

@@ -38,7 +38,7 @@ impl Watch {
     }
 
     /// The first rule that this tick breaks, by its number in `docs/safety.md`.
-    pub(crate) fn broken(&mut self, inputs: &Told, output: &Said) -> Option<&'static str> {
+    pub(crate) fn broken(&mut self, inputs: &Setpoint, output: &Said) -> Option<&'static str> {
         let before = core::mem::replace(&mut self.state, output.state);
         let torque = acting(output);
         let (acts, drives) = (torque.is_some(), support::torque(output).is_some());

@@ -1,6 +1,6 @@
 // Generated from a robot and a scene file. Do not edit: change the files instead.
 
-use dynamics_core::control::{Encoder, Friction, Gains, Guard, Law, TrackingObserver};
+use dynamics_core::control::{ControlLaw, Encoder, Friction, Gains, Guard, TrackingObserver};
 use dynamics_core::model::{Link, Placement};
 use dynamics_core::safety::{JointRules, Rules, SafeAction};
 use dynamics_core::trig::Polynomial;
@@ -173,7 +173,7 @@ pub const fn scene() -> Scene<f32, N> {
 /// Its controller.
 pub const fn config() -> ControllerConfig<f32, N> {
     ControllerConfig {
-        law: Law::ComputedTorque,
+        law: ControlLaw::ComputedTorque,
         gains: [
             Gains { position: 1600.0, velocity: 80.0, inertia: 4.114922 },
             Gains { position: 1600.0, velocity: 80.0, inertia: 6.8536873 },

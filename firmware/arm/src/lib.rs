@@ -52,7 +52,7 @@ impl Configuration<f32, N> for Settings {
     }
 }
 
-impl safety::Configuration<f32, N> for Settings {
+impl safety::SafetyConfiguration<f32, N> for Settings {
     #[inline]
     fn rules(&self) -> &Rules<f32, N> {
         const { &generated::arm::rules() }

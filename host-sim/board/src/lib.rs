@@ -3,7 +3,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`chip`] | the firmware in an emulated STM32F405, driven in lock step |
-//! | [`session`] | the firmware under its safety state machine, and its hosts: drill, operator, replay, serial port |
+//! | [`session`] | the firmware under its safety state machine, and its hosts: dry run, operator, replay, serial port |
 //! | [`key`] | keys of the link |
 #![forbid(unsafe_code)]
 

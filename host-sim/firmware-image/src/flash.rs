@@ -23,7 +23,7 @@ const INSTALL: &str = "cargo install probe-rs-tools --locked";
 
 /// Options of `firmware flash`.
 #[derive(Clone, Debug, clap::Args)]
-pub struct Options {
+pub struct FlashOptions {
     /// The board that the probe is wired to
     #[arg(long, value_enum)]
     board: Board,
@@ -51,7 +51,7 @@ pub struct Options {
 ///
 /// # Errors
 /// [`BadInput`] for an emulated board, a scene that does not fit, or a missing tool; a build or a tool that fails.
-pub fn flash(options: &Options) -> Result<()> {
+pub fn flash(options: &FlashOptions) -> Result<()> {
     let board = options.board;
     is_real(board)?;
     let wanted = match (&options.scene, &options.robot) {
@@ -134,7 +134,7 @@ fn is_real(board: Board) -> Result<()> {
 }
 
 /// Calls of the tool, in order. `run` resets by itself, and stays to print the log.
-fn probe_steps(options: &Options, program: &Path) -> Vec<Vec<OsString>> {
+fn probe_steps(options: &FlashOptions, program: &Path) -> Vec<Vec<OsString>> {
     let probe = options.probe.as_deref();
     let call = |subcommand: &str, more: &[&str], file: Option<&Path>| {
         probe_call(options.board.chip(), subcommand, probe, more, file)

@@ -4,8 +4,8 @@
 //! [`EARNED`] is left out.
 
 use crate::base::Base;
-use crate::fit::Problem;
-use crate::friction::{Direction, Law, Term};
+use crate::fit::FitProblem;
+use crate::friction::{Direction, FrictionLaw, Term};
 use crate::prepare::Prepared;
 use rayon::prelude::*;
 
@@ -62,9 +62,9 @@ pub struct Tried {
 
 /// The law of every joint, and all that was tried.
 #[must_use]
-pub fn laws(logs: &[Prepared], base: &Base) -> (Vec<Law>, Vec<Tried>) {
-    let judge = |laws: &[Law]| Problem { logs, base, laws }.fit().held_out();
-    let mut laws = vec![Law::with(DIRECTIONS[0], &[]); base.joints];
+pub fn laws(logs: &[Prepared], base: &Base) -> (Vec<FrictionLaw>, Vec<Tried>) {
+    let judge = |laws: &[FrictionLaw]| FitProblem { logs, base, laws }.fit().held_out();
+    let mut laws = vec![FrictionLaw::with(DIRECTIONS[0], &[]); base.joints];
     let mut best = judge(&laws);
     let mut tried = vec![Tried { what: DIRECTIONS[0].name(), held_out: best.clone(), kept: vec![true; laws.len()] }];
     let others = DIRECTIONS[1..].iter().map(|direction| Change::Direction(*direction));
@@ -73,7 +73,7 @@ pub fn laws(logs: &[Prepared], base: &Base) -> (Vec<Law>, Vec<Tried>) {
         try_group(&judge, &mut laws, &mut best, &mut tried, group);
     }
     // The offset stays in the fit, where it takes the error of a torque's zero. This decides whether a robot file gets it.
-    let without: Vec<Law> = laws.iter().map(Law::without_offset).collect();
+    let without: Vec<FrictionLaw> = laws.iter().map(FrictionLaw::without_offset).collect();
     let held_out = judge(&without);
     let kept = held_out.iter().zip(&best).map(|(without, with)| (1.0 - EARNED) * without < *with).collect();
     tried.push(Tried { what: WITHOUT_OFFSET.to_owned(), held_out, kept });
@@ -91,7 +91,7 @@ enum Change {
 }
 
 impl Change {
-    fn of(self, law: &Law) -> Law {
+    fn of(self, law: &FrictionLaw) -> FrictionLaw {
         let mut law = law.clone();
         match self {
             Self::Direction(direction) => law.direction = direction,
@@ -129,8 +129,8 @@ impl Change {
 
 /// Fits every change in all joints at once, and lets each joint keep the one that helps it most.
 fn try_group(
-    judge: &(impl Fn(&[Law]) -> Vec<f64> + Sync),
-    laws: &mut [Law],
+    judge: &(impl Fn(&[FrictionLaw]) -> Vec<f64> + Sync),
+    laws: &mut [FrictionLaw],
     best: &mut [f64],
     tried: &mut Vec<Tried>,
     changes: &[Change],
@@ -144,7 +144,7 @@ fn try_group(
             .map(|(k, _)| k)
     };
     let picked: Vec<Option<usize>> = (0..laws.len()).map(pick).collect();
-    let combined: Vec<Law> =
+    let combined: Vec<FrictionLaw> =
         laws.iter().zip(&picked).map(|(law, k)| k.map_or_else(|| law.clone(), |k| changes[k].of(law))).collect();
     let together = if picked.iter().any(Option::is_some) { judge(&combined) } else { best.to_vec() };
     // Joints share links: what helps one alone may not help beside the others.

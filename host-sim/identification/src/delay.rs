@@ -9,8 +9,8 @@ use crate::base::Base;
 use crate::choose::EARNED;
 use crate::correction::shifted;
 use crate::filter::{derivative, spline};
-use crate::fit::{Fit, Normal, Problem, Rows, inverse, solve};
-use crate::friction::{Direction, Law};
+use crate::fit::{Fit, FitProblem, Normal, Rows, inverse, solve};
+use crate::friction::{Direction, FrictionLaw};
 use crate::log::Log;
 use crate::prepare::{Filters, Prepared};
 use nalgebra::{DMatrix, DVector};
@@ -92,8 +92,8 @@ impl Delays {
 
 /// Delays of the torques of prepared logs.
 #[must_use]
-pub fn delays(logs: &[Prepared], base: &Base, laws: &[Law]) -> Delays {
-    let problem = Problem { logs, base, laws };
+pub fn delays(logs: &[Prepared], base: &Base, laws: &[FrictionLaw]) -> Delays {
+    let problem = FitProblem { logs, base, laws };
     let loads: Vec<_> = logs.iter().map(|log| log.tau.clone()).collect();
     let rows = problem.rows(&loads);
     let n = base.joints;
@@ -212,9 +212,9 @@ pub(crate) fn best_delay(arm: &dyn Arm, base: &Base, logs: &[Log], torque: f64) 
         let filters = Filters { motion: torque, torque };
         logs.iter().map(|log| Prepared::new(&shifted(log, delay), arm, base, filters)).collect()
     };
-    let laws = DIRECTIONS.map(|direction| vec![Law::with(direction, &[]); n]);
+    let laws = DIRECTIONS.map(|direction| vec![FrictionLaw::with(direction, &[]); n]);
     let judge_by = |count: usize, logs: &[Prepared]| -> Vec<Vec<f64>> {
-        laws[..count].par_iter().map(|laws| Problem { logs, base, laws }.fit().held_out()).collect()
+        laws[..count].par_iter().map(|laws| FitProblem { logs, base, laws }.fit().held_out()).collect()
     };
     let judge = |logs: &[Prepared]| judge_by(laws.len(), logs);
     let least = |errors: &[Vec<f64>]| -> Vec<(usize, f64)> {

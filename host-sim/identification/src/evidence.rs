@@ -10,8 +10,8 @@
 use crate::arm::Arm;
 use crate::base::Base;
 use crate::consistent::{Maker, prior};
-use crate::fit::{Problem, inverse, solve};
-use crate::friction::{Direction, Law};
+use crate::fit::{FitProblem, inverse, solve};
+use crate::friction::{Direction, FrictionLaw};
 use crate::log::Log;
 use crate::prepare::{Filters, Prepared};
 use crate::statistics::median;
@@ -124,8 +124,8 @@ impl Evidence {
                 Prepared::new(log, arm, base, Filters { motion: cutoff, torque: cutoff })
             })
             .collect();
-        let laws = vec![Law::with(Direction::Smooth(0.02), &[]); base.joints];
-        let problem = Problem { logs: &prepared, base, laws: &laws };
+        let laws = vec![FrictionLaw::with(Direction::Smooth(0.02), &[]); base.joints];
+        let problem = FitProblem { logs: &prepared, base, laws: &laws };
         let loads: Vec<_> = prepared.iter().map(|log| log.tau.clone()).collect();
         let rows = problem.rows(&loads);
         let targets: Vec<&DVector<f64>> = rows.iter().map(|rows| &rows.target).collect();

@@ -36,7 +36,7 @@ pub struct Room {
 
 /// Settings of the search.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Search {
+pub struct SearchSettings {
     /// Number of harmonics.
     pub harmonics: usize,
     /// Period of the first, s.
@@ -49,7 +49,7 @@ pub struct Search {
 
 /// A series, and what a log of one period of it would tell.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Series {
+pub struct FourierSeries {
     /// Of each harmonic, the sine's amplitude in each joint, rad or m.
     pub sine: Vec<Vec<f64>>,
     /// The same of the cosine.
@@ -95,7 +95,7 @@ struct Coefficients {
 
 /// The most telling series within the room; `tick` is called after every try. `None` if none was found that stays in the workspace.
 #[must_use]
-pub fn excite(subject: &Subject<'_>, room: &Room, search: &Search, tick: &dyn Fn()) -> Option<Series> {
+pub fn excite(subject: &Subject<'_>, room: &Room, search: &SearchSettings, tick: &dyn Fn()) -> Option<FourierSeries> {
     let mut random = Random::new(search.seed);
     let mut uniform = || random.signed();
     let joints = room.centre.len();
@@ -144,10 +144,10 @@ pub fn excite(subject: &Subject<'_>, room: &Room, search: &Search, tick: &dyn Fn
     let spread = inverse(&matrix);
     let deviations = (0..b).map(|k| spread[(k, k)].max(0.0).sqrt()).collect();
     let condition = condition(&matrix.view((0, 0), (b, b)).into_owned());
-    Some(Series { sine: chosen.sine, cosine: chosen.cosine, information, condition, deviations })
+    Some(FourierSeries { sine: chosen.sine, cosine: chosen.cosine, information, condition, deviations })
 }
 
-fn motion(room: &Room, search: &Search, coefficients: &Coefficients) -> Motion {
+fn motion(room: &Room, search: &SearchSettings, coefficients: &Coefficients) -> Motion {
     let joints = room.centre.len();
     let sample = |step: usize| {
         let mut state = [room.centre.clone(), vec![0.0; joints], vec![0.0; joints]];
@@ -167,7 +167,7 @@ fn motion(room: &Room, search: &Search, coefficients: &Coefficients) -> Motion {
 }
 
 /// Scales each joint into its limits, then all of them until torque and workspace hold; false if they do not.
-fn fit_in(subject: &Subject<'_>, room: &Room, search: &Search, coefficients: &mut Coefficients) -> bool {
+fn fit_in(subject: &Subject<'_>, room: &Room, search: &SearchSettings, coefficients: &mut Coefficients) -> bool {
     let joints = room.centre.len();
     let first = motion(room, search, coefficients);
     let most = |pick: &dyn Fn(&[Vec<f64>; 3]) -> f64| first.iter().map(pick).fold(0.0, f64::max);

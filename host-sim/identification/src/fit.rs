@@ -10,7 +10,7 @@ pub use rows::Rows;
 
 use crate::Series;
 use crate::base::Base;
-use crate::friction::Law;
+use crate::friction::FrictionLaw;
 use crate::prepare::Prepared;
 use nalgebra::{DMatrix, DVector};
 
@@ -25,13 +25,13 @@ const BLOCKS: usize = 8;
 
 /// Unknowns of a fit: base parameters, and the coefficients of a law of friction for each joint.
 #[derive(Clone, Copy, Debug)]
-pub struct Problem<'a> {
+pub struct FitProblem<'a> {
     /// The logs.
     pub logs: &'a [Prepared],
     /// The base parameters.
     pub base: &'a Base,
     /// A law for each joint.
-    pub laws: &'a [Law],
+    pub laws: &'a [FrictionLaw],
 }
 
 /// Coefficients, and what is left.
@@ -49,7 +49,7 @@ pub struct Fit {
     pub normal: Normal,
 }
 
-impl Problem<'_> {
+impl FitProblem<'_> {
     /// Number of unknowns.
     #[must_use]
     pub fn unknowns(&self) -> usize {
@@ -65,7 +65,7 @@ impl Problem<'_> {
     /// Torque of friction by unit coefficients, through the filter of torques: for each joint, each term.
     #[must_use]
     pub fn friction(&self, log: &Prepared, loads: &Series) -> Vec<Series> {
-        let of = |(joint, law): (usize, &Law)| {
+        let of = |(joint, law): (usize, &FrictionLaw)| {
             let found = law.columns(&log.q[joint], &log.qd[joint], &loads[joint]);
             found.iter().map(|column| log.low_pass.apply(column)).collect()
         };

@@ -105,14 +105,14 @@ pub struct JointLaw {
 
 /// The law of one joint.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Law {
+pub struct FrictionLaw {
     /// Rule for the direction.
     pub direction: Direction,
     /// Its terms.
     pub terms: Vec<Term>,
 }
 
-impl Law {
+impl FrictionLaw {
     /// Offset, viscous and Coulomb friction, and these terms.
     #[must_use]
     pub fn with(direction: Direction, more: &[Term]) -> Self {

@@ -8,8 +8,8 @@ use crate::clock::repaired;
 use crate::consistent::{Consistent, Maker, nearest};
 use crate::correction::shifted;
 use crate::delay::{Delays, best_delay, torque_slope};
-use crate::fit::{Fit, Normal, Problem, condition, inverse, solve};
-use crate::friction::{Direction, Law, Term};
+use crate::fit::{Fit, FitProblem, Normal, condition, inverse, solve};
+use crate::friction::{Direction, FrictionLaw, Term};
 use crate::log::Log;
 use crate::prepare::{Filters, Prepared};
 use crate::random::Random;
@@ -49,7 +49,7 @@ pub struct Identified {
     /// Held-out error of the motion cut-offs that were tried: Hz, and the geometric mean over the joints, N m.
     pub cutoffs: Vec<(f64, f64)>,
     /// The law of friction of each joint.
-    pub laws: Vec<Law>,
+    pub laws: Vec<FrictionLaw>,
     /// Its coefficients.
     pub friction: Vec<Vec<f64>>,
     /// Their standard deviations.
@@ -100,11 +100,11 @@ pub fn identify(arm: &dyn Arm, maker: &Maker, logs: &[Log], settings: &Settings)
         None => best_cutoff(&base, torque, rate, &prepare),
     };
     let (laws, tried) = if settings.plain_friction {
-        (vec![Law::with(Direction::Hysteresis(1e-4), &[]); base.joints], Vec::new())
+        (vec![FrictionLaw::with(Direction::Hysteresis(1e-4), &[]); base.joints], Vec::new())
     } else {
         choose::laws(&prepared, &base)
     };
-    let problem = Problem { logs: &prepared, base: &base, laws: &laws };
+    let problem = FitProblem { logs: &prepared, base: &base, laws: &laws };
     let fit = problem.fit();
     let mut whole = fit.covariance();
     add_delay(&mut whole, &prepared, &fit, &delay, &delays);
@@ -160,7 +160,7 @@ fn add_delay(covariance: &mut DMatrix<f64>, logs: &[Prepared], fit: &Fit, delay:
 fn add_position_noise(
     covariance: &mut DMatrix<f64>,
     arm: &dyn Arm,
-    problem: &Problem<'_>,
+    problem: &FitProblem<'_>,
     fit: &Fit,
     logs: &[Log],
     filters: Filters,
@@ -177,7 +177,7 @@ fn add_position_noise(
             Prepared::new(&Log { q, ..log.clone() }, arm, problem.base, filters)
         })
         .collect();
-    let moved = Problem { logs: &noisier, ..*problem }.fit().x - &fit.x;
+    let moved = FitProblem { logs: &noisier, ..*problem }.fit().x - &fit.x;
     *covariance += &moved * moved.transpose();
 }
 
@@ -200,8 +200,8 @@ fn best_cutoff(
     for motion in MOTION_CUTOFFS.map(|share| share * torque).into_iter().filter(|f| *f < 0.4 * rate) {
         let logs = prepare(motion);
         let judge = |direction| {
-            let laws = vec![Law::with(direction, &[Term::Load, Term::Root]); base.joints];
-            Problem { logs: &logs, base, laws: &laws }.fit().held_out()
+            let laws = vec![FrictionLaw::with(direction, &[Term::Load, Term::Root]); base.joints];
+            FitProblem { logs: &logs, base, laws: &laws }.fit().held_out()
         };
         let (one, other) = rayon::join(|| judge(DIRECTIONS[0]), || judge(DIRECTIONS[1]));
         let errors: Vec<f64> = one.iter().zip(&other).map(|(a, b)| a.min(*b)).collect();
@@ -215,7 +215,7 @@ fn best_cutoff(
 }
 
 /// Coefficients of friction for these base parameters.
-fn friction_beside(problem: &Problem<'_>, fit: &Fit, beta: &DVector<f64>) -> Vec<Vec<f64>> {
+fn friction_beside(problem: &FitProblem<'_>, fit: &Fit, beta: &DVector<f64>) -> Vec<Vec<f64>> {
     let loads: Vec<Series> = problem.logs.iter().map(|log| log.of_bodies(beta.as_slice())).collect();
     let rows = problem.rows(&loads);
     let normal = Normal::of(&rows, &fit.sigma, &fit.weights, |_| true, problem.unknowns());
@@ -223,7 +223,7 @@ fn friction_beside(problem: &Problem<'_>, fit: &Fit, beta: &DVector<f64>) -> Vec
     let more = problem.unknowns() - b;
     let right = normal.right.rows(b, more) - normal.matrix.view((b, 0), (more, b)) * beta;
     let found = solve(&normal.matrix.view((b, b), (more, more)).into_owned(), &right);
-    let of = |(joint, law): (usize, &Law)| {
+    let of = |(joint, law): (usize, &FrictionLaw)| {
         let at = problem.offset(joint) - b;
         found.as_slice()[at..at + law.terms.len()].to_vec()
     };

@@ -17,8 +17,8 @@ use crate::base::Base;
 use crate::clock::repaired;
 use crate::consistent::{Maker, central, nearest};
 use crate::correction::shifted;
-use crate::fit::{Normal, Problem, Rows, inverse, solve};
-use crate::friction::{Direction, Law};
+use crate::fit::{FitProblem, Normal, Rows, inverse, solve};
+use crate::friction::{Direction, FrictionLaw};
 use crate::identify::Identified;
 use crate::log::Log;
 use crate::prepare::{Filters, Prepared};
@@ -40,7 +40,7 @@ pub struct Known {
     /// Their covariance.
     pub covariance: DMatrix<f64>,
     /// The law of friction of each joint.
-    pub laws: Vec<Law>,
+    pub laws: Vec<FrictionLaw>,
     /// Its coefficients.
     pub friction: Vec<Vec<f64>>,
     /// The filters.
@@ -93,7 +93,7 @@ impl Known {
         let base = Base::of(arm);
         let beta = base.of_parameters(parameters);
         let covariance = DMatrix::from_diagonal(&beta.map(|b| (1e-3 * b).powi(2) + 1e-12));
-        let laws = vec![Law::with(Direction::Hysteresis(1e-4), &[]); base.joints];
+        let laws = vec![FrictionLaw::with(Direction::Hysteresis(1e-4), &[]); base.joints];
         let friction = friction.iter().map(|(viscous, coulomb)| vec![0.0, *viscous, *coulomb]).collect();
         Self { base, beta, covariance, laws, friction, filters, delay: Vec::new() }
     }
@@ -110,7 +110,7 @@ impl Known {
         let in_time = |log: &Log| shifted(&repaired(log).0, &self.delay);
         let prepared: Vec<Prepared> =
             logs.iter().map(|log| Prepared::new(&in_time(log), arm, &self.base, self.filters)).collect();
-        let problem = Problem { logs: &prepared, base: &self.base, laws: &self.laws };
+        let problem = FitProblem { logs: &prepared, base: &self.base, laws: &self.laws };
         let last = self.last_link();
         let b = self.base.len();
         let more = problem.unknowns() - b;

@@ -4,7 +4,7 @@ use crate::Series;
 use crate::arm::Arm;
 use crate::clock::repaired;
 use crate::correction::shifted;
-use crate::fit::Problem;
+use crate::fit::FitProblem;
 use crate::identify::Identified;
 use crate::log::Log;
 use crate::prepare::Prepared;
@@ -37,7 +37,7 @@ impl Identified {
     pub fn predict(&self, arm: &dyn Arm, log: &Log) -> Prediction {
         let prepared = Prepared::new(&self.in_time(log), arm, &self.base, self.filters);
         let loads = prepared.of_bodies(self.bodies.beta.as_slice());
-        let problem = Problem { logs: std::slice::from_ref(&prepared), base: &self.base, laws: &self.laws };
+        let problem = FitProblem { logs: std::slice::from_ref(&prepared), base: &self.base, laws: &self.laws };
         let mut model = loads.clone();
         for ((model, columns), coefficients) in
             model.iter_mut().zip(problem.friction(&prepared, &loads)).zip(&self.friction)

@@ -3,8 +3,8 @@
 use crate::arms::load;
 use crate::made::{Making, log};
 use identification::base::Base;
-use identification::fit::Problem;
-use identification::friction::{Direction, Law, Term};
+use identification::fit::FitProblem;
+use identification::friction::{Direction, FrictionLaw, Term};
 use identification::identify::{Settings, identify};
 use identification::prediction::{difference, rms};
 use identification::prepare::{Filters, Prepared};
@@ -73,9 +73,9 @@ fn samples_in_which_friction_holds_a_joint_are_left_out_and_would_spoil_the_fit(
     let prepared = Prepared::new(&log, known.arm.as_ref(), &base, filters);
     let mut all = prepared.clone();
     all.held.iter_mut().flatten().for_each(|held| *held = false);
-    let laws = vec![Law::with(Direction::Hysteresis(1e-4), &[]); 6];
+    let laws = vec![FrictionLaw::with(Direction::Hysteresis(1e-4), &[]); 6];
     let coulomb = |logs: &[Prepared]| -> Vec<f64> {
-        let problem = Problem { logs, base: &base, laws: &laws };
+        let problem = FitProblem { logs, base: &base, laws: &laws };
         let fit = problem.fit();
         (0..6).map(|joint| fit.x[problem.offset(joint) + 2]).collect()
     };

@@ -2,7 +2,7 @@
 
 use crate::arms::load;
 use identification::base::Base;
-use identification::excite::{Room, Search, Subject, Workspace, excite, postures};
+use identification::excite::{Room, SearchSettings, Subject, Workspace, excite, postures};
 
 /// A workspace in which everything is free, or nothing.
 struct Workroom(bool);
@@ -38,10 +38,10 @@ fn a_motion_keeps_its_limits_is_the_same_for_a_seed_and_better_for_more_tries() 
     let base = Base::of(known.arm.as_ref());
     let beta = base.of_parameters(&known.parameters);
     let subject = Subject { arm: known.arm.as_ref(), base: &base, beta: beta.as_slice(), workspace: &Workroom(true) };
-    let search = Search { harmonics: 4, period: 8.0, tries: 40, seed: 5 };
+    let search = SearchSettings { harmonics: 4, period: 8.0, tries: 40, seed: 5 };
     let first = excite(&subject, &room(), &search, &|| ()).unwrap();
     assert_eq!(first, excite(&subject, &room(), &search, &|| ()).unwrap());
-    let more = excite(&subject, &room(), &Search { tries: 200, ..search }, &|| ()).unwrap();
+    let more = excite(&subject, &room(), &SearchSettings { tries: 200, ..search }, &|| ()).unwrap();
     assert!(more.information > first.information && more.condition < 50.0, "{more:?}");
     for joint in 0..6 {
         for step in 0..800 {
@@ -63,6 +63,8 @@ fn no_motion_is_found_where_no_posture_is_allowed() {
     let base = Base::of(known.arm.as_ref());
     let beta = base.of_parameters(&known.parameters);
     let subject = Subject { arm: known.arm.as_ref(), base: &base, beta: beta.as_slice(), workspace: &Workroom(false) };
-    assert!(excite(&subject, &room(), &Search { harmonics: 3, period: 8.0, tries: 5, seed: 1 }, &|| ()).is_none());
+    assert!(
+        excite(&subject, &room(), &SearchSettings { harmonics: 3, period: 8.0, tries: 5, seed: 1 }, &|| ()).is_none()
+    );
     assert_eq!(postures(&subject, &room(), 4, 1, &|| ()).len(), 1);
 }

@@ -3,7 +3,7 @@
 use crate::arms::{Known, load};
 use crate::made::{Making, Random, log};
 use identification::choose::WITHOUT_OFFSET;
-use identification::friction::{Direction, JointLaw, Law, Term};
+use identification::friction::{Direction, FrictionLaw, JointLaw, Term};
 use identification::identify::{Identified, Settings, identify};
 use identification::log::Log;
 
@@ -78,7 +78,7 @@ fn a_plain_joint_gets_no_term_beyond_viscous_and_coulomb_friction() {
 
 #[test]
 fn what_no_robot_file_can_hold_is_not_taken_for_one() {
-    let terms = |more: &[Term]| Law::with(Direction::Hysteresis(1e-4), more);
+    let terms = |more: &[Term]| FrictionLaw::with(Direction::Hysteresis(1e-4), more);
     let plain = terms(&[]).by_joint(&[0.1, -0.2, 0.5]).unwrap();
     assert_eq!((plain.offset, plain.viscous, plain.coulomb), (0.1, 0.0, 0.5));
     for (more, coefficients) in [

@@ -108,7 +108,7 @@ pub enum Command {
     Sweep(sweep::SweepCommand),
     /// Two runs on one page: both arms, curves over each other, what differs.
     Report(report::ReportArgs),
-    /// Operate the arm at a board on a serial port, or in a drill: status, arm, jog, run the motion, record.
+    /// Operate the arm at a board on a serial port, or in a dry run: status, arm, jog, run the motion, record.
     Connect(connect::ConnectCommand),
     /// Build the firmware, flash it, and make and write the key that a host and a board share.
     Firmware(firmware::FirmwareArgs),

@@ -4,7 +4,7 @@ use crate::cli::force::ForceArgs;
 use crate::cli::names::{Target, named};
 use crate::cli::output::files;
 use clap::Args;
-use dynamics_core::control::{Law, SpringOwner};
+use dynamics_core::control::{ControlLaw, SpringOwner};
 use dynamics_core::trig::Method;
 use indicatif::ProgressBar;
 use robot_compiler::check::{Severity, scene_findings};
@@ -66,8 +66,8 @@ pub struct RunArgs {
     #[arg(long, value_parser = named::<Method>())]
     pub trig: Option<Method>,
     /// The control law; the scene's otherwise.
-    #[arg(long, value_parser = named::<Law>())]
-    pub law: Option<Law>,
+    #[arg(long, value_parser = named::<ControlLaw>())]
+    pub law: Option<ControlLaw>,
     /// A file with another table `[motion]`, as `newtau model motion` writes it; the scene's otherwise.
     #[arg(long, value_name = "FILE")]
     pub motion: Option<PathBuf>,
@@ -156,8 +156,8 @@ fn scene(args: &RunArgs) -> Result<SceneFile, Failure> {
     if let Some(law) = args.law {
         scene.control.law = law;
         // What a scene with this law and no more says.
-        scene.control.teach =
-            (law.is_led()).then(|| scene.control.teach.take().unwrap_or_else(|| TeachSpec::default_for(&scene.robot)));
+        scene.control.teach = (law.is_hand_guided())
+            .then(|| scene.control.teach.take().unwrap_or_else(|| TeachSpec::default_for(&scene.robot)));
         if let Some(joint) =
             scene.robot.joints.iter().find(|joint| law.traits().spring == SpringOwner::Drive && !joint.has_own_loop())
         {

@@ -24,7 +24,7 @@ pub enum Known {
 
 /// A state of an arm, and one end of the recursion.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Question {
+pub struct ContactRequest {
     /// Joint position, rad or m.
     pub q: Vec<f64>,
     /// Joint velocity, rad/s or m/s; zero if `None`.
@@ -39,7 +39,7 @@ pub struct Question {
 
 /// The wrenches at both ends and at every joint; force (N), then moment (N m).
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Answer {
+pub struct ContactWrenches {
     /// Name of the robot.
     pub robot: String,
     /// The base's wrench on the arm, about the base's origin, base axes.
@@ -58,7 +58,7 @@ pub struct Answer {
 ///
 /// # Errors
 /// The question's fault: a list of the wrong length, a number that is not finite, a result beyond the numbers.
-pub fn answer<const N: usize>(robot: &Robot, question: &Question) -> Result<Answer, String> {
+pub fn answer<const N: usize>(robot: &Robot, question: &ContactRequest) -> Result<ContactWrenches, String> {
     let model = robot.model::<N>().map_err(|error| error.to_string())?;
     let list = |name: &str, values: &Option<Vec<f64>>| {
         values.as_ref().map_or(Ok([0.0; N]), |values| finite::<N>(name, values, "one for each joint"))
@@ -89,7 +89,7 @@ pub fn answer<const N: usize>(robot: &Robot, question: &Question) -> Result<Answ
     let most = |wrenches: &[Wrench<f64>]| wrenches.iter().flat_map(six).fold(0.0, |most, x| f64::max(most, x.abs()));
     let missed = most(&residuals(&posture, &motion, &joints, &external, &push));
     let size = most(&joints);
-    Ok(Answer {
+    Ok(ContactWrenches {
         robot: robot.name.clone(),
         base_wrench: six(&base),
         tip_wrench: six(&tip),
@@ -104,7 +104,7 @@ fn six(wrench: &Wrench<f64>) -> [f64; 6] {
     [f.x, f.y, f.z, m.x, m.y, m.z]
 }
 
-impl Answer {
+impl ContactWrenches {
     /// The table and the line below it for the terminal.
     #[must_use]
     pub fn table(&self) -> String {

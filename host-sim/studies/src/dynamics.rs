@@ -17,7 +17,7 @@ const LINE_MAX: usize = 64 << 10;
 /// State for which dynamics are asked.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Question {
+pub struct DynamicsRequest {
     /// Joint position, rad or m.
     pub q: Vec<f64>,
     /// Joint velocity; zero if not given.
@@ -34,7 +34,7 @@ pub struct Question {
 
 /// Dynamics of a state. Single-precision results are widened to doubles exactly.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Answer {
+pub struct DynamicsResult {
     /// `D qdd + C qd + G - J^T w`, N m or N.
     pub tau: Vec<f64>,
     /// `G(q)`, N m or N.
@@ -102,7 +102,7 @@ where
 }
 
 /// Parse a line as a question; the error describes the problem.
-fn read(line: &str) -> Result<Question, String> {
+fn read(line: &str) -> Result<DynamicsRequest, String> {
     // serde would accept a list as the fields in their order.
     if !line.trim_start().starts_with('{') {
         return Err("not a JSON object".to_owned());
@@ -125,8 +125,8 @@ fn read(line: &str) -> Result<Question, String> {
 pub fn answer<S: Real, const N: usize>(
     model: &Model<S, N>,
     floor: &[f64; 3],
-    question: &Question,
-) -> Result<Answer, String>
+    question: &DynamicsRequest,
+) -> Result<DynamicsResult, String>
 where
     Libm: Trig<S>,
 {
@@ -168,7 +168,7 @@ where
         ),
         None => None,
     };
-    let answer = Answer {
+    let answer = DynamicsResult {
         tau: list("tau", &dynamics.inverse_dynamics(&turn, &q, &qd, &qdd, &all))?,
         gravity: list("gravity", &dynamics.inverse_dynamics(&turn, &q, &zero, &zero, &weight))?,
         coriolis_qd: list("coriolis_qd", &dynamics.inverse_dynamics(&turn, &q, &qd, &zero, &none))?,

@@ -10,9 +10,9 @@ use dynamics_core::control::trajectory::{FourierSpec, MotionError};
 use dynamics_core::{Model, Term};
 use identification::arm::Chain;
 use identification::base::Base;
-use identification::excite::{Room, Search, Series, Subject, excite, postures};
+use identification::excite::{FourierSeries, Room, SearchSettings, Subject, excite, postures};
 use judge::Watched;
-use motion::{Point, fastest_ramp, quintic, rests, sweeps};
+use motion::{QuinticPoint, fastest_ramp, quintic, rests, sweeps};
 use nalgebra::Vector3;
 use robot_compiler::SceneFile;
 use serde_json::{Value, json};
@@ -111,8 +111,12 @@ pub fn design<const N: usize>(scene: &SceneFile, wishes: &Wishes, tick: &dyn Fn(
     let no_motion = |error: MotionError| wrong("a longer --period or less --speed", error.to_string());
     let (motion, mut designed) = match wishes.kind {
         Kind::Series => {
-            let search =
-                Search { harmonics: wishes.harmonics, period: wishes.period, tries: wishes.tries, seed: wishes.seed };
+            let search = SearchSettings {
+                harmonics: wishes.harmonics,
+                period: wishes.period,
+                tries: wishes.tries,
+                seed: wishes.seed,
+            };
             let series = excite(&subject, &room, &search, tick).ok_or_else(nothing)?;
             let (motion, spec) =
                 fastest_ramp(&model, &room.centre, wishes.period, wishes.periods, [&series.sine, &series.cosine])
@@ -121,7 +125,7 @@ pub fn design<const N: usize>(scene: &SceneFile, wishes: &Wishes, tick: &dyn Fn(
         }
         Kind::Friction => {
             let tried = (0..20).map(|k| sweeps(&room, 0.6 * 0.85_f64.powi(k)));
-            let clear = |points: &Vec<Point>| {
+            let clear = |points: &Vec<QuinticPoint>| {
                 quintic::<N>(points).is_ok_and(|motion| judged.cell.keeps(&motion, wishes.around.clearance))
             };
             let points = tried.into_iter().find(clear).ok_or_else(nothing)?;
@@ -179,7 +183,7 @@ fn list(numbers: &[f64]) -> String {
     format!("[{}]", texts.join(", "))
 }
 
-fn file<const N: usize>(base: &Base, wishes: &Wishes, series: &Series, spec: &FourierSpec<f64, N>) -> Designed {
+fn file<const N: usize>(base: &Base, wishes: &Wishes, series: &FourierSeries, spec: &FourierSpec<f64, N>) -> Designed {
     let line = format!(
         "Excitation: {} harmonics of {:.3} Hz, {:.1} s, condition {:.1}, seed {}.",
         wishes.harmonics,
@@ -219,8 +223,8 @@ fn file<const N: usize>(base: &Base, wishes: &Wishes, series: &Series, spec: &Fo
 }
 
 /// Quintics through points as a file.
-fn through(line: &str, points: &[Point]) -> Designed {
-    let point = |(index, (q, duration, dwell)): (usize, &Point)| {
+fn through(line: &str, points: &[QuinticPoint]) -> Designed {
+    let point = |(index, (q, duration, dwell)): (usize, &QuinticPoint)| {
         let way = if index == 0 { String::new() } else { format!(", duration = {duration:.3}") };
         let rest = if *dwell > 0.0 { format!(", dwell = {dwell:.3}") } else { String::new() };
         format!("    {{ q = {}{way}{rest} }},\n", list(q))

@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// A number of a scene that may be wrong in the world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Quantity {
+pub enum VariedNumber {
     /// Delay of the torque, ticks: `actuators.delay`.
     Delay,
     /// Mass at the tip that the controller does not know, kg.
@@ -43,7 +43,7 @@ const WIDTH: f64 = 0.04;
 /// Unit of the unknown mass at the tip, kg.
 const MASS: f64 = 0.4;
 
-impl Quantity {
+impl VariedNumber {
     /// All of them, as the table has them.
     pub const ALL: [Self; 7] =
         [Self::Delay, Self::Payload, Self::Masses, Self::Friction, Self::Gain, Self::Rate, Self::Encoder];
@@ -159,7 +159,7 @@ fn friction(scene: &SceneFile) -> Option<Vec<JointFriction>> {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Margin {
     /// The number.
-    pub quantity: Quantity,
+    pub quantity: VariedNumber,
     /// Unit of the values.
     pub unit: &'static str,
     /// The scene's own value.
@@ -212,13 +212,13 @@ pub fn margins(scene: &SceneFile, stop: &AtomicBool, progress: &ProgressBar) -> 
             scene.path.display()
         )));
     }
-    let found = try_in_parallel(Quantity::ALL.len(), |number| margin(scene, Quantity::ALL[number], &outcome))?;
+    let found = try_in_parallel(VariedNumber::ALL.len(), |number| margin(scene, VariedNumber::ALL[number], &outcome))?;
     Ok(Margins { scene: scene.name.clone(), margins: found })
 }
 
 fn margin(
     scene: &SceneFile,
-    quantity: Quantity,
+    quantity: VariedNumber,
     outcome: &impl Fn(&SceneFile) -> Result<Option<String>, Failure>,
 ) -> Result<Margin, Failure> {
     let (_, unit) = quantity.name();

@@ -14,7 +14,7 @@ use std::io::BufRead;
 /// A state of the path.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Sample {
+struct PathState {
     /// Time, s; not before that of the line before. Two lines of one time are a jump of the acceleration.
     t: f64,
     /// Joint position, rad or m.
@@ -71,7 +71,7 @@ pub fn path_work<const N: usize>(scene: &SceneFile, source: &str, input: impl Bu
         if line.trim().is_empty() {
             continue;
         }
-        let sample: Sample = serde_json::from_str(&line).map_err(|error| wrong(error.to_string()))?;
+        let sample: PathState = serde_json::from_str(&line).map_err(|error| wrong(error.to_string()))?;
         let list = |name: &str, values: &[f64]| finite::<N>(name, values, "one for each joint").map_err(wrong);
         let (q, qd, qdd) = (list("q", &sample.q)?, list("qd", &sample.qd)?, list("qdd", &sample.qdd)?);
         let after = first.is_none() || sample.t >= last;

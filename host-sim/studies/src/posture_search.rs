@@ -33,7 +33,7 @@ const ROUNDS: usize = 20_000;
 
 /// The least value found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Least<const N: usize> {
+pub struct LowestPosture<const N: usize> {
     /// Posture of the least value, rad or m.
     pub q: [f64; N],
     /// The least value.
@@ -49,7 +49,7 @@ pub fn minimise<const N: usize>(
     bounds: &[(f64, f64); N],
     start: &[f64; N],
     cost: impl FnMut(&[f64; N]) -> f64,
-) -> Least<N> {
+) -> LowestPosture<N> {
     minimise_to(EXACT, bounds, start, cost)
 }
 
@@ -59,7 +59,7 @@ pub fn minimise_to<const N: usize>(
     bounds: &[(f64, f64); N],
     start: &[f64; N],
     mut cost: impl FnMut(&[f64; N]) -> f64,
-) -> Least<N> {
+) -> LowestPosture<N> {
     let share = |part: &[f64; N]| core::array::from_fn(|i| bounds[i].0 + (bounds[i].1 - bounds[i].0) * part[i]);
     let ratio = golden(N);
     let spread = |k: usize| {
@@ -69,12 +69,12 @@ pub fn minimise_to<const N: usize>(
         }))
     };
     let others = [share(&[0.5; N])].into_iter().chain((1..STARTS - 1).map(spread));
-    let mut best = Least { q: *start, value: cost(start), evaluations: 1 };
+    let mut best = LowestPosture { q: *start, value: cost(start), evaluations: 1 };
     downhill(bounds, &mut best, (FIRST, depth.coarse), &mut cost);
     for q in others {
-        let mut next = Least { q, value: cost(&q), evaluations: best.evaluations + 1 };
+        let mut next = LowestPosture { q, value: cost(&q), evaluations: best.evaluations + 1 };
         downhill(bounds, &mut next, (FIRST, depth.coarse), &mut cost);
-        best = Least { evaluations: next.evaluations, ..if next.value < best.value { next } else { best } };
+        best = LowestPosture { evaluations: next.evaluations, ..if next.value < best.value { next } else { best } };
     }
     downhill(bounds, &mut best, (depth.coarse, depth.fine), &mut cost);
     best
@@ -83,7 +83,7 @@ pub fn minimise_to<const N: usize>(
 /// Descend from a point, with steps from the first share of each joint's range to the last.
 fn downhill<const N: usize>(
     bounds: &[(f64, f64); N],
-    at: &mut Least<N>,
+    at: &mut LowestPosture<N>,
     (first, last): (f64, f64),
     cost: &mut impl FnMut(&[f64; N]) -> f64,
 ) {

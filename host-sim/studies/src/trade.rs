@@ -20,12 +20,12 @@ mod store;
 pub mod test_motions;
 
 use baseline::Baseline;
-use chip::{Chip, Cost, Surroundings};
+use chip::{Chip, Cost, InterruptCost};
 use choice::Choice;
 use drive_step::drive_steps;
 use indicatif::ProgressBar;
 use measure::{Exact, OnMotion, on_motion};
-pub use points::{Point, Trade};
+pub use points::{Trade, TradePoint};
 use robot_compiler::{SceneFile, with_dof};
 use sim::failure::{Failure, in_file};
 use sim::parallel::try_in_parallel;
@@ -101,7 +101,7 @@ fn of_arm<const N: usize>(
         let faultless = courses.iter().all(|course| course.fault.is_none());
         let mut torque = courses.iter().map(|course| course.torque_of_limit);
         let tracking = courses.iter().flat_map(|course| &course.tracking.max).fold(0.0, |most, x| f64::max(most, *x));
-        Point {
+        TradePoint {
             choice: candidate.choice.named(),
             command: report::command(named, &candidate.choice),
             cost,
@@ -114,7 +114,7 @@ fn of_arm<const N: usize>(
             chosen: candidate.choice,
         }
     });
-    let mut points: Vec<Point> = points.collect();
+    let mut points: Vec<TradePoint> = points.collect();
     points.sort_by(|a, b| a.cost.cycles.total_cmp(&b.cost.cycles));
     pareto_front::mark(&mut points);
     Ok(Trade {
@@ -214,7 +214,7 @@ fn surroundings(
     store: &Store,
     key: &impl Fn(&str, &str) -> String,
     shop: &Workshop<'_>,
-) -> Result<Surroundings, Failure> {
+) -> Result<InterruptCost, Failure> {
     let text = base.with(&base.firmware());
     let key = key("interrupt", &text);
     if let Some(known) = store.get(&key) {
@@ -224,7 +224,7 @@ fn surroundings(
     fs::write(&path, &text).map_err(|error| in_file(&path, &error))?;
     let known = candidates.iter().position(|candidate| candidate.text == text).and_then(|at| costs.get(at));
     shop.progress.set_message("the interrupt");
-    let found = Surroundings::measure(&path, known, chip, shop.stop)?;
+    let found = InterruptCost::measure(&path, known, chip, shop.stop)?;
     store.put(&key, &found)?;
     Ok(found)
 }

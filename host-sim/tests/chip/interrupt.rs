@@ -7,7 +7,7 @@ use robot_compiler::kernel::Level;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use studies::trade::baseline::Baseline;
-use studies::trade::chip::{CLOCK, Chip as _, EmulatedChip, Surroundings};
+use studies::trade::chip::{CLOCK, Chip as _, EmulatedChip, InterruptCost};
 use studies::trade::choice::{Choice, TermSet};
 
 /// Largest difference between the sum and the interrupt of the choice's own firmware: caches and registers differ.
@@ -17,8 +17,8 @@ fn top() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Surroundings of a shipped scene, and the scene of each choice with its controller's cycles in its place.
-fn of_scene(name: &str, choices: &[fn(Choice) -> Choice]) -> (Surroundings, Vec<(PathBuf, f64)>) {
+/// InterruptCost of a shipped scene, and the scene of each choice with its controller's cycles in its place.
+fn of_scene(name: &str, choices: &[fn(Choice) -> Choice]) -> (InterruptCost, Vec<(PathBuf, f64)>) {
     let (stop, base) =
         (AtomicBool::new(false), Baseline::load(&top().join(format!("scenes/{name}.toml")), Ends::default()).unwrap());
     let write = |place: String, choice: &Choice| {
@@ -27,7 +27,7 @@ fn of_scene(name: &str, choices: &[fn(Choice) -> Choice]) -> (Surroundings, Vec<
         path
     };
     let own = write("own".to_owned(), &base.firmware());
-    let surroundings = Surroundings::measure(&own, None, &EmulatedChip, &stop).unwrap();
+    let surroundings = InterruptCost::measure(&own, None, &EmulatedChip, &stop).unwrap();
     let paths = choices.iter().enumerate().map(|(k, choice)| write(k.to_string(), &choice(base.firmware())));
     let mut paths: Vec<PathBuf> = paths.collect();
     paths.insert(0, own);

@@ -8,7 +8,7 @@ use link::{Pacing, Refusal};
 use robot_compiler::SceneFile;
 use sim::run::closed_loop::End;
 use sim::run::simulate;
-use sim::run::target::{Beside, Parity, Ticked, Torques};
+use sim::run::target::{CommandComparison, Parity, Ticked, Torques};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
@@ -74,7 +74,7 @@ fn a_desk_that_is_told_anything_else_differs_in_every_term() {
     ];
     for (term, change) in other {
         let desk = Misinformed(simulate::desk::<f32, N>(&scene, &model), change);
-        let mut both = Beside::new(chip(&scene), desk);
+        let mut both = CommandComparison::new(chip(&scene), desk);
         let run = simulate::with(&scene, "qemu", &mut both, &AtomicBool::new(false), &ProgressBar::hidden()).unwrap();
         let Parity { ticks, mismatches } = both.parity();
         println!("{term}: {mismatches} of {ticks} ticks differ");

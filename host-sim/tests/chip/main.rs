@@ -4,7 +4,7 @@
 
 mod closed_loop;
 mod cost;
-mod drill;
+mod dry_run;
 mod faults;
 #[cfg(unix)]
 mod flash;

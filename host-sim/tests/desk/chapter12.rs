@@ -14,7 +14,7 @@ use sim::run::closed_loop::End;
 use sim::run::simulate::{self, Run};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
-use studies::dynamics::{Answer, Question, answer};
+use studies::dynamics::{DynamicsRequest, DynamicsResult, answer};
 use studies::statics;
 
 const G: f64 = 9.81;
@@ -52,14 +52,14 @@ fn largest(values: &[f64]) -> f64 {
 }
 
 /// Posture, velocity and acceleration at a share of every joint's range.
-fn question(robot: &Robot, share: f64, gravity: Vector3<f64>) -> Question {
+fn question(robot: &Robot, share: f64, gravity: Vector3<f64>) -> DynamicsRequest {
     let each = |f: &dyn Fn(usize) -> f64| (0..robot.dof()).map(f).collect::<Vec<f64>>();
     let q = each(&|i| {
         let (lo, hi) = robot.joints[i].spec.limits.position;
         // The joints stand at different shares of their ranges; otherwise the arm would be straight.
         lo + (hi - lo) * (share + 0.07 * i as f64) % 1.0
     });
-    Question {
+    DynamicsRequest {
         q,
         qd: Some(each(&|i| 0.9 - 0.4 * i as f64)),
         qdd: Some(each(&|i| -1.4 + 0.9 * i as f64)),
@@ -69,12 +69,12 @@ fn question(robot: &Robot, share: f64, gravity: Vector3<f64>) -> Question {
     }
 }
 
-fn ask<const N: usize>(robot: &Robot, question: &Question) -> Answer {
+fn ask<const N: usize>(robot: &Robot, question: &DynamicsRequest) -> DynamicsResult {
     answer(&robot.model::<N>().unwrap(), &[0.0; 3], question).unwrap()
 }
 
 /// The simulator's own derivation of the same torques: bodies about their mass centres, in base axes.
-fn of_the_plant<const N: usize>(robot: &Robot, question: &Question) -> [f64; N] {
+fn of_the_plant<const N: usize>(robot: &Robot, question: &DynamicsRequest) -> [f64; N] {
     let fixed = |list: &[f64]| <[f64; N]>::try_from(list).unwrap();
     let specs: Vec<JointSpec> = robot.joints.iter().map(|joint| joint.spec).collect();
     let [fx, fy, fz, mx, my, mz] = question.wrench_tip.as_deref().unwrap() else { unreachable!("six numbers") };
@@ -103,7 +103,7 @@ fn every_arm_gives_the_torques_of_another_derivation_and_the_accelerations_back(
             let off = with_dof!(robot.dof(), N => {
                 let given = ask::<N>(&robot, &asked);
                 let torques = relative(&given.tau, &of_the_plant::<N>(&robot, &asked));
-                let back = ask::<N>(&robot, &Question { tau: Some(given.tau.clone()), ..asked.clone() });
+                let back = ask::<N>(&robot, &DynamicsRequest { tau: Some(given.tau.clone()), ..asked.clone() });
                 [torques, relative(&back.qdd.unwrap(), asked.qdd.as_deref().unwrap())]
             });
             worst = [worst[0].max(off[0]), worst[1].max(off[1])];
@@ -137,7 +137,7 @@ impl Letters {
         let g2 = (m21 * c2 + m0 * l2) * G * cos12;
         let g1 = ((m21 + m12 + m0) * l1 + m11 * c1) * G * cos1 + g2;
         let gravity = Some(vec![0.0, -G, 0.0]);
-        let asked = Question { q: q.to_vec(), qd: None, qdd: None, tau: None, wrench_tip: None, gravity };
+        let asked = DynamicsRequest { q: q.to_vec(), qd: None, qdd: None, tau: None, wrench_tip: None, gravity };
         let given = ask::<2>(&robot(file), &asked);
         let d = [d11, beside + d22, beside + d22, d22];
         assert!(relative(&given.mass_matrix.concat(), &d) < 1e-14, "{file}: {:?}, wanted {d:?}", given.mass_matrix);
@@ -231,14 +231,14 @@ fn gravity_and_what_it_holds_are_felt_by_the_shuttles_arm() {
 fn the_greatest_base_load_of_the_shuttles_arm_is_that_of_the_level_arm() {
     let robot = robot("srms");
     let load = |q: &[f64]| {
-        let question = statics::Question {
+        let question = statics::StaticsRequest {
             q: Some(q.to_vec()),
             gravity: vec![0.0, 0.0, -G],
             load: Some(vec![24.0]),
             tip_wrench: None,
             minimise: None,
             hold: vec![],
-            axes: statics::Axes::Base,
+            axes: statics::WrenchFrame::Base,
         };
         let first = statics::answer::<6>(&robot, &question).unwrap().joints[0].clone();
         let size = |v: [f64; 3]| Vector3::from(v).norm();
@@ -351,7 +351,7 @@ fn two_links(second: &str) -> Robot {
 
 #[test]
 fn a_last_link_without_mass_is_refused_where_accelerations_are_asked_for_unless_it_has_a_rotor() {
-    let asked = Question {
+    let asked = DynamicsRequest {
         q: vec![0.3, 0.4],
         qd: None,
         qdd: None,
@@ -366,7 +366,7 @@ fn a_last_link_without_mass_is_refused_where_accelerations_are_asked_for_unless_
         "no accelerations follow from `tau`: joint 2 moves neither mass nor rotor: the inertia matrix is singular"
     );
     // The torques are defined: none at the second joint.
-    assert_eq!(ask::<2>(&bare, &Question { tau: None, ..asked.clone() }).tau[1], 0.0);
+    assert_eq!(ask::<2>(&bare, &DynamicsRequest { tau: None, ..asked.clone() }).tau[1], 0.0);
     assert_eq!(run(&SceneFile::default_for(bare)).end, End::Diverged(Diverged::SingularInertia));
 
     let driven = two_links("mass = 0.0\nrotor = { inertia = 1e-4, gear = 30.0 }\nlimits = { velocity = 5.0 }");

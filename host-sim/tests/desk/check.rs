@@ -7,7 +7,7 @@ use robot_compiler::check::{Draft, Severity};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use studies::check::{Answer, answer};
+use studies::check::{CheckResult, answer};
 
 const TRAPS: &str = "tests/fixtures/traps.urdf";
 
@@ -15,7 +15,7 @@ fn check(arguments: &[&str]) -> (i32, String, String) {
     told(at_its_fixtures().arg("check").args(arguments).output().unwrap())
 }
 
-fn looked_at(path: &Path, gravity: [f64; 3]) -> Answer {
+fn looked_at(path: &Path, gravity: [f64; 3]) -> CheckResult {
     answer(Draft::load_between(path, Ends::default()).unwrap(), &gravity).unwrap()
 }
 

@@ -27,8 +27,9 @@ fn folder(name: &str, scene: &str, change: fn(&mut SceneFile)) -> (PathBuf, Run)
 #[test]
 fn two_runs_are_compared_from_their_reports_alone() {
     let (a, of_a) = folder("compare_a", "puma560_pick.toml", |_| {});
-    let (b, of_b) =
-        folder("compare_b", "puma560_pick.toml", |scene| scene.control.law = dynamics_core::control::Law::PdGravity);
+    let (b, of_b) = folder("compare_b", "puma560_pick.toml", |scene| {
+        scene.control.law = dynamics_core::control::ControlLaw::PdGravity
+    });
     let html = compare::page(&Side::load(&a).unwrap(), &Side::load(&b.join("report.html")).unwrap()).unwrap().html();
     assert!(html.len() < BYTES_MAX, "{}", html.len());
     let change = of_b.summary.tracking_max[1] / of_a.summary.tracking_max[1];

@@ -4,17 +4,22 @@ use crate::reference::{Golden, Reference, relative};
 use dynamics_core::trig::Libm;
 use dynamics_core::{Model, Real, Trig};
 use sim::plant::Arm;
-use studies::dynamics::{Answer, Question, answer};
+use studies::dynamics::{DynamicsRequest, DynamicsResult, answer};
 
 fn model<const N: usize>(arm: &Arm<N>) -> Model<f64, N> {
     Model::new_unphysical(&arm.joints, &arm.tool).unwrap()
 }
 
-fn ask<S: Real, const N: usize>(model: &Model<S, N>, state: &Reference, gravity: &[f64; 3], wrench: bool) -> Answer
+fn ask<S: Real, const N: usize>(
+    model: &Model<S, N>,
+    state: &Reference,
+    gravity: &[f64; 3],
+    wrench: bool,
+) -> DynamicsResult
 where
     Libm: Trig<S>,
 {
-    let question = Question {
+    let question = DynamicsRequest {
         q: state.q.clone(),
         qd: Some(state.qd.clone()),
         qdd: Some(state.qdd.clone()),

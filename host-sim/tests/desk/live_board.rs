@@ -2,7 +2,7 @@
 //! a scene's simulated arm as its joints.
 #![allow(unreachable_pub, reason = "a part of a test")]
 
-use board::session::drill::{Uncounted, desk_session};
+use board::session::dry_run::{Uncounted, desk_session};
 use dynamics_core::Sensed;
 use link::{Access, BoardChannel, Frame, Key, NonceSource, Pacing};
 use robot_compiler::SceneFile;

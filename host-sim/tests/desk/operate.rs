@@ -1,8 +1,8 @@
-//! `connect` and `replay` as used by a script: in a drill on the desk, and with a board on a port.
+//! `connect` and `replay` as used by a script: in a dry run on the desk, and with a board on a port.
 
 use crate::live_board::LiveBoard;
 use crate::program::{at_the_top, new, told};
-use board::session::frame_log::{Entry, Log, Way, Writer};
+use board::session::frame_log::{Direction, Entry, Log, Writer};
 use link::convert::joints;
 use link::{Actuation, Frame};
 use robot_compiler::SceneFile;
@@ -79,10 +79,10 @@ fn a_status_with_torque(entries: &[Entry]) -> (usize, u32) {
 }
 
 #[test]
-fn a_drill_does_what_is_asked_and_says_why_not_and_its_record_has_the_same_bits_again() {
-    let log = file("drill.log");
+fn a_dry_run_does_what_is_asked_and_says_why_not_and_its_record_has_the_same_bits_again() {
+    let log = file("dry-run.log");
     let script = "arm\nhome\nconfirm\narm\nrun\nwait\njog elbow 0.2 0.5\nwait 0.2\npress\ndump\nrelease\nwait 0.3\nclear\nstatus\n";
-    let (code, out, error) = connect("drill", script, &["--target", "desk", "--record", log.to_str().unwrap()]);
+    let (code, out, error) = connect("dry run", script, &["--target", "desk", "--record", log.to_str().unwrap()]);
     assert_eq!((code, error.as_str()), (3, ""), "something was refused: {out}");
     let lines: Vec<&str> = out.lines().collect();
     assert!(lines[0].starts_with("arm: rejected: the arm has not been homed; `home`"), "{out}");
@@ -367,11 +367,12 @@ fn a_record_keeps_what_was_sent_and_received_in_order() {
     assert!(read.head.scene.ends_with(SCENE));
     let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(SCENE)).unwrap();
     assert_eq!(read.head.text, text);
-    let kinds: Vec<(Way, &str)> =
+    let kinds: Vec<(Direction, &str)> =
         read.entries().map(Result::unwrap).map(|entry| (entry.way, kind(&entry.frame))).collect();
-    let sent = |kind| (Way::Sent, kind);
-    let tick = [sent("measurement"), (Way::Received, "status")];
-    let asked = [sent("request"), sent("measurement"), (Way::Received, "answer"), (Way::Received, "status")];
+    let sent = |kind| (Direction::Sent, kind);
+    let tick = [sent("measurement"), (Direction::Received, "status")];
+    let asked =
+        [sent("request"), sent("measurement"), (Direction::Received, "answer"), (Direction::Received, "status")];
     let begin = [sent("hello"), sent("lines"), sent("live")];
     assert_eq!(kinds, [&begin[..], &tick, &asked, &asked].concat());
 }
@@ -394,7 +395,7 @@ fn a_status_that_can_be_replayed_takes_as_many_bytes_as_the_docs_say() {
     let six = |sensed| link::Status {
         tick: 1_000_000,
         taken: 40_000,
-        state: 3,
+        state: link::StateCode::Running,
         cause: 0,
         joint: None,
         homed: true,
@@ -403,7 +404,7 @@ fn a_status_that_can_be_replayed_takes_as_many_bytes_as_the_docs_say() {
         room: 9,
         actuation: Some(Actuation::Drive { torque: joints(&[1.0; 6]), limits: joints(&[0; 6]) }),
         sensed: Some(link::SensedLines { sensed, age_ticks: joints(&[0; 6]), lines: link::Lines::CALM }),
-        aside: link::Aside::Nothing,
+        extra: link::ExtraFields::Nothing,
         cost: None,
     };
     let keys =

@@ -63,7 +63,7 @@ fn measured(pushed: bool, arm: u32) -> Vec<(u32, SensedLines)> {
         for frame in board.pass().unwrap() {
             if let Frame::Status(Status { tick, state, sensed: Some(sensed), .. }) = frame {
                 measured.push((tick, sensed));
-                driven |= state == 2;
+                driven |= state == link::StateCode::Armed;
             }
         }
     }

@@ -12,8 +12,8 @@ use robot_compiler::{Robot, with_dof};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use studies::dynamics;
-use studies::statics::Axes;
-use studies::statics::{Answer, Question, answer};
+use studies::statics::WrenchFrame;
+use studies::statics::{StaticLoads, StaticsRequest, answer};
 
 const PLANAR: &str = "tests/fixtures/planar.toml";
 
@@ -21,29 +21,29 @@ fn here(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
-fn at(q: &[f64]) -> Question {
-    Question {
+fn at(q: &[f64]) -> StaticsRequest {
+    StaticsRequest {
         q: Some(q.to_vec()),
         gravity: vec![0.0, -9.81, 0.0],
         load: None,
         tip_wrench: None,
         minimise: None,
         hold: vec![],
-        axes: Axes::Link,
+        axes: WrenchFrame::Link,
     }
 }
 
-fn ask(robot: &Robot, question: &Question) -> Answer {
+fn ask(robot: &Robot, question: &StaticsRequest) -> StaticLoads {
     with_dof!(robot.dof(), N => answer::<N>(robot, question)).unwrap()
 }
 
-fn planar(question: &Question) -> Answer {
+fn planar(question: &StaticsRequest) -> StaticLoads {
     ask(&Robot::load(&here(PLANAR)).unwrap(), question)
 }
 
 /// Torques from `dynamics` for the same arm. It shares no code with statics except the robot file's reader.
-fn torques(robot: &Robot, question: &Question) -> Vec<f64> {
-    let same = dynamics::Question {
+fn torques(robot: &Robot, question: &StaticsRequest) -> Vec<f64> {
+    let same = dynamics::DynamicsRequest {
         q: question.q.clone().unwrap(),
         qd: None,
         qdd: None,
@@ -65,7 +65,7 @@ fn holding_torques_are_those_of_dynamics_at_rest() {
             let inside = |(low, high): (f64, f64)| low + part * (high - low);
             let q: Vec<f64> = robot.joints.iter().map(|joint| inside(joint.spec.limits.position)).collect();
             let tip_wrench = Some(vec![5.0, -8.0, 11.0, 0.4, 0.9, -0.7]);
-            let question = Question { tip_wrench, gravity: vec![1.0, 2.0, -9.5], ..at(&q) };
+            let question = StaticsRequest { tip_wrench, gravity: vec![1.0, 2.0, -9.5], ..at(&q) };
             worst = worst.max(relative(&ask(&robot, &question).tau, &torques(&robot, &question)));
         }
     }
@@ -77,24 +77,24 @@ fn holding_torques_are_those_of_dynamics_at_rest() {
 fn a_load_is_a_tip_wrench_of_its_weight_and_in_base_axes_the_base_carries_it_all() {
     let robot = Robot::load(&here("../robots/puma560.toml")).unwrap();
     let q = [0.3, 0.9, -1.6, 0.4, 0.5, 0.2];
-    let floor = Question { gravity: vec![0.0, 0.0, -9.81], ..at(&q) };
+    let floor = StaticsRequest { gravity: vec![0.0, 0.0, -9.81], ..at(&q) };
     let place = Vector3::new(0.02, -0.05, 0.1);
-    let loaded = Question { load: Some(vec![2.0, place.x, place.y, place.z]), ..floor.clone() };
+    let loaded = StaticsRequest { load: Some(vec![2.0, place.x, place.y, place.z]), ..floor.clone() };
     let model: Model<f64, 6> = robot.model().unwrap();
     let tip = tip_pose(&model, &Libm.sin_cos_all(&q), &q);
     let weight = tip.rotation.transpose() * Vector3::new(0.0, 0.0, -2.0 * 9.81);
     let moment = place.cross(&weight);
-    let pushed = Question {
+    let pushed = StaticsRequest {
         tip_wrench: Some([weight, moment].map(|v| v.iter().copied().collect::<Vec<_>>()).concat()),
         ..floor.clone()
     };
     assert!(relative(&ask(&robot, &loaded).tau, &ask(&robot, &pushed).tau) < 1e-14);
 
-    let base = ask(&robot, &Question { axes: Axes::Base, ..loaded.clone() });
+    let base = ask(&robot, &StaticsRequest { axes: WrenchFrame::Base, ..loaded.clone() });
     let mass: f64 = robot.joints.iter().map(|joint| joint.spec.body.mass).sum::<f64>() + robot.tool.body.mass + 2.0;
     assert!(relative(&base.joints[0].force, &[0.0, 0.0, 9.81 * mass]) < 1e-14, "{:?}", base.joints[0]);
     for (a, b) in base.joints.iter().zip(&ask(&robot, &loaded).joints) {
-        let sizes = |joint: &studies::statics::JointAnswer| {
+        let sizes = |joint: &studies::statics::JointLoad| {
             [joint.actuator, joint.radial, joint.axial.unwrap_or(0.0), joint.tilting, joint.twisting.unwrap_or(0.0)]
         };
         assert!(relative(&sizes(a), &sizes(b)) < 1e-13, "{a:?} {b:?}");
@@ -105,8 +105,11 @@ fn a_load_is_a_tip_wrench_of_its_weight_and_in_base_axes_the_base_carries_it_all
 #[test]
 fn the_posture_of_least_potential_is_the_one_that_hangs_and_needs_no_shoulder() {
     let elbow = core::f64::consts::FRAC_PI_4;
-    let held =
-        |what: &str| Question { minimise: Some(what.to_owned()), hold: vec!["elbow".to_owned()], ..at(&[0.5, elbow]) };
+    let held = |what: &str| StaticsRequest {
+        minimise: Some(what.to_owned()),
+        hold: vec!["elbow".to_owned()],
+        ..at(&[0.5, elbow])
+    };
     // V = g (a sin q1 + b sin(q1 + q2)), least with the whole arm's mass centre below the shoulder.
     let (a, b) = (2.0 * 0.5 + 1.5 * 1.0, 1.5 * 0.4);
     let angle = -core::f64::consts::FRAC_PI_2 - (b * elbow.sin()).atan2(a + b * elbow.cos());
@@ -139,7 +142,7 @@ fn the_posture_of_least_potential_is_the_one_that_hangs_and_needs_no_shoulder() 
 
 #[test]
 fn a_free_search_finds_the_hanging_arm_and_the_same_one_every_time() {
-    let free = |what: &str| Question { q: None, minimise: Some(what.to_owned()), ..at(&[]) };
+    let free = |what: &str| StaticsRequest { q: None, minimise: Some(what.to_owned()), ..at(&[]) };
     let hanging = planar(&free("potential"));
     assert!(relative(&hanging.q, &[-core::f64::consts::FRAC_PI_2, 0.0]) < 1e-7, "{:?}", hanging.q);
     assert_eq!(planar(&free("potential")), hanging);
@@ -147,7 +150,7 @@ fn a_free_search_finds_the_hanging_arm_and_the_same_one_every_time() {
 
     // Held straight up or straight down, a Puma needs no torque except in a wrist whose masses almost balance.
     let puma = Robot::load(&here("../robots/puma560.toml")).unwrap();
-    let floor = Question { gravity: vec![0.0, 0.0, -9.81], ..free("total") };
+    let floor = StaticsRequest { gravity: vec![0.0, 0.0, -9.81], ..free("total") };
     let found = ask(&puma, &floor);
     assert!(found.minimised.unwrap().value < 1e-6, "{:?}", found.tau);
     for (q, joint) in found.q.iter().zip(&puma.joints) {
@@ -168,10 +171,10 @@ mass = 1.0
 com = [0.0, 0.0, 0.1]
 "#;
     let robot = Robot::from_toml_str(text, "slider.toml").unwrap();
-    let search = Question { minimise: Some("potential".to_owned()), ..at(&[0.0]) };
+    let search = StaticsRequest { minimise: Some("potential".to_owned()), ..at(&[0.0]) };
     let report = answer::<1>(&robot, &search).unwrap_err().report().to_string();
     assert!(report.contains("joint 1, rail, slides without limits"), "{report}");
-    let held = Question { hold: vec!["rail".to_owned()], ..search };
+    let held = StaticsRequest { hold: vec!["rail".to_owned()], ..search };
     assert!(ask(&robot, &held).q == [0.0]);
 }
 
@@ -190,7 +193,7 @@ fn the_table_and_the_json_say_the_same() {
     let (_, json, _) =
         command(&["model", "statics", PLANAR, "--q", "0.5,-1", "--gravity", "0,-9.81,0", "--load", "1", "--json"]);
     let json: Value = serde_json::from_str(&json).unwrap();
-    let question = Question { load: Some(vec![1.0]), ..at(&[0.5, -1.0]) };
+    let question = StaticsRequest { load: Some(vec![1.0]), ..at(&[0.5, -1.0]) };
     assert_eq!(json, serde_json::to_value(planar(&question)).unwrap());
     assert!(json.get("minimised").is_none() && json["joints"][1]["twisting"].is_null());
 }

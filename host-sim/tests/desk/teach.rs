@@ -1,4 +1,4 @@
-//! An arm that is led by hand: the YAM with simulated drives, pushed at its gripper and let go.
+//! A hand-guided arm: the YAM with simulated drives, pushed at its gripper and let go.
 
 use indicatif::ProgressBar;
 use nalgebra::Vector3;

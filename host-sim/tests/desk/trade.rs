@@ -19,8 +19,8 @@ use std::sync::atomic::AtomicBool;
 use studies::trade::baseline::Baseline;
 use studies::trade::chip::{CLOCK, Chip, Cost};
 use studies::trade::choice::{Choice, Every, TermSet};
-use studies::trade::request::{Budget, Share};
-use studies::trade::{Point, Trade, Workshop, trade};
+use studies::trade::request::{Budget, Percentage};
+use studies::trade::{Trade, TradePoint, Workshop, trade};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
@@ -116,8 +116,8 @@ pub(crate) fn measured_where(scene: &Path, folder: &Path, fresh: bool, wanted: f
     (found, chip.asked.into_inner())
 }
 
-fn point<'a>(trade: &'a Trade, scalar: &str, terms: &str, kernel: &str) -> &'a Point {
-    let of = |p: &&Point| p.choice.scalar == scalar && p.choice.terms == terms && p.choice.kernel == kernel;
+fn point<'a>(trade: &'a Trade, scalar: &str, terms: &str, kernel: &str) -> &'a TradePoint {
+    let of = |p: &&TradePoint| p.choice.scalar == scalar && p.choice.terms == terms && p.choice.kernel == kernel;
     trade.points.iter().find(of).unwrap()
 }
 
@@ -162,8 +162,8 @@ fn the_front_holds_what_nothing_beats() {
     let cycles: Vec<f64> = trade.points.iter().map(|point| point.cost.cycles).collect();
     assert!(cycles.is_sorted());
     for (what, error) in [
-        ("torque", (|p: &Point| (p.on_torque_front, p.torque_of_limit)) as fn(&Point) -> _),
-        ("tracking", |p: &Point| (p.on_tracking_front, p.tracking)),
+        ("torque", (|p: &TradePoint| (p.on_torque_front, p.torque_of_limit)) as fn(&TradePoint) -> _),
+        ("tracking", |p: &TradePoint| (p.on_tracking_front, p.tracking)),
     ] {
         for point in &trade.points {
             let (on_front, own) = error(point);
@@ -189,7 +189,7 @@ fn the_share_of_the_processor_is_that_of_the_whole_interrupt() {
     let folder = folder("share");
     let (trade, _) = measured(&shipped("scenes/planar2r_swing.toml"), &folder, true);
     assert_eq!(trade.surroundings.cycles, INTERRUPT - 1000.0);
-    for Point { cost, interrupt, choice, .. } in &trade.points {
+    for TradePoint { cost, interrupt, choice, .. } in &trade.points {
         assert_eq!(interrupt.cycles, cost.cycles + 4000.0);
         assert_eq!(interrupt.cpu_share, interrupt.cycles * choice.rate / CLOCK);
         assert_eq!(interrupt.cpu_share_max, interrupt.cycles_max * choice.rate / CLOCK);
@@ -208,7 +208,7 @@ fn the_share_of_the_processor_is_that_of_the_whole_interrupt() {
 fn the_page_has_every_choice_and_names_the_front() {
     let folder = folder("picture");
     let (trade, _) = measured(&shipped("scenes/planar2r_swing.toml"), &folder, true);
-    let on = |front: fn(&Point) -> bool| trade.points.iter().filter(|point| front(point)).count();
+    let on = |front: fn(&TradePoint) -> bool| trade.points.iter().filter(|point| front(point)).count();
     // The page: every choice with the command that measures it again, the front named, the scene's own choice ringed.
     let html = trade.page().html();
     let commands = html.matches("data-command=").count();
@@ -311,7 +311,7 @@ fn a_robot_alone_gets_a_scene_of_its_own() {
 
 #[test]
 fn what_is_asked_for_is_read_or_refused() {
-    let share = |text: &str| text.parse::<Share>().ok().map(|share| share.0);
+    let share = |text: &str| text.parse::<Percentage>().ok().map(|share| share.0);
     assert_eq!([share("20%"), share("0.5"), share("0.2 %")], [Some(0.2), Some(0.5), Some(0.002)]);
     assert_eq!([share("0"), share("120%"), share("x"), share("nan")], [None; 4]);
     let budget = |text: &str| text.parse::<Budget>().ok();

@@ -208,7 +208,7 @@ fn memory_for_a_long_run_s_file_does_not_grow_with_the_file() {
 
 const SCRIPT: &str = "home\nconfirm\narm\njog elbow 0.2 0.5\nwait\njog shoulder 0.3 1\nwait\npress\nwait 0.1\n";
 
-/// A drill with a record; the same drill gives the same record again.
+/// A dry run with a record; the same dry run gives the same record again.
 fn recorded(name: &str) -> PathBuf {
     let (record, code) = recorded_by(SCRIPT, name);
     assert_eq!(code, 3, "the emergency stop ends it");
@@ -278,7 +278,7 @@ fn identify_and_motion_read_a_session_for_viewers_as_they_read_the_other() {
     let grade = serde_json::from_str::<Value>(out).unwrap()["verdict"]["grade"].as_str().unwrap().to_owned();
     assert_eq!((*code == 0, error.is_empty()), (grade == "trusted", grade == "trusted"), "{code} {grade} {error}");
     assert!(matches!(*code, 0 | 3), "{code} {error}");
-    // In a drill the statuses carry no readings, and a path is made of those.
+    // In a dry run the statuses carry no readings, and a path is made of those.
     assert!(answers[1][1].2.contains("0 samples of the joints"), "{}", answers[1][1].2);
 }
 

@@ -28,7 +28,7 @@ pub struct Ranges {
 
 /// Last command to an actuator.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Told {
+pub struct Setpoint {
     /// rad
     pub position: f64,
     /// rad/s
@@ -138,7 +138,7 @@ pub struct Electronics {
     told_off: bool,
     silent_for: f64,
     zero: f64,
-    told: Told,
+    told: Setpoint,
     torque: f64,
 }
 
@@ -168,7 +168,7 @@ impl Electronics {
             told_off: false,
             silent_for: 0.0,
             zero: 0.0,
-            told: Told::default(),
+            told: Setpoint::default(),
             torque: 0.0,
         }
     }
@@ -188,7 +188,7 @@ impl Electronics {
     pub fn restart(&mut self, shaft: &Shaft) {
         (self.enabled, self.error, self.silent_for, self.timeout) = (false, 0, 0.0, self.first_timeout);
         self.told_off = false;
-        (self.told, self.torque, self.powered) = (Told::default(), 0.0, true);
+        (self.told, self.torque, self.powered) = (Setpoint::default(), 0.0, true);
         let position = shaft.position - self.zero;
         let shown = match self.memory {
             Memory::Absolute => position,
@@ -200,13 +200,13 @@ impl Electronics {
 
     /// Switches itself off without a word, as after a fault that it forgets.
     pub fn trip(&mut self) {
-        (self.enabled, self.told_off, self.told) = (false, false, Told::default());
+        (self.enabled, self.told_off, self.told) = (false, false, Setpoint::default());
     }
 
     /// A frame switches it off.
     fn exit(&mut self) {
         self.told_off |= self.gives_torque();
-        (self.enabled, self.told) = (false, Told::default());
+        (self.enabled, self.told) = (false, Setpoint::default());
     }
 
     /// True if a disable frame switched it off while it followed commands.
@@ -262,7 +262,7 @@ impl Electronics {
 
     /// Last command to it.
     #[must_use]
-    pub fn told(&self) -> Told {
+    pub fn told(&self) -> Setpoint {
         self.told
     }
 
@@ -327,7 +327,7 @@ impl Electronics {
             1 => {
                 let code = |high: u8, low: u8| u32::from(high) << 8 | u32::from(low);
                 let r = &self.ranges;
-                self.told = Told {
+                self.told = Setpoint {
                     position: to_float(code(b0, b1), r.position, 16),
                     velocity: to_float(code(b2, b3), r.velocity, 16),
                     kp: to_float(code(b4, b5), r.kp, 16),
@@ -336,7 +336,7 @@ impl Electronics {
                 };
             }
             3 => {
-                (self.enabled, self.told) = (self.enabled || !self.ignores_enable, Told::default());
+                (self.enabled, self.told) = (self.enabled || !self.ignores_enable, Setpoint::default());
                 self.told_off &= !self.enabled;
             }
             4 => {
@@ -387,7 +387,7 @@ impl Electronics {
             (true, 0xfc) => {
                 self.enabled |= !self.ignores_enable;
                 self.told_off &= !self.enabled;
-                self.told = Told::default();
+                self.told = Setpoint::default();
             }
             (true, 0xfd) => self.exit(),
             (true, 0xfe) => self.zero = shaft.position,
@@ -395,7 +395,7 @@ impl Electronics {
             _ => {
                 let code = |high: u8, low: u8| u32::from(high) << 8 | u32::from(low);
                 let r = &self.ranges;
-                self.told = Told {
+                self.told = Setpoint {
                     position: to_float(code(b0, b1), r.position, 16),
                     velocity: to_float(code(b2, b3) >> 4, r.velocity, 12),
                     kp: to_float(code(b3 & 0xf, b4), r.kp, 12),
@@ -448,7 +448,7 @@ impl Electronics {
     /// Torque on the shaft now, N m: one turn of the drive's own loop.
     pub fn drive(&mut self, shaft: &Shaft) -> f64 {
         self.torque = if self.gives_torque() {
-            let Told { position, velocity, kp, kd, torque } = self.told;
+            let Setpoint { position, velocity, kp, kd, torque } = self.told;
             let wanted = kp * (position - (shaft.position - self.zero)) + kd * (velocity - shaft.velocity) + torque;
             wanted.clamp(-self.torque_max, self.torque_max)
         } else {

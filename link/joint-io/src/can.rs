@@ -124,7 +124,7 @@ pub struct BusCounts {
 
 /// State of a joint.
 #[derive(Clone, Copy, Debug)]
-struct Joint {
+struct CanJoint {
     /// The drive has shown that it is on, since it was last commanded off.
     on: bool,
     /// It takes damping: the last reply shows that it is on, or nothing shows that it is off.
@@ -190,7 +190,7 @@ impl Timeout {
     }
 }
 
-impl Joint {
+impl CanJoint {
     const NEW: Self = Self {
         on: false,
         powered: false,
@@ -242,7 +242,7 @@ pub struct CanJoints<F, A, B, C, P, const N: usize> {
     drives: [MitDrive; N],
     /// Joints in the order in which they are sent to: highest identifier first.
     order: [u8; N],
-    joints: [Joint; N],
+    joints: [CanJoint; N],
     buses: [BusCounts; BUSES],
     brake_failed: bool,
     /// The last command to the brakes was to open.
@@ -297,7 +297,7 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> C
             brake,
             drives,
             order: sending_order(&drives),
-            joints: [Joint::NEW; N],
+            joints: [CanJoint::NEW; N],
             buses: [BusCounts::default(); BUSES],
             brake_failed: false,
             released: false,
@@ -432,7 +432,7 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> C
     }
 }
 
-impl Joint {
+impl CanJoint {
     /// The frame that carries out an order.
     fn packet<F: Frames>(&mut self, drive: &MitDrive, order: Order, clears: bool) -> Packet {
         self.faults = self.faults.without(JointFaults::NON_FINITE);
@@ -751,7 +751,7 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> J
 
     fn drive(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>) {
         // They open only on replies of this tick, none of which lacks its torque; then they stay open while every drive is on.
-        let shown = |joint: &Joint| joint.age(false) == 0 && joint.weak == 0;
+        let shown = |joint: &CanJoint| joint.age(false) == 0 && joint.weak == 0;
         if self.all_on() && (self.released || self.joints.iter().all(shown)) {
             self.release_brakes();
         } else {
@@ -831,7 +831,7 @@ fn transmit<B: CanBus>(bus: &mut B, packet: &Packet, counts: &mut BusCounts) -> 
 }
 
 /// Note for the joint that a frame with this identifier was for that it was not sent. A frame about a setting names no joint.
-fn drop_frame<const N: usize>(id: Id, bus: u8, drives: &[MitDrive; N], joints: &mut [Joint; N]) {
+fn drop_frame<const N: usize>(id: Id, bus: u8, drives: &[MitDrive; N], joints: &mut [CanJoint; N]) {
     let to = match id {
         Id::Standard(id) => u32::from(id.as_raw()),
         Id::Extended(id) => id.as_raw() & 0xff,
@@ -847,7 +847,7 @@ fn collect<F: Frames, B: CanBus, const N: usize>(
     bus: &mut B,
     index: u8,
     drives: &[MitDrive; N],
-    joints: &mut [Joint; N],
+    joints: &mut [CanJoint; N],
     counts: &mut BusCounts,
 ) -> bool {
     for _ in 0..RECEIVED_MAX {
@@ -875,7 +875,7 @@ fn take_frame<'a, F: Frames, T: Frame, const N: usize>(
     frame: &T,
     index: u8,
     drives: &[MitDrive; N],
-    joints: &mut [Joint; N],
+    joints: &mut [CanJoint; N],
     counts: &'a mut BusCounts,
 ) -> Option<&'a mut u32> {
     let id = frame.id();

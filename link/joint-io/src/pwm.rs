@@ -111,7 +111,7 @@ pub struct Channel<W, D, E, S, C = NoSensor> {
 }
 
 #[derive(Debug)]
-struct Joint<W, D, E, S, C> {
+struct PwmJoint<W, D, E, S, C> {
     pwm: W,
     direction: D,
     enable: E,
@@ -127,7 +127,7 @@ struct Joint<W, D, E, S, C> {
 /// The joints behind H-bridges.
 #[derive(Debug)]
 pub struct PwmJoints<W, D, E, S, C, P, const N: usize> {
-    joints: [Joint<W, D, E, S, C>; N],
+    joints: [PwmJoint<W, D, E, S, C>; N],
     drives: [PwmDrive; N],
     brake: P,
     brake_failed: bool,
@@ -149,7 +149,7 @@ where
             let mut encoder = As5047p::new(encoder);
             // Asks for diagnostics, so that the first tick has them.
             encoder.angle();
-            Joint {
+            PwmJoint {
                 pwm,
                 direction,
                 enable,
@@ -190,7 +190,7 @@ where
     }
 }
 
-impl<W: SetDutyCycle, D: OutputPin, E: OutputPin, S: SpiDevice, C: CurrentSensor> Joint<W, D, E, S, C> {
+impl<W: SetDutyCycle, D: OutputPin, E: OutputPin, S: SpiDevice, C: CurrentSensor> PwmJoint<W, D, E, S, C> {
     fn measure(&mut self, drive: &PwmDrive) {
         let counts = self.encoder.angle().map(|angle| {
             let counts = angle.wrapping_sub(drive.encoder_zero);

@@ -6,7 +6,7 @@ use crate::supervisor::silence;
 use dynamics_core::safety::{Actuation, HoldCause, Inputs, Output, SafeAction, State};
 use heapless::Vec;
 use link::convert::joints;
-use link::{Aside, Denial, Frame, Parts, SensedLines, Status, TickCost, Trouble};
+use link::{Denial, DriveFaultReport, ExtraFields, Frame, Parts, SensedLines, StateCode, Status, TickCost};
 
 /// Ticks that are remembered.
 pub const TICKS: usize = 39;
@@ -52,14 +52,14 @@ impl<const N: usize> Record<N> {
 
     /// Status frame with these parts, and what stands beside the record.
     #[must_use]
-    pub fn status(&self, parts: Parts, beside: &Beside<N>) -> Status {
+    pub fn status(&self, parts: Parts, beside: &LiveContext<N>) -> Status {
         let Output { actuation, state, homed, refused } = &self.output;
         let (cause, joint) = cause(*state);
         let asked = |part| parts.contains(part);
         Status {
             tick: self.tick,
             taken: self.taken,
-            state: state.code(),
+            state: StateCode::new(*state),
             cause,
             joint,
             homed: *homed,
@@ -68,18 +68,18 @@ impl<const N: usize> Record<N> {
             room: beside.room,
             actuation: asked(Parts::TORQUE).then(|| link::Actuation::new(actuation)),
             sensed: asked(Parts::SENSED).then(|| sensed(&self.inputs)),
-            aside: self.aside(parts, beside),
+            extra: self.extra(parts, beside),
             cost: self.cost.filter(|_| asked(Parts::COST)),
         }
     }
 
-    fn aside(&self, parts: Parts, beside: &Beside<N>) -> Aside {
+    fn extra(&self, parts: Parts, beside: &LiveContext<N>) -> ExtraFields {
         let asked = |part| parts.contains(part);
-        match (beside.trouble, &beside.external, &self.inputs.reference) {
-            (Some(trouble), ..) if asked(Parts::SENSED) => Aside::Trouble(trouble),
-            (_, Some(external), _) => Aside::External(joints(external)),
-            (.., Some(reference)) if asked(Parts::REFERENCE) => Aside::Reference(link::Reference::new(reference)),
-            _ => Aside::Nothing,
+        match (beside.drive_fault, &beside.external, &self.inputs.reference) {
+            (Some(drive_fault), ..) if asked(Parts::SENSED) => ExtraFields::DriveFault(drive_fault),
+            (_, Some(external), _) => ExtraFields::External(joints(external)),
+            (.., Some(reference)) if asked(Parts::REFERENCE) => ExtraFields::Reference(link::Reference::new(reference)),
+            _ => ExtraFields::Nothing,
         }
     }
 }
@@ -127,20 +127,20 @@ fn sensed<const N: usize>(inputs: &Inputs<f32, N>) -> SensedLines {
 
 /// Parts of a status that are of now, and of no record.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Beside<const N: usize> {
+pub struct LiveContext<const N: usize> {
     /// The black box holds a fault.
     pub kept: bool,
     /// Points that the trajectory has room for.
     pub room: u8,
     /// Report of the first joint with a fault.
-    pub trouble: Option<Trouble>,
+    pub drive_fault: Option<DriveFaultReport>,
     /// Torque from outside on each joint, N m or N, where it is asked for and estimated.
     pub external: Option<[f32; N]>,
 }
 
-impl<const N: usize> Beside<N> {
+impl<const N: usize> LiveContext<N> {
     /// Nothing.
-    pub(crate) const NONE: Self = Self { kept: false, room: 0, trouble: None, external: None };
+    pub(crate) const NONE: Self = Self { kept: false, room: 0, drive_fault: None, external: None };
 }
 
 /// Report of ticks. Made under the lock of the tick by copying; [`Report::frame`] does the rest.
@@ -150,7 +150,7 @@ pub enum Report<const N: usize> {
     /// The answer of a bench tick.
     Answer(Frame),
     /// A tick, these parts of it, and what stands beside its record.
-    Tick(Record<N>, Parts, Beside<N>),
+    Tick(Record<N>, Parts, LiveContext<N>),
     /// A tick of the black box; `None` behind the last.
     Past(Option<Record<N>>),
 }
@@ -163,7 +163,7 @@ impl<const N: usize> Report<N> {
         match self {
             Self::Answer(frame) => frame,
             Self::Tick(record, parts, beside) => Frame::Status(record.status(parts, &beside)),
-            Self::Past(record) => Frame::Past(record.map(|record| record.status(Parts::ALL, &Beside::NONE))),
+            Self::Past(record) => Frame::Past(record.map(|record| record.status(Parts::ALL, &LiveContext::NONE))),
         }
     }
 }

@@ -1,5 +1,5 @@
 //! From frames to ticks to frames, without hardware: the shared code of board and desk between the link, the
-//! controller, and the safety state machine around it. The firmware runs it on the microcontroller; a drill, a replay
+//! controller, and the safety state machine around it. The firmware runs it on the microcontroller; a dry run, a replay
 //! and a campaign run it on the desk, to the same bits.
 //!
 //! | module | holds |

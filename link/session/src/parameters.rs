@@ -18,12 +18,12 @@
 //! and for the whole arm, from 96 on: payload mass (kg), its first moment (kg m, x y z), its inertia about the last
 //! link's origin (kg m^2: xx yy zz xy xz yz), gravity (m/s^2, x y z). These are live inputs and are set together, by a
 //! frame of their own: the payload must be possible, and no heavier and no larger than the rules allow
-//! ([`InertiaBounds`]); gravity of at most [`GRAVITY_MAX`]. Behind them, [`LAW`]: the control law, as [`Law::code`].
+//! ([`InertiaBounds`]); gravity of at most [`GRAVITY_MAX`]. Behind them, [`LAW`]: the control law, as [`ControlLaw::code`].
 //!
 //! The first four and the law can be changed where the scene says `tunable = true` under `[control]`: only then are they in RAM.
 
 use dynamics_core::InertiaBounds;
-use dynamics_core::control::{ControllerConfig, Law, SpringOwner};
+use dynamics_core::control::{ControlLaw, ControllerConfig, SpringOwner};
 use dynamics_core::safety::Rules;
 use dynamics_core::scene::Live;
 use link::{Refusal, Setting, Value};
@@ -116,7 +116,7 @@ pub fn read<const N: usize>(
     let nominal = changeable(&mut built_in.clone(), index).map(|nominal| *nominal);
     let bounds = match index {
         ARM => Some((0.0, payload.mass)),
-        LAW => tunable.then_some((0.0, f32::from(Law::ALL.len() as u8 - 1))),
+        LAW => tunable.then_some((0.0, f32::from(ControlLaw::ALL.len() as u8 - 1))),
         _ => nominal.filter(|_| tunable && index < ARM).and_then(around),
     };
     let (low, high) = bounds.unwrap_or((f32::NAN, f32::NAN));
@@ -180,7 +180,7 @@ pub fn check<const N: usize>(
 ) -> Result<(), Refusal> {
     let Value { low, high, .. } = read(setting.index, built_in, built_in, live, payload, tunable)?;
     if setting.index == LAW && !low.is_nan() {
-        return Law::from_number(setting.value)
+        return ControlLaw::from_number(setting.value)
             .filter(|law| is_built_in(*law, built_in))
             .map(|_| ())
             .ok_or(Refusal::OutOfBounds);
@@ -192,11 +192,11 @@ pub fn check<const N: usize>(
     if setting.value >= low && setting.value <= high { Ok(()) } else { Err(Refusal::OutOfBounds) }
 }
 
-/// True if the configuration has all that a law needs: the feel of an arm that is led by hand, or springs that its drives' frames can
+/// True if the configuration has all that a law needs: the feel of a hand-guided arm, or springs that its drives' frames can
 /// carry.
-fn is_built_in<const N: usize>(law: Law, built_in: &ControllerConfig<f32, N>) -> bool {
-    let of_drive = |law: Law| law.traits().spring == SpringOwner::Drive;
-    (!law.is_led() || built_in.teach.is_some()) && (!of_drive(law) || of_drive(built_in.law))
+fn is_built_in<const N: usize>(law: ControlLaw, built_in: &ControllerConfig<f32, N>) -> bool {
+    let of_drive = |law: ControlLaw| law.traits().spring == SpringOwner::Drive;
+    (!law.is_hand_guided() || built_in.teach.is_some()) && (!of_drive(law) || of_drive(built_in.law))
 }
 
 /// Check that live inputs, all finite, can be taken.
@@ -215,7 +215,7 @@ pub fn check_live<const N: usize>(live: &Live<f32, N>, rules: &Rules<f32, N>) ->
 /// Make a setting that was checked.
 pub fn set<const N: usize>(setting: Setting, config: &mut ControllerConfig<f32, N>) {
     if setting.index == LAW {
-        config.law = Law::from_number(setting.value).unwrap_or(config.law);
+        config.law = ControlLaw::from_number(setting.value).unwrap_or(config.law);
     } else if let Some(value) = changeable(config, setting.index) {
         *value = setting.value;
     }

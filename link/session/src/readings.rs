@@ -2,7 +2,7 @@
 
 use core::ops::{BitOr, BitOrAssign};
 use dynamics_core::control::Sensed;
-use link::Trouble;
+use link::DriveFaultReport;
 
 /// Faults of a joint: a set of bits, stable in telemetry. Any of them stops the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -133,11 +133,11 @@ pub struct Readings<const N: usize> {
 impl<const N: usize> Readings<N> {
     /// The first joint with a fault.
     #[must_use]
-    pub fn trouble(&self) -> Option<Trouble> {
+    pub fn drive_fault(&self) -> Option<DriveFaultReport> {
         let mut joints = self.faults.iter().zip(&self.errors).zip(0..);
         let found = |((faults, error), joint): ((&JointFaults, &u8), u8)| {
             let (faults, error) = (faults.bits(), *error);
-            (faults != 0 || error != 0).then_some(Trouble { joint, faults, error })
+            (faults != 0 || error != 0).then_some(DriveFaultReport { joint, faults, error })
         };
         joints.find_map(found)
     }

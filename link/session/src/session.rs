@@ -13,7 +13,7 @@ pub use outcome::{Outcome, Reaction};
 pub use receive::Message;
 pub use tick::Drives;
 
-use crate::black_box::{Beside, BlackBox, Record};
+use crate::black_box::{BlackBox, LiveContext, Record};
 use crate::readings::{Lines, Readings};
 use crate::supervisor::Supervisor;
 use crate::trajectory::Trajectory;
@@ -28,7 +28,7 @@ use dynamics_core::safety::{self, SafeAction};
 use dynamics_core::scene::Live;
 use dynamics_core::trig::Trig;
 use heapless::Deque;
-use link::{Frame, Hello, Pacing, Parts, Refusal, Trouble, Watch};
+use link::{DriveFaultReport, Frame, Hello, Pacing, Parts, Refusal, Watch};
 use requests::Requests;
 use waiting::{Change, Changed};
 
@@ -110,7 +110,7 @@ pub struct Session<const N: usize, A: ArmBuild<f32, N>, B = Buffers<N>> {
     /// Ticks until the next report.
     until: u16,
     /// Last report of the first joint with a fault, outside of the state of a fault or since its beginning.
-    trouble: Option<Trouble>,
+    drive_fault: Option<DriveFaultReport>,
     buffers: B,
     /// The next tick of the black box to be sent.
     past: Option<usize>,
@@ -146,7 +146,7 @@ where
             tunable,
             watch,
             until,
-            trouble,
+            drive_fault,
             buffers,
             past,
             left_live,
@@ -172,7 +172,7 @@ where
             .field("tunable", tunable)
             .field("watch", watch)
             .field("until", until)
-            .field("trouble", trouble)
+            .field("drive_fault", drive_fault)
             .field("buffers", buffers)
             .field("past", past)
             .field("left_live", left_live)
@@ -187,7 +187,7 @@ where
     T: Trig<f32> + Clone,
     C: Configuration<f32, N> + Clone,
     P: Protection<f32, N> + Clone,
-    K: safety::Configuration<f32, N> + Clone,
+    K: safety::SafetyConfiguration<f32, N> + Clone,
 {
     /// A session that waits for a hello like `own`.
     pub fn new(own: Hello, controller: ControllerOf<f32, N, D, T, C, P>, safety: K) -> Self {
@@ -219,7 +219,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
             tunable: true,
             watch: QUIET,
             until: 0,
-            trouble: None,
+            drive_fault: None,
             buffers,
             past: None,
             left_live: false,
@@ -256,7 +256,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
     /// The safe action: the action of the drives when no torque is commanded.
     #[inline]
     pub fn safe_action(&self) -> SafeAction {
-        safety::Configuration::rules(&self.safety).safe_action
+        safety::SafetyConfiguration::rules(&self.safety).safe_action
     }
 
     /// True if the host asks in this tick to clear a fault: latched errors of the drives are cleared too, before the fault can be.
@@ -272,7 +272,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
     }
 
     /// Take the readings of the board's own joints and lines. Call it at the start of a tick. On the bench and in a
-    /// drill the host simulates them.
+    /// dry run the host simulates them.
     #[inline]
     pub fn sense(&mut self, readings: Option<&Readings<N>>, lines: &Lines) {
         if !self.is_live() {
@@ -281,14 +281,14 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         self.supervisor.lines(lines);
         if let Some(readings) = readings {
             self.supervisor.sense(readings);
-            self.remember(readings.trouble());
+            self.remember(readings.drive_fault());
         }
     }
 
     /// Remember what a joint reports. In the state of a fault it stays, though the drive may have forgotten it.
-    fn remember(&mut self, trouble: Option<Trouble>) {
-        if trouble.is_some() || !matches!(self.supervisor.state(), safety::State::Fault(_)) {
-            self.trouble = trouble;
+    fn remember(&mut self, drive_fault: Option<DriveFaultReport>) {
+        if drive_fault.is_some() || !matches!(self.supervisor.state(), safety::State::Fault(_)) {
+            self.drive_fault = drive_fault;
         }
     }
 
@@ -314,7 +314,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
     pub fn begin(&mut self, theirs: &Hello) -> Outcome {
         (self.reference, self.measurement, self.fresh, self.taken, self.tick) = (None, None, false, 0, 0);
         (self.answer, self.unsaid, self.past, self.until, self.change) = (None, false, None, 0, None);
-        (self.requests, self.foreign, self.trouble) = (Requests::NONE, 0, None);
+        (self.requests, self.foreign, self.drive_fault) = (Requests::NONE, 0, None);
         self.changed.clear();
         // No tick has judged yet that the last one of a live session was late.
         let late = self.left_live && self.supervisor.inputs().overrun;
@@ -330,15 +330,15 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         self.pacing = agreed.then_some(theirs.pacing);
         if core::mem::take(&mut self.left_live) && !self.is_live() {
             // No tick drives any more, and where none runs no status would follow: this one says that the drives do the safe action.
-            let status = Record::<N>::safe(self.safe_action()).status(Parts::TORQUE, &Beside::NONE);
+            let status = Record::<N>::safe(self.safe_action()).status(Parts::TORQUE, &LiveContext::NONE);
             self.answer = Some(Frame::Status(status));
         }
         let answer = Hello { pacing: theirs.pacing, ..self.own };
         if !agreed {
             return Outcome::Stop(answer, Refusal::OtherRobot);
         }
-        // In a drill every tick is answered, as on the bench.
-        self.watch = if theirs.pacing == Pacing::Drill { EVERYTHING } else { QUIET };
+        // In a dry run every tick is answered, as on the bench.
+        self.watch = if theirs.pacing == Pacing::DryRun { EVERYTHING } else { QUIET };
         Outcome::Start(answer)
     }
 }

@@ -6,7 +6,7 @@
 use crate::readings::{JointFaults, Lines, Readings};
 use crate::trajectory::{NotTaken, Trajectory};
 use dynamics_core::control::{Fault, LimitFlags, Measurement, Reference, Sensed};
-use dynamics_core::safety::{Ask, Configuration, Inputs, Output, Request, Safety, State};
+use dynamics_core::safety::{Inputs, Output, Request, Safety, SafetyConfiguration, State, TorqueRequest};
 
 /// The safety state machine and its inputs. The trajectory is kept elsewhere, because it is large.
 #[derive(Clone, Debug)]
@@ -24,7 +24,7 @@ pub struct Supervisor<const N: usize, K> {
     read: bool,
 }
 
-impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
+impl<const N: usize, K: SafetyConfiguration<f32, N>> Supervisor<N, K> {
     /// An idle machine, before any measurement and any sign of the host.
     pub fn new(config: K) -> Self {
         let period = config.rules().period;
@@ -168,7 +168,7 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
         &mut self,
         output: &mut Output<f32, N>,
         led: bool,
-        control: impl FnOnce(&Ask<'_, f32, N>, &mut [f32; N], &mut [LimitFlags; N]) -> Result<(), Fault>,
+        control: impl FnOnce(&TorqueRequest<'_, f32, N>, &mut [f32; N], &mut [LimitFlags; N]) -> Result<(), Fault>,
     ) {
         self.before = self.state();
         if !self.read {

@@ -37,7 +37,7 @@ pub enum NotTaken {
 
 /// A way between two points. Its end is the start of the next way, or the last point of the trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Way<const N: usize> {
+pub struct Segment<const N: usize> {
     start: Reference<f32, N>,
     /// Coefficients of `s^3`, `s^4` and `s^5`; those below are the start, scaled.
     upper: [[f32; N]; 3],
@@ -55,7 +55,7 @@ fn square(duration: f32) -> f32 {
     0.5 * duration * duration
 }
 
-impl<const N: usize> Way<N> {
+impl<const N: usize> Segment<N> {
     /// The way to a point so many ticks behind the one before (0 counts as 1) of a control period in s; `None` where a number of it is
     /// NaN or infinite.
     #[must_use]
@@ -118,7 +118,7 @@ impl<const N: usize> Way<N> {
 /// where the last point was reached in motion.
 #[derive(Clone, Debug)]
 pub struct Trajectory<const N: usize> {
-    ways: Deque<Way<N>, WAYS>,
+    ways: Deque<Segment<N>, WAYS>,
     /// The point that was taken last: the next way starts there.
     last: Option<Reference<f32, N>>,
     /// Ticks on the first way.
@@ -172,7 +172,7 @@ impl<const N: usize> Trajectory<N> {
     /// # Errors
     /// [`NotTaken`]; nothing is changed.
     pub fn push(&mut self, ticks: u16, period: f32, point: &Reference<f32, N>) -> Result<(), NotTaken> {
-        let way = self.last.as_ref().and_then(|last| Way::new(last, point, ticks, period));
+        let way = self.last.as_ref().and_then(|last| Segment::new(last, point, ticks, period));
         self.add(way.as_ref(), point)
     }
 
@@ -186,7 +186,7 @@ impl<const N: usize> Trajectory<N> {
     ///
     /// # Errors
     /// [`NotTaken`]; nothing is changed.
-    pub fn add(&mut self, way: Option<&Way<N>>, point: &Reference<f32, N>) -> Result<(), NotTaken> {
+    pub fn add(&mut self, way: Option<&Segment<N>>, point: &Reference<f32, N>) -> Result<(), NotTaken> {
         if self.last.is_none() {
             return Err(NotTaken::NoStart);
         }

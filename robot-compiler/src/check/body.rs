@@ -1,7 +1,7 @@
 //! Masses, inertia tensors and mass centres of the links.
 
 use super::amount::{amount, digits, percent};
-use super::{Finding, Rule, Severity};
+use super::{CheckRule, Finding, Severity};
 use crate::describe::draft::{Draft, DraftBody, FileKind};
 use crate::describe::robot::physical_body;
 use dynamics_core::{Body, JointKind};
@@ -60,7 +60,7 @@ fn impossible(draft: &Draft, body: &DraftBody) -> Option<Finding> {
     };
     let advice =
         format!("write {expected}: from the CAD model with true densities, or of a cylinder of the link's size");
-    Some(Finding::new(draft, (Rule::ImpossibleBody, severity), place, problem, advice))
+    Some(Finding::new(draft, (CheckRule::ImpossibleBody, severity), place, problem, advice))
 }
 
 /// A link that a joint moves without mass, or with grams.
@@ -88,14 +88,14 @@ fn mass(draft: &Draft, joint: usize) -> Option<Finding> {
             let kg = amount(beyond, "kg");
             (Severity::Doubt, format!("the link has no mass: joint {name} moves {kg}, all beyond the next joint"))
         };
-        return Some(Finding::new(draft, (Rule::Mass, severity), &own.mass, problem, WEIGH.to_owned()));
+        return Some(Finding::new(draft, (CheckRule::Mass, severity), &own.mass, problem, WEIGH.to_owned()));
     }
     let share = mass / draft.mass();
     let light = mass > 0.0 && mass < LIGHT && share < LIGHT_SHARE;
     light.then(|| {
         let all = amount(draft.mass(), "kg");
         let problem = format!("{} kg on joint {name}, {} of the {all} that move", digits(mass), percent(share));
-        Finding::new(draft, (Rule::Mass, Severity::Doubt), &own.mass, problem, WEIGH.to_owned())
+        Finding::new(draft, (CheckRule::Mass, Severity::Doubt), &own.mass, problem, WEIGH.to_owned())
     })
 }
 
@@ -104,7 +104,7 @@ fn empty_part(draft: &Draft, body: &DraftBody) -> Option<Finding> {
     (body.fixed && body.mass.given && body.body.mass == 0.0).then(|| {
         let problem = "a part of 0 kg".to_owned();
         let advice = "weigh it, if it is a part; a frame has no mass to give".to_owned();
-        Finding::new(draft, (Rule::Mass, Severity::Note), &body.mass, problem, advice)
+        Finding::new(draft, (CheckRule::Mass, Severity::Note), &body.mass, problem, advice)
     })
 }
 
@@ -150,7 +150,7 @@ fn gyration(draft: &Draft, body: &DraftBody) -> Option<Finding> {
     } else {
         return None;
     };
-    Some(Finding::new(draft, (Rule::Gyration, severity), &body.inertia, problem, ADVICE.to_owned()))
+    Some(Finding::new(draft, (CheckRule::Gyration, severity), &body.inertia, problem, ADVICE.to_owned()))
 }
 
 /// True if the mass centre is far from every joint of the link.
@@ -189,7 +189,7 @@ fn swapped(draft: &Draft, body: &DraftBody) -> Option<Finding> {
             name(&along)
         );
         let advice = "write the tensor in the axes of the link's frame, xx being the moment about x".to_owned();
-        Finding::new(draft, (Rule::SwappedAxes, Severity::Doubt), &body.inertia, problem, advice)
+        Finding::new(draft, (CheckRule::SwappedAxes, Severity::Doubt), &body.inertia, problem, advice)
     })
 }
 
@@ -221,7 +221,7 @@ fn at_joint(draft: &Draft, body: &DraftBody) -> Option<Finding> {
         Ok(()) => format!("{shifted}: xx, yy, zz = {xx}, {yy}, {zz} kg m^2 are left"),
         Err(_) => format!("{shifted}; too little is left for a body: take the tensor from the CAD model"),
     };
-    Some(Finding::new(draft, (Rule::InertiaAtJoint, Severity::Doubt), &body.inertia, problem, advice))
+    Some(Finding::new(draft, (CheckRule::InertiaAtJoint, Severity::Doubt), &body.inertia, problem, advice))
 }
 
 /// A mass centre far from all joints of the link.
@@ -243,7 +243,7 @@ fn centre(draft: &Draft, body: &DraftBody) -> Option<Finding> {
         amount(length, "m")
     ) + &super::units::length(far, 0.4 * size.max(0.3 * length));
     let advice = "write it in m, in the link's own frame; balance the link on an edge to measure it".to_owned();
-    Some(Finding::new(draft, (Rule::MassCentre, severity), &body.com, problem, advice))
+    Some(Finding::new(draft, (CheckRule::MassCentre, severity), &body.com, problem, advice))
 }
 
 /// Greatest distance between two points, m.

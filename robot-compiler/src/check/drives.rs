@@ -2,7 +2,7 @@
 
 use super::amount::{Units, amount, digits, names, percent};
 use super::load::NOTHING;
-use super::{Finding, JointLoad, Rule, Severity};
+use super::{CheckRule, Finding, JointLoad, Severity};
 use crate::describe::draft::{Draft, FileKind, JointPlaces, Place};
 use crate::describe::drive::JointDrive;
 use crate::describe::robot::RobotJoint;
@@ -54,7 +54,7 @@ fn no_rotor(draft: &Draft, loads: Option<&[JointLoad]>) -> Option<Finding> {
         "{import}write rotor = {{ inertia, gear }}: J of the motor's data sheet, of which the joint feels gear^2 J, often as much as \
          the link has; or accelerate the joint with a known torque and take the link's share off"
     );
-    Some(Finding::new(draft, (Rule::Rotor, Severity::Note), &first.rotor, problem, advice))
+    Some(Finding::new(draft, (CheckRule::Rotor, Severity::Note), &first.rotor, problem, advice))
 }
 
 /// A rotor behind a gear that hardly adds to its link: `gear^2 J < 0.01 min D_ii`.
@@ -73,7 +73,7 @@ fn small_rotor(draft: &Draft, joint: &RobotJoint, places: &JointPlaces, load: &J
             "write the inertia at the motor's shaft in kg m^2 (1 g cm^2 is 1e-7), and the turns of the motor per turn \
                       of the joint"
                 .to_owned();
-        Finding::new(draft, (Rule::Rotor, Severity::Doubt), &places.rotor, problem, advice)
+        Finding::new(draft, (CheckRule::Rotor, Severity::Doubt), &places.rotor, problem, advice)
     })
 }
 
@@ -87,7 +87,7 @@ fn no_friction(draft: &Draft) -> Option<Finding> {
     let problem = format!("no friction on {}", names(without.iter().map(|(_, joint, _)| *joint)));
     let advice = "turn each joint at two steady speeds, both ways; half the difference of the torques is coulomb + viscous x speed"
         .to_owned();
-    Some(Finding::new(draft, (Rule::Friction, Severity::Note), &first.friction, problem, advice))
+    Some(Finding::new(draft, (CheckRule::Friction, Severity::Note), &first.friction, problem, advice))
 }
 
 /// A step of the drive's torque that is coarse beside the load: `|ratio| (highest - lowest) / (2^bits - 1) > 0.02 max |G_i|`.
@@ -96,7 +96,7 @@ fn torque_step(draft: &Draft, joint: &RobotJoint, places: &JointPlaces, load: &J
     let step = drive.ratio.abs() * (drive.torque.1 - drive.torque.0)
         / (f64::from(1_u32 << drive.protocol.torque_bits()) - 1.0);
     let advice = "narrow the torque range in the actuator and here, or gear it up";
-    coarse(draft, (Rule::TorqueStep, &places.drive_torque), (joint, load), step, advice)
+    coarse(draft, (CheckRule::TorqueStep, &places.drive_torque), (joint, load), step, advice)
 }
 
 /// A step of the measured position that is coarse beside the load.
@@ -114,13 +114,13 @@ fn position_step(draft: &Draft, joint: &RobotJoint, places: &JointPlaces, load: 
     let torque = step * load.holding;
     let turns = joint.spec.kind == JointKind::Revolute;
     let advice = "write the counts of a whole turn of the joint, four for each line of the encoder, times the gear";
-    turns.then(|| coarse(draft, (Rule::PositionStep, place), (joint, load), torque, advice)).flatten()
+    turns.then(|| coarse(draft, (CheckRule::PositionStep, place), (joint, load), torque, advice)).flatten()
 }
 
 /// A step of torque beyond [`STEP`] of the worst load.
 fn coarse(
     draft: &Draft,
-    (rule, place): (Rule, &Place),
+    (rule, place): (CheckRule, &Place),
     (joint, load): (&RobotJoint, &JointLoad),
     step: f64,
     advice: &str,

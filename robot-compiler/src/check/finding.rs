@@ -28,7 +28,7 @@ impl Severity {
 
 /// Subject of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Rule {
+pub enum CheckRule {
     /// A body that no mass distribution has.
     ImpossibleBody,
     /// No mass, or grams, on a link that a joint moves.
@@ -85,7 +85,7 @@ pub enum Rule {
     BrakeDelay,
 }
 
-impl Rule {
+impl CheckRule {
     /// All rules.
     pub const ALL: [Self; 27] = [
         Self::ImpossibleBody,
@@ -162,7 +162,7 @@ impl Rule {
 #[derive(Debug)]
 pub struct Finding {
     /// The rule that found it.
-    pub rule: Rule,
+    pub rule: CheckRule,
     /// Its severity.
     pub severity: Severity,
     /// The place and the problem; what is expected is what to measure or write instead.
@@ -177,7 +177,7 @@ const COLUMNS: usize = 120;
 impl Finding {
     pub(super) fn new(
         draft: &Draft,
-        (rule, severity): (Rule, Severity),
+        (rule, severity): (CheckRule, Severity),
         place: &Place,
         problem: String,
         advice: String,

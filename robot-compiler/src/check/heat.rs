@@ -1,7 +1,7 @@
 //! Continuous torque of the motors, and the pose in which the arm carries itself.
 
 use super::amount::{Units, amount, names, percent};
-use super::{Finding, JointLoad, Rule, Severity};
+use super::{CheckRule, Finding, JointLoad, Severity};
 use crate::describe::draft::{Draft, JointPlaces};
 use crate::describe::robot::RobotJoint;
 use dynamics_core::JointKind;
@@ -42,7 +42,7 @@ fn no_rating(draft: &Draft) -> Option<Finding> {
     let advice =
         "write heat = { rated, peak } with the continuous and the greatest torque of the data sheet, at the joint"
             .to_owned();
-    Some(Finding::new(draft, (Rule::Heat, Severity::Note), &first.heat, problem, advice))
+    Some(Finding::new(draft, (CheckRule::Heat, Severity::Note), &first.heat, problem, advice))
 }
 
 /// A motor whose time constant is not known: its heat cannot be followed.
@@ -56,7 +56,7 @@ fn no_time_constant(draft: &Draft) -> Option<Finding> {
     let advice = "write heat = { time_constant } in s: hold the rated torque from cold, and take the time to 63 % of the final rise of \
                   temperature"
         .to_owned();
-    Some(Finding::new(draft, (Rule::Heat, Severity::Note), &first.heat, problem, advice))
+    Some(Finding::new(draft, (CheckRule::Heat, Severity::Note), &first.heat, problem, advice))
 }
 
 /// Torque that a motor can give for ever, against the largest load of gravity: `rated < max |G_i(q)|`.
@@ -75,7 +75,7 @@ fn continuous(draft: &Draft, joint: &RobotJoint, places: &JointPlaces, load: &Jo
     );
     let advice =
         "let the arm rest elsewhere, narrow the positions, or take a motor with more continuous torque".to_owned();
-    Some(Finding::new(draft, (Rule::Heat, Severity::Doubt), &places.heat, problem, advice))
+    Some(Finding::new(draft, (CheckRule::Heat, Severity::Doubt), &places.heat, problem, advice))
 }
 
 /// A joint that sinks from the rest pose: gravity's torque exceeds its Coulomb friction, and no stop is where gravity pushes it.
@@ -97,6 +97,6 @@ fn sinks(draft: &Draft, index: usize, joint: &RobotJoint, places: &JointPlaces, 
             amount(if held > 0.0 { q - lo } else { hi - q }, unit.position)
         );
         let advice = "choose a pose in which friction holds each joint, or in which gravity presses it onto a stop".to_owned();
-        Finding::new(draft, (Rule::Rest, Severity::Note), &places.rest, problem, advice)
+        Finding::new(draft, (CheckRule::Rest, Severity::Note), &places.rest, problem, advice)
     })
 }

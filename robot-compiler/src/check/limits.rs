@@ -1,7 +1,7 @@
 //! Limits of the joints: impossible, placeholders, missing, too wide.
 
 use super::amount::{Units, amount, digits, names};
-use super::{Finding, JointLoad, Rule, Severity};
+use super::{CheckRule, Finding, JointLoad, Severity};
 use crate::describe::draft::{Draft, FileKind, JointPlaces, Place};
 use crate::describe::robot::RobotJoint;
 use dynamics_core::JointKind;
@@ -25,14 +25,14 @@ const TORQUE: &str =
 const VELOCITY: &str = "write the speed that the joint may have: what the drive reaches under load, or less";
 
 /// A joint with its places and its place in the arm.
-struct Joint<'a> {
+struct JointPositions<'a> {
     spec: &'a RobotJoint,
     place: &'a Place,
     limit: f64,
     unit: &'static str,
 }
 
-impl<'a> Joint<'a> {
+impl<'a> JointPositions<'a> {
     fn torque(spec: &'a RobotJoint, place: &'a Place) -> Self {
         Self { spec, place, limit: spec.spec.limits.torque, unit: Units::of(spec).torque }
     }
@@ -44,8 +44,8 @@ impl<'a> Joint<'a> {
 
 pub(super) fn findings(draft: &Draft, loads: Option<&[JointLoad]>) -> Vec<Finding> {
     let all = || draft.robot.joints.iter().zip(&draft.places);
-    let torques: Vec<_> = all().map(|(spec, at)| Joint::torque(spec, &at.torque)).collect();
-    let velocities: Vec<_> = all().map(|(spec, at)| Joint::velocity(spec, &at.velocity)).collect();
+    let torques: Vec<_> = all().map(|(spec, at)| JointPositions::torque(spec, &at.torque)).collect();
+    let velocities: Vec<_> = all().map(|(spec, at)| JointPositions::velocity(spec, &at.velocity)).collect();
     let positions =
         all().flat_map(|(joint, at)| [reversed(draft, joint, &at.position), wide(draft, joint, &at.position)]);
     let mut found: Vec<Finding> = positions.flatten().collect();
@@ -61,12 +61,12 @@ pub(super) fn findings(draft: &Draft, loads: Option<&[JointLoad]>) -> Vec<Findin
 }
 
 /// A limit of zero or below: no torque, no speed.
-fn not_positive(draft: &Draft, joints: &[Joint<'_>], advice: &str) -> Vec<Finding> {
+fn not_positive(draft: &Draft, joints: &[JointPositions<'_>], advice: &str) -> Vec<Finding> {
     let found = joints.iter().filter(|joint| joint.limit <= 0.0);
-    let finding = |joint: &Joint<'_>| {
+    let finding = |joint: &JointPositions<'_>| {
         let problem =
             format!("{}: with this limit the joint cannot work, and every other command refuses it", joint.limit);
-        let kind = (Rule::ImpossibleLimit, Severity::Wrong);
+        let kind = (CheckRule::ImpossibleLimit, Severity::Wrong);
         Finding::new(draft, kind, joint.place, problem, advice.to_owned())
     };
     found.map(finding).collect()
@@ -78,7 +78,7 @@ fn reversed(draft: &Draft, joint: &RobotJoint, place: &Place) -> Option<Finding>
     (low >= high).then(|| {
         let problem = format!("from {low} to {high} {}: there is no position between", Units::of(joint).position);
         let advice = "write the lowest and the highest position that the stops or the cables allow".to_owned();
-        Finding::new(draft, (Rule::ImpossibleLimit, Severity::Wrong), place, problem, advice)
+        Finding::new(draft, (CheckRule::ImpossibleLimit, Severity::Wrong), place, problem, advice)
     })
 }
 
@@ -100,28 +100,28 @@ fn no_travel(draft: &Draft) -> Option<Finding> {
     let advice = "write the lowest and the highest position, both, that the stops or the cables allow; [-inf, inf] for a joint that \
                   turns on"
         .to_owned();
-    Some(Finding::new(draft, (Rule::MissingLimit, Severity::Note), &first.position, problem, advice))
+    Some(Finding::new(draft, (CheckRule::MissingLimit, Severity::Note), &first.position, problem, advice))
 }
 
 /// Limits that are missing, of all joints at once: nothing then bounds what the controller commands. In TOML, `inf` says that it is
 /// meant.
-fn missing(draft: &Draft, joints: &[Joint<'_>], advice: &str) -> Option<Finding> {
+fn missing(draft: &Draft, joints: &[JointPositions<'_>], advice: &str) -> Option<Finding> {
     let toml = draft.kind == FileKind::Toml;
-    let declared = |joint: &&Joint<'_>| toml && (joint.place.given || draft.robot.ideal.is_some());
+    let declared = |joint: &&JointPositions<'_>| toml && (joint.place.given || draft.robot.ideal.is_some());
     let without: Vec<_> = joints.iter().filter(|joint| joint.limit == f64::INFINITY && !declared(joint)).collect();
     let first = without.first()?;
     let problem = format!("no limit on {}", names(without.iter().map(|joint| joint.spec)));
-    Some(Finding::new(draft, (Rule::MissingLimit, Severity::Note), first.place, problem, advice.to_owned()))
+    Some(Finding::new(draft, (CheckRule::MissingLimit, Severity::Note), first.place, problem, advice.to_owned()))
 }
 
 /// The same power of ten on all joints: what exporters and people write who do not know.
-fn placeholder(draft: &Draft, joints: &[Joint<'_>], advice: &str) -> Option<Finding> {
+fn placeholder(draft: &Draft, joints: &[JointPositions<'_>], advice: &str) -> Option<Finding> {
     let first = joints.first()?;
     let power = first.limit.log10();
     let all = joints.len() >= SAME && first.limit > 0.0 && joints.iter().all(|joint| equal(joint.limit, first.limit));
     (all && power.is_finite() && (power - power.round()).abs() < 1e-9).then(|| {
         let problem = format!("{} {} on all {} joints: a placeholder", first.limit, first.unit, joints.len());
-        Finding::new(draft, (Rule::Placeholder, Severity::Doubt), first.place, problem, advice.to_owned())
+        Finding::new(draft, (CheckRule::Placeholder, Severity::Doubt), first.place, problem, advice.to_owned())
     })
 }
 
@@ -133,9 +133,10 @@ fn equal(a: f64, b: f64) -> bool {
 /// One torque for all joints, though gravity loads them very differently.
 ///
 /// `max G_i / min G_i > 10` over the joints that gravity loads, each in its worst posture.
-fn same(draft: &Draft, joints: &[Joint<'_>], loads: Option<&[JointLoad]>) -> Option<Finding> {
+fn same(draft: &Draft, joints: &[JointPositions<'_>], loads: Option<&[JointLoad]>) -> Option<Finding> {
     let first = joints.first()?;
-    let alike = |joint: &Joint<'_>| equal(joint.limit, first.limit) && joint.spec.spec.kind == first.spec.spec.kind;
+    let alike =
+        |joint: &JointPositions<'_>| equal(joint.limit, first.limit) && joint.spec.spec.kind == first.spec.spec.kind;
     if joints.len() < SAME || !first.limit.is_finite() || first.limit <= 0.0 || !joints.iter().all(alike) {
         return None;
     }
@@ -149,7 +150,7 @@ fn same(draft: &Draft, joints: &[Joint<'_>], loads: Option<&[JointLoad]>) -> Opt
             digits(least),
             amount(most, unit)
         );
-        Finding::new(draft, (Rule::Placeholder, Severity::Doubt), first.place, problem, TORQUE.to_owned())
+        Finding::new(draft, (CheckRule::Placeholder, Severity::Doubt), first.place, problem, TORQUE.to_owned())
     })
 }
 
@@ -163,13 +164,13 @@ fn wide(draft: &Draft, joint: &RobotJoint, place: &Place) -> Option<Finding> {
         let problem = format!("a range of {}, {} turns", amount(range, "rad"), digits(range / TAU));
         let advice =
             "write where the stops or the cables end the turn; a joint that turns on is without limits".to_owned();
-        Finding::new(draft, (Rule::WideLimit, Severity::Doubt), place, problem, advice)
+        Finding::new(draft, (CheckRule::WideLimit, Severity::Doubt), place, problem, advice)
     })
 }
 
 /// Speeds that no arm has.
-fn fast(draft: &Draft, joints: &[Joint<'_>]) -> Option<Finding> {
-    let most = |joint: &Joint<'_>| if joint.spec.spec.kind == JointKind::Revolute { FAST } else { FAST_SLIDE };
+fn fast(draft: &Draft, joints: &[JointPositions<'_>]) -> Option<Finding> {
+    let most = |joint: &JointPositions<'_>| if joint.spec.spec.kind == JointKind::Revolute { FAST } else { FAST_SLIDE };
     let fast: Vec<_> = joints.iter().filter(|joint| joint.limit.is_finite() && joint.limit > most(joint)).collect();
     let first = fast.first()?;
     let speeds: Vec<String> =
@@ -177,5 +178,5 @@ fn fast(draft: &Draft, joints: &[Joint<'_>]) -> Option<Finding> {
     let turns = first.spec.spec.kind == JointKind::Revolute;
     let guess = if turns { super::units::speed(first.limit) } else { String::new() };
     let problem = format!("{}: arms stay below {} {}{guess}", speeds.join(", "), most(first), first.unit);
-    Some(Finding::new(draft, (Rule::WideLimit, Severity::Doubt), first.place, problem, VELOCITY.to_owned()))
+    Some(Finding::new(draft, (CheckRule::WideLimit, Severity::Doubt), first.place, problem, VELOCITY.to_owned()))
 }

@@ -1,7 +1,7 @@
 //! Torque that the arm needs to hold itself.
 
 use super::amount::{Units, amount, digits};
-use super::{Finding, JointLoad, Rule, Severity};
+use super::{CheckRule, Finding, JointLoad, Severity};
 use crate::describe::draft::{Draft, JointPlaces, Place};
 use crate::describe::drive::JointDrive;
 use crate::describe::robot::RobotJoint;
@@ -53,7 +53,7 @@ fn holding(
     let advice = format!(
         "write what the actuator can do, if it is more; else take one with {needed} {unit}, or narrow the positions"
     );
-    Some(Finding::new(draft, (Rule::Holding, severity), place, problem, advice))
+    Some(Finding::new(draft, (CheckRule::Holding, severity), place, problem, advice))
 }
 
 /// Torque that the drive of a joint can give in both directions, N m or N.

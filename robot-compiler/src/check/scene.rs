@@ -1,7 +1,7 @@
 //! Settings of a scene that matter to a person near an arm with drives.
 
 use super::amount::digits;
-use super::{Finding, Rule, Severity, units};
+use super::{CheckRule, Finding, Severity, units};
 use crate::describe::diagnostics::FileError;
 use crate::describe::draft::{bones, skeleton};
 use crate::describe::scene::{FIRST_MOTION, SceneFile};
@@ -24,7 +24,7 @@ pub fn scene_findings(scene: &SceneFile) -> Vec<Finding> {
         found.extend(payload(scene, "model.payload", &body));
     }
     if let Some(body) = scene.plant.payload {
-        let alone = found.iter().all(|finding| finding.rule != Rule::Payload);
+        let alone = found.iter().all(|finding| finding.rule != CheckRule::Payload);
         found.extend(payload(scene, "plant.payload", &body).filter(|_| alone));
     }
     if scene.robot.joints.iter().any(|joint| joint.drive.is_some()) {
@@ -64,7 +64,7 @@ pub fn gravity_finding(
         )
     };
     let place = FileError::whole_file(path, field, problem, advice);
-    Some(Finding { rule: Rule::Gravity, severity: Severity::Doubt, place, quote: None })
+    Some(Finding { rule: CheckRule::Gravity, severity: Severity::Doubt, place, quote: None })
 }
 
 /// A payload whose mass centre is farther from the tip than the arm is long.
@@ -81,7 +81,7 @@ fn payload(scene: &SceneFile, field: &str, body: &Body) -> Option<Finding> {
         );
         let advice = "write the mass centre in m, in the tip frame";
         let place = FileError::whole_file(&scene.path, field, problem, advice);
-        Finding { rule: Rule::Payload, severity: Severity::Doubt, place, quote: None }
+        Finding { rule: CheckRule::Payload, severity: Severity::Doubt, place, quote: None }
     })
 }
 
@@ -95,7 +95,7 @@ fn of_drives(scene: &SceneFile) -> Vec<Finding> {
     };
     let unlimited = scene.safety.first_motion.is_none().then(|| {
         note(
-            Rule::FirstMotion,
+            CheckRule::FirstMotion,
             "safety.first_motion",
             "is 1: after homing the arm may use its full speed and torque at once, also with a wrong sign, zero or torque constant".into(),
             format!("leave the key out, for {FIRST_MOTION} of the limits until the operator enters `full-range`"),
@@ -106,7 +106,7 @@ fn of_drives(scene: &SceneFile) -> Vec<Finding> {
         let names: Vec<&str> =
             LiveInput::ALL.into_iter().filter(|input| live & input.bit() != 0).map(live_input_name).collect();
         note(
-            Rule::LiveAge,
+            CheckRule::LiveAge,
             "safety.live_age_ms",
             format!(
                 "no age limit for {}: a program that stops sending leaves its last values in force",
@@ -120,7 +120,7 @@ fn of_drives(scene: &SceneFile) -> Vec<Finding> {
         .chain(ageless)
         .chain(
             brake_delay(scene)
-                .map(|(problem, advice)| note(Rule::BrakeDelay, "safety.brake_delay_ms", problem, advice.into())),
+                .map(|(problem, advice)| note(CheckRule::BrakeDelay, "safety.brake_delay_ms", problem, advice.into())),
         )
         .collect()
 }

@@ -1,7 +1,7 @@
 //! Numbers that look like another unit: angles beyond a turn, and powers of ten.
 
 use super::amount::{Units, amount, digits};
-use super::{Finding, JointLoad, Rule, Severity};
+use super::{CheckRule, Finding, JointLoad, Severity};
 use crate::describe::draft::{Draft, Place};
 use dynamics_core::JointKind;
 use std::f64::consts::TAU;
@@ -88,7 +88,7 @@ pub(super) fn findings(draft: &Draft, loads: Option<&[JointLoad]>) -> Vec<Findin
                 amount(torque / 1e3, Units::of(joint).torque)
             );
             let advice = "write the torque in N m that the actuator can give at the joint".to_owned();
-            found.push(Finding::new(draft, (Rule::Unit, Severity::Doubt), &places.torque, problem, advice));
+            found.push(Finding::new(draft, (CheckRule::Unit, Severity::Doubt), &places.torque, problem, advice));
         }
     }
     found
@@ -110,7 +110,7 @@ fn angle(draft: &Draft, place: &Place, angle: f64) -> Finding {
         digits(angle.to_radians())
     );
     let advice = "write angles in rad".to_owned();
-    Finding::new(draft, (Rule::Angle, Severity::Doubt), place, problem, advice)
+    Finding::new(draft, (CheckRule::Angle, Severity::Doubt), place, problem, advice)
 }
 
 /// An arm that is longer than any.
@@ -124,7 +124,7 @@ fn arm_length(draft: &Draft) -> Option<Finding> {
         let place = Place { field: "lengths".to_owned(), ..first.com.clone() };
         let problem = format!("{} from the first joint to the tip{guess}", amount(all, "m"));
         let advice = "write all lengths in m: origins, mass centres, travels".to_owned();
-        Finding::new(draft, (Rule::Unit, Severity::Wrong), &place, problem, advice)
+        Finding::new(draft, (CheckRule::Unit, Severity::Wrong), &place, problem, advice)
     })
 }
 
@@ -142,7 +142,7 @@ fn grams(draft: &Draft) -> Vec<Finding> {
             amount(mass / 1e3, "kg"),
             amount(mass * 0.45359, "kg")
         );
-        Finding::new(draft, (Rule::Unit, Severity::Doubt), &body.mass, problem, "write masses in kg".to_owned())
+        Finding::new(draft, (CheckRule::Unit, Severity::Doubt), &body.mass, problem, "write masses in kg".to_owned())
     };
     bodies.map(finding).collect()
 }
@@ -160,5 +160,5 @@ fn large_rotor(draft: &Draft, place: &Place, inertia: f64, gear: f64, own: f64) 
         amount(own, "kg m^2")
     );
     let advice = "write the inertia at the motor's shaft in kg m^2 (1 g cm^2 is 1e-7), or a gear of 1 if it is what the joint feels".to_owned();
-    Finding::new(draft, (Rule::Rotor, Severity::Doubt), place, problem, advice)
+    Finding::new(draft, (CheckRule::Rotor, Severity::Doubt), place, problem, advice)
 }

@@ -79,7 +79,7 @@ impl JointHeat {
 }
 
 impl RobotJoint {
-    /// True if the joint's drive has its own loop that takes a spring and a damper, as [`dynamics_core::control::Law::Split`] needs it.
+    /// True if the joint's drive has its own loop that takes a spring and a damper, as [`dynamics_core::control::ControlLaw::Split`] needs it.
     #[must_use]
     pub fn has_own_loop(&self) -> bool {
         self.drive.is_some_and(|drive| drive.mit().is_some())

@@ -12,7 +12,7 @@ const LINES: usize = 12;
 
 /// A part of a text, with its place in it.
 #[derive(Debug)]
-struct Part {
+struct TextPart {
     text: String,
     start: usize,
     /// Line, column, counted from 0, and number of lines.
@@ -23,8 +23,8 @@ struct Part {
 #[derive(Debug)]
 pub(super) struct Snippet {
     file: String,
-    shown: Part,
-    here: Part,
+    shown: TextPart,
+    here: TextPart,
     /// The part of the error's span that is shown.
     pub(super) label: Range<usize>,
 }
@@ -36,7 +36,7 @@ impl Snippet {
         let fits = whole.text.lines().count() <= LINES && whole.text.lines().all(|line| line.chars().count() <= WIDTH);
         let here = part(text, &(span.start..span.start), 0);
         let (shown, label) = if fits { (whole, span) } else { cut(text, &span, here.place) };
-        let [shown, here] = [shown, here].map(|part| Part { text: printable(&part.text), ..part });
+        let [shown, here] = [shown, here].map(|part| TextPart { text: printable(&part.text), ..part });
         Self { file: file.to_owned(), shown, here, label }
     }
 }
@@ -56,21 +56,21 @@ impl Snippet {
 }
 
 /// The lines of a span with so many lines around it, as miette takes them.
-fn part(text: &str, span: &Range<usize>, around: usize) -> Part {
+fn part(text: &str, span: &Range<usize>, around: usize) -> TextPart {
     let asked = SourceSpan::new(span.start.into(), span.len());
     match text.read_span(&asked, around, around) {
-        Ok(found) => Part {
+        Ok(found) => TextPart {
             text: String::from_utf8_lossy(found.data()).into_owned(),
             start: found.span().offset(),
             place: (found.line(), found.column(), found.line_count()),
         },
         // A span is cut to the text before, so that this does not happen.
-        Err(_) => Part { text: String::new(), start: span.start, place: (0, 0, 0) },
+        Err(_) => TextPart { text: String::new(), start: span.start, place: (0, 0, 0) },
     }
 }
 
 /// A piece of the line in which a span starts, and the part of the span inside it.
-fn cut(text: &str, span: &Range<usize>, place: (usize, usize, usize)) -> (Part, Range<usize>) {
+fn cut(text: &str, span: &Range<usize>, place: (usize, usize, usize)) -> (TextPart, Range<usize>) {
     let (before, behind) = text.split_at(span.start);
     let line = before.rfind('\n').map_or(0, |newline| newline + 1);
     let start = before.char_indices().rev().take(BEFORE).map(|(at, _)| at).last().unwrap_or(span.start).max(line);
@@ -78,7 +78,7 @@ fn cut(text: &str, span: &Range<usize>, place: (usize, usize, usize)) -> (Part, 
     let width: usize = behind.chars().take(room).take_while(|c| !matches!(c, '\n' | '\r')).map(char::len_utf8).sum();
     let end = span.start + width;
     let text = text.get(start..end).unwrap_or_default().to_owned();
-    (Part { text, start, place: (place.0, start - line, 1) }, span.start..span.end.min(end).max(span.start))
+    (TextPart { text, start, place: (place.0, start - line, 1) }, span.start..span.end.min(end).max(span.start))
 }
 
 /// A text in which no character controls the terminal, with every byte at its place.

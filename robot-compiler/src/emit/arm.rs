@@ -92,10 +92,10 @@ fn imports<S: Float, const N: usize>(
     let heat = if rules.heat.is_some() { "use dynamics_core::safety::heat::HeatRules;\n" } else { "" };
     let friction = if config.friction.is_some() { "Friction, " } else { "" };
     let integral = if config.integral.is_some() { "Integral, " } else { "" };
-    let teach = if config.teach.is_some() { ", Teach" } else { "" };
+    let teach = if config.teach.is_some() { "Teach, " } else { "" };
     let wrench = if matches!(scene.tip_wrench, Term::Constant(_)) { ", Wrench" } else { "" };
     format!(
-        "use dynamics_core::control::{{Encoder, {friction}Gains, Guard, {integral}Law{teach}, TrackingObserver}};\n\
+        "use dynamics_core::control::{{ControlLaw, Encoder, {friction}Gains, Guard, {integral}{teach}TrackingObserver}};\n\
          use dynamics_core::model::{{Link, Placement}};\n\
          {heat}use dynamics_core::safety::{{JointRules, Rules, SafeAction}};\n\
          use dynamics_core::trig::{trig};\n\

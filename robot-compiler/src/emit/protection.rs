@@ -36,7 +36,7 @@ pub fn protection_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>
         }
     };
     format!(
-        "{text}\nuse dynamics_core::control::{{CollisionConfig, CollisionConfiguration, CollisionWatch, MomentumFilter, Reaction}};\n\n\
+        "{text}\nuse dynamics_core::control::{{CollisionConfig, CollisionConfiguration, CollisionWatch, MomentumFilter, CollisionReaction}};\n\n\
          /// When something has been hit, as constants of the program.\n\
          #[derive(Clone, Copy, Debug, PartialEq, Eq)]\npub struct Thresholds;\n\n\
          impl CollisionConfiguration<f32, {N}> for Thresholds {{\n    #[inline]\n    \

@@ -3,7 +3,7 @@
 //! Every operation passes the active rules before it is recorded, and equal expressions are recorded once (hash-consing).
 //! So the arena holds only simplified, shared expressions, and no later pass has to look for them.
 
-use super::rules::{Rule, RuleSet};
+use super::rules::{RewriteRule, RuleSet};
 use dynamics_core::Real;
 use dynamics_core::scalar::Label;
 use rustc_hash::FxHashMap as HashMap;
@@ -118,14 +118,14 @@ pub struct Arena {
     labels: HashMap<Expr, Label>,
     rules: RuleSet,
     /// Rewrite of each rule: the table of [`super::rewrites`], unless a test replaces one by a wrong rewrite.
-    table: &'static [(Rule, Rewrite)],
+    table: &'static [(RewriteRule, Rewrite)],
     precision: Precision,
 }
 
 impl Arena {
     /// An empty arena with these rules; `table` gives their rewrites and their order.
     #[must_use]
-    pub(super) fn with_table(rules: RuleSet, table: &'static [(Rule, Rewrite)], precision: Precision) -> Self {
+    pub(super) fn with_table(rules: RuleSet, table: &'static [(RewriteRule, Rewrite)], precision: Precision) -> Self {
         Self { nodes: Vec::new(), index: HashMap::default(), labels: HashMap::default(), rules, table, precision }
     }
 
@@ -181,7 +181,7 @@ impl Arena {
 
     /// Records a node as it is; an equal node that exists already is used instead.
     pub fn write(&mut self, node: Node) -> Expr {
-        let shared = self.rules.contains(Rule::Share) || matches!(node, Node::Constant(_) | Node::Input(_));
+        let shared = self.rules.contains(RewriteRule::Share) || matches!(node, Node::Constant(_) | Node::Input(_));
         if shared && let Some(expr) = self.index.get(&node) {
             return *expr;
         }

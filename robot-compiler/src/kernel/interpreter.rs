@@ -19,7 +19,7 @@ type Slot = u16;
 
 /// The operation of a run of statements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-enum Kind {
+enum Operation {
     Add,
     Sub,
     Mul,
@@ -38,7 +38,7 @@ struct Statement {
 /// Statements of one kind, in an order in which each finds its operands ready.
 #[derive(Clone, Debug)]
 struct Run {
-    kind: Kind,
+    kind: Operation,
     end: usize,
 }
 
@@ -72,11 +72,11 @@ impl<S: Real> Interpreter<S> {
             let statements = &self.statements[start..run.end];
             start = run.end;
             match run.kind {
-                Kind::Add => each(memory, statements, |a, b| a + b),
-                Kind::Sub => each(memory, statements, |a, b| a - b),
-                Kind::Mul => each(memory, statements, |a, b| a * b),
-                Kind::Div => each(memory, statements, |a, b| a / b),
-                Kind::Neg => each(memory, statements, |a, _| -a),
+                Operation::Add => each(memory, statements, |a, b| a + b),
+                Operation::Sub => each(memory, statements, |a, b| a - b),
+                Operation::Mul => each(memory, statements, |a, b| a * b),
+                Operation::Div => each(memory, statements, |a, b| a / b),
+                Operation::Neg => each(memory, statements, |a, _| -a),
             }
         }
         for (output, &slot) in outputs.iter_mut().zip(&self.outputs) {
@@ -171,7 +171,7 @@ impl<'a> Builder<'a> {
                 memory[usize::from(slot)] = S::literal(number);
             }
         }
-        let mut ready: HashMap<Kind, BTreeSet<Expr>> = HashMap::new();
+        let mut ready: HashMap<Operation, BTreeSet<Expr>> = HashMap::new();
         for &expr in self.program.order() {
             if self.waits.get(&expr) == Some(&0) {
                 ready.entry(kind(self.program.node(expr))?).or_default().insert(expr);
@@ -218,19 +218,19 @@ impl<'a> Builder<'a> {
 }
 
 /// The kind with the most ready statements.
-fn most(ready: &HashMap<Kind, BTreeSet<Expr>>) -> Option<Kind> {
+fn most(ready: &HashMap<Operation, BTreeSet<Expr>>) -> Option<Operation> {
     let waiting = ready.iter().filter(|(_, statements)| !statements.is_empty());
     waiting.max_by_key(|(kind, statements)| (statements.len(), **kind)).map(|(kind, _)| *kind)
 }
 
 /// The operation of a statement; `None` for a number or an input.
-const fn kind(node: Node) -> Option<Kind> {
+const fn kind(node: Node) -> Option<Operation> {
     match node {
-        Node::Add(..) => Some(Kind::Add),
-        Node::Sub(..) => Some(Kind::Sub),
-        Node::Mul(..) => Some(Kind::Mul),
-        Node::Div(..) => Some(Kind::Div),
-        Node::Neg(_) => Some(Kind::Neg),
+        Node::Add(..) => Some(Operation::Add),
+        Node::Sub(..) => Some(Operation::Sub),
+        Node::Mul(..) => Some(Operation::Mul),
+        Node::Div(..) => Some(Operation::Div),
+        Node::Neg(_) => Some(Operation::Neg),
         Node::Constant(_) | Node::Input(_) => None,
     }
 }

@@ -7,7 +7,7 @@ use super::arena::{Arena, Expr, Node, Rewrite};
 use super::functions::{forward_input_values, input_values, record};
 use super::regroup::unfelt;
 use super::rewrites::TABLE;
-use super::rules::{Rule, RuleSet};
+use super::rules::{RewriteRule, RuleSet};
 use super::{Function, Precision, Program, REGROUPING, Regrouping, holding};
 use crate::{SceneFile, with_dof};
 use dynamics_core::trig::Libm;
@@ -15,7 +15,7 @@ use dynamics_core::{Inertia, JointKind, Trig};
 use std::path::{Path, PathBuf};
 
 /// The shipped rules with a wrong one tried before them.
-const fn before_all(rule: Rule, wrong: Rewrite) -> [(Rule, Rewrite); 6] {
+const fn before_all(rule: RewriteRule, wrong: Rewrite) -> [(RewriteRule, Rewrite); 6] {
     [(rule, wrong), TABLE[0], TABLE[1], TABLE[2], TABLE[3], TABLE[4]]
 }
 
@@ -28,13 +28,13 @@ fn inside(arena: &Arena, e: Expr) -> Option<Expr> {
 }
 
 /// A name, and a table that is wrong in one place.
-type Mutant = (&'static str, &'static [(Rule, Rewrite)]);
+type Mutant = (&'static str, &'static [(RewriteRule, Rewrite)]);
 
 macro_rules! mutants {
     ($($name:ident: $rule:ident, |$arena:ident, $node:ident| $body:expr;)*) => {
         /// All of them.
         const MUTANTS: &[Mutant] = &[$({
-            static TABLE: [(Rule, Rewrite); 6] = before_all(Rule::$rule, |$arena, $node| $body);
+            static TABLE: [(RewriteRule, Rewrite); 6] = before_all(RewriteRule::$rule, |$arena, $node| $body);
             (stringify!($name), &TABLE)
         }),*];
     };
@@ -153,7 +153,7 @@ impl Case {
     }
 
     /// True if the kernel made with these rules differs from the recursion in any state.
-    fn differs(&self, table: &'static [(Rule, Rewrite)]) -> bool {
+    fn differs(&self, table: &'static [(RewriteRule, Rewrite)]) -> bool {
         let tape = Arena::with_table(RuleSet::ALL, table, Precision::Double);
         let program = with_dof!(self.file.robot.dof(), N => program::<N>(&self.file, self.function, tape));
         self.states.iter().any(|(inputs, wanted)| program.evaluate(inputs) != *wanted)
@@ -180,7 +180,7 @@ fn cases() -> Vec<Case> {
 fn every_seeded_fault_is_found_and_the_shipped_rules_have_none() {
     let cases = cases();
     assert!(cases.len() >= 50);
-    let wrong = |table: &'static [(Rule, Rewrite)]| cases.iter().filter(|case| case.differs(table)).count();
+    let wrong = |table: &'static [(RewriteRule, Rewrite)]| cases.iter().filter(|case| case.differs(table)).count();
     assert_eq!(wrong(&TABLE), 0);
     let found: Vec<(&str, usize)> = MUTANTS.iter().map(|(name, table)| (*name, wrong(table))).collect();
     println!("of {} kernels, each fault shows in: {found:?}", cases.len());

@@ -5,7 +5,7 @@
 //! commutative to the bit, and only the sign of a zero can change, which `==` does not see.
 
 use super::arena::{Arena, Expr, Node, Precision, Rewrite};
-use super::rules::{Rule, RuleSet};
+use super::rules::{RewriteRule, RuleSet};
 
 impl Arena {
     /// An empty tape.
@@ -17,8 +17,13 @@ impl Arena {
 
 /// The rules in the order in which they are tried. Constant folding comes first, so that the other rules never see two
 /// constants.
-pub(super) const TABLE: [(Rule, Rewrite); 5] =
-    [(Rule::Fold, fold), (Rule::Zero, zero), (Rule::One, one), (Rule::Signs, signs), (Rule::Order, order)];
+pub(super) const TABLE: [(RewriteRule, Rewrite); 5] = [
+    (RewriteRule::Fold, fold),
+    (RewriteRule::Zero, zero),
+    (RewriteRule::One, one),
+    (RewriteRule::Signs, signs),
+    (RewriteRule::Order, order),
+];
 
 /// Folds operations on numbers in the kernel's own precision, so that the bits are those of the kernel.
 fn fold(arena: &mut Arena, node: Node) -> Option<Expr> {

@@ -2,7 +2,7 @@
 
 /// One rewrite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rule {
+pub enum RewriteRule {
     /// Operations on numbers alone are done by the compiler.
     Fold,
     /// `0 x = 0`, `x + 0 = x`, `0 - x = -x`, `x - x = 0`, `0 / x = 0`.
@@ -17,7 +17,7 @@ pub enum Rule {
     Share,
 }
 
-impl Rule {
+impl RewriteRule {
     /// All of them.
     pub const ALL: [Self; 6] = [Self::Fold, Self::Zero, Self::One, Self::Signs, Self::Order, Self::Share];
 
@@ -47,13 +47,13 @@ impl RuleSet {
 
     /// Every rule but one, to measure what it saves.
     #[must_use]
-    pub const fn without(self, rule: Rule) -> Self {
+    pub const fn without(self, rule: RewriteRule) -> Self {
         Self(self.0 & !(1 << rule as u8))
     }
 
     /// True if a rule is in force.
     #[must_use]
-    pub const fn contains(self, rule: Rule) -> bool {
+    pub const fn contains(self, rule: RewriteRule) -> bool {
         self.0 & (1 << rule as u8) != 0
     }
 }

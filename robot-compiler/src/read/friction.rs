@@ -32,13 +32,13 @@ pub(super) fn of_joints(table: &Table<'_>, robot: &Robot) -> Result<Vec<JointFri
 
 type One<'a> = &'a dyn Fn(&Value<'_>) -> Result<f64, FileError>;
 /// Reads a value as one number or one per joint.
-type Read<'a> = &'a dyn Fn(&Value<'_>, One<'_>, &str) -> Result<Vec<f64>, FileError>;
+type FrictionValue<'a> = &'a dyn Fn(&Value<'_>, One<'_>, &str) -> Result<Vec<f64>, FileError>;
 
 /// Takes what the table gives, and checks the whole.
 fn change(
     table: &Table<'_>,
     friction: &mut [JointFriction],
-    read: Read<'_>,
+    read: FrictionValue<'_>,
     label: &dyn Fn(usize) -> String,
 ) -> Result<(), FileError> {
     const VISCOUS: &str = "a viscous coefficient of zero or more, N m s/rad or N s/m";

@@ -25,7 +25,7 @@ mod rotor;
 mod shapes;
 
 use chain::Chain;
-use description::{Description, Joint, Kind};
+use description::{Description, UrdfJoint, UrdfJointKind};
 pub(super) use markup::EXPAND;
 use markup::{Markup, child};
 
@@ -228,7 +228,7 @@ fn joint(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, i: usize) -
         heat: JointHeat::default(),
         name: joint.name.to_owned(),
         spec: JointSpec {
-            kind: if joint.kind == Kind::Prismatic { JointKind::Prismatic } else { JointKind::Revolute },
+            kind: if joint.kind == UrdfJointKind::Prismatic { JointKind::Prismatic } else { JointKind::Revolute },
             frame: Frame::Placement { rotation: place.rotation, translation: place.translation, axis },
             body,
             rotor: rotor::rotor(markup, joint.name, &label)?,
@@ -241,7 +241,7 @@ fn joint(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, i: usize) -
 }
 
 /// The limits that the file gives; zero is how exporters write that a limit is not known.
-fn limits(markup: &Markup<'_>, joint: &Joint<'_>) -> Limits<f64> {
+fn limits(markup: &Markup<'_>, joint: &UrdfJoint<'_>) -> Limits<f64> {
     let limit = |get: fn(&description::Limit) -> Option<f64>| {
         joint.limit.as_ref().and_then(get).filter(|limit| *limit != 0.0).unwrap_or(f64::INFINITY)
     };
@@ -254,9 +254,9 @@ fn limits(markup: &Markup<'_>, joint: &Joint<'_>) -> Limits<f64> {
 }
 
 /// Position limits, and why one is missing. Before version 1.2 a single missing one is zero.
-fn travel(markup: &Markup<'_>, joint: &Joint<'_>) -> ((f64, f64), Option<String>) {
+fn travel(markup: &Markup<'_>, joint: &UrdfJoint<'_>) -> ((f64, f64), Option<String>) {
     let none = (f64::NEG_INFINITY, f64::INFINITY);
-    if joint.kind == Kind::Continuous {
+    if joint.kind == UrdfJointKind::Continuous {
         return (none, None);
     }
     let Some(limit) = &joint.limit else { return (none, Some("no <limit>".to_owned())) };
@@ -277,7 +277,7 @@ fn travel(markup: &Markup<'_>, joint: &Joint<'_>) -> ((f64, f64), Option<String>
     }
 }
 
-fn friction(markup: &Markup<'_>, joint: &Joint<'_>, label: &str) -> Result<Option<JointFriction>, FileError> {
+fn friction(markup: &Markup<'_>, joint: &UrdfJoint<'_>, label: &str) -> Result<Option<JointFriction>, FileError> {
     for (key, value) in [("damping", joint.damping), ("friction", joint.friction)] {
         if value < 0.0 {
             let (field, problem) = (format!("{label}.dynamics.{key}"), format!("found {value}"));

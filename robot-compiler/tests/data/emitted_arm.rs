@@ -1,6 +1,6 @@
 //! Generated from a robot and a scene file. Do not edit: change the files instead.
 
-use dynamics_core::control::{Encoder, Gains, Guard, Law, TrackingObserver};
+use dynamics_core::control::{ControlLaw, Encoder, Gains, Guard, TrackingObserver};
 use dynamics_core::model::{Link, Placement};
 use dynamics_core::safety::{JointRules, Rules, SafeAction};
 use dynamics_core::trig::Polynomial;
@@ -127,7 +127,7 @@ pub const fn scene() -> Scene<f32, N> {
 /// Its controller.
 pub const fn config() -> ControllerConfig<f32, N> {
     ControllerConfig {
-        law: Law::ComputedTorque,
+        law: ControlLaw::ComputedTorque,
         gains: [
             Gains { position: 2500.0, velocity: 100.0, inertia: 1.9017526 },
             Gains { position: 2500.0, velocity: 100.0, inertia: 0.38453937 },

@@ -41,7 +41,7 @@ pub struct Runs {
 
 /// The link's interrupts on one of its two ways, in supervised ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
-pub struct Way {
+pub struct LinkInterrupts {
     /// Bytes from the host.
     pub to_chip: u64,
     /// Bytes to the host.
@@ -60,7 +60,7 @@ pub struct Way {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Ways {
     /// An interrupt a byte.
-    pub bytes: Way,
+    pub bytes: LinkInterrupts,
     /// Two streams of a DMA.
-    pub dma: Way,
+    pub dma: LinkInterrupts,
 }

@@ -6,13 +6,13 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 /// Counts by name.
-pub(crate) type Counts = BTreeMap<String, u64>;
+pub(crate) type BaselineCounts = BTreeMap<String, u64>;
 
 /// Largest difference of a count from the baseline, either way, in percent.
 const TOLERANCE_PERCENT: u64 = 3;
 
 /// The baselines, one for each machine and compiler: `desk, rustc 1.95.0`.
-type Baselines = BTreeMap<String, Counts>;
+type Baselines = BTreeMap<String, BaselineCounts>;
 
 fn path() -> PathBuf {
     crate::process::root().join("bench/baseline.toml")
@@ -22,7 +22,7 @@ fn path() -> PathBuf {
 ///
 /// Without a baseline of this compiler there is nothing to compare; a message says so, and it is no failure. Another
 /// compiler has other counts, so a change of the compiler needs a new baseline.
-pub(crate) fn hold(name: &str, counts: &Counts, bless: bool) -> Result<()> {
+pub(crate) fn hold(name: &str, counts: &BaselineCounts, bless: bool) -> Result<()> {
     let path = path();
     let text = std::fs::read_to_string(&path).unwrap_or_default();
     let mut baselines: Baselines = toml::from_str(&text).with_context(|| path.display().to_string())?;
@@ -50,7 +50,7 @@ pub(crate) fn hold(name: &str, counts: &Counts, bless: bool) -> Result<()> {
 }
 
 /// Missing, new and deviating counts, one line each.
-fn differences(baseline: &Counts, counts: &Counts) -> Vec<String> {
+fn differences(baseline: &BaselineCounts, counts: &BaselineCounts) -> Vec<String> {
     let mut lines = Vec::new();
     for (name, &was) in baseline {
         match counts.get(name) {
@@ -84,9 +84,9 @@ fn print(baselines: &Baselines) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Baselines, Counts, differences, print};
+    use super::{BaselineCounts, Baselines, differences, print};
 
-    fn counts(all: &[(&str, u64)]) -> Counts {
+    fn counts(all: &[(&str, u64)]) -> BaselineCounts {
         all.iter().map(|(name, count)| ((*name).to_owned(), *count)).collect()
     }
 

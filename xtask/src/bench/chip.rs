@@ -1,6 +1,6 @@
 //! Kernels on the emulated chip: instructions, bytes, and stack traffic.
 
-use super::baseline::Counts;
+use super::baseline::BaselineCounts;
 use crate::toolchain::{self, Toolchain};
 use anyhow::{Context as _, Result, bail};
 use chip_image::{Function, Program};
@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 /// A counted function.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Row {
+pub(crate) struct CountRow {
     /// Start address of the function.
     pub(crate) address: u32,
     /// Fewest instructions over all states.
@@ -30,18 +30,18 @@ pub(crate) struct Row {
 pub(crate) struct Counted {
     pub(crate) elf: PathBuf,
     pub(crate) program: Program,
-    pub(crate) rows: BTreeMap<String, Row>,
+    pub(crate) rows: BTreeMap<String, CountRow>,
     pub(crate) rustc: String,
 }
 
 impl Counted {
     /// A required row.
-    pub(crate) fn row(&self, name: &str) -> Result<&Row> {
+    pub(crate) fn row(&self, name: &str) -> Result<&CountRow> {
         self.rows.get(name).with_context(|| format!("the chip's program did not count {name}"))
     }
 
     /// The instructions, for the baseline.
-    pub(crate) fn counts(&self) -> Counts {
+    pub(crate) fn counts(&self) -> BaselineCounts {
         self.rows.iter().map(|(name, row)| (name.clone(), row.most)).collect()
     }
 }
@@ -58,7 +58,7 @@ pub(crate) fn count() -> Result<Counted> {
     let bytes = std::fs::read(&elf)?;
     let program = Program::parse(&bytes)?;
     let rows = said.lines().filter_map(|line| line.strip_prefix("count,")).map(|line| row(line, &program));
-    let rows: BTreeMap<String, Row> = rows.collect::<Result<_>>()?;
+    let rows: BTreeMap<String, CountRow> = rows.collect::<Result<_>>()?;
     if rows.is_empty() {
         bail!("the counting program said nothing");
     }
@@ -66,11 +66,11 @@ pub(crate) fn count() -> Result<Counted> {
 }
 
 /// `name,address,least,most,operations,negations,live inputs,alive`
-fn row(line: &str, program: &Program) -> Result<(String, Row)> {
+fn row(line: &str, program: &Program) -> Result<(String, CountRow)> {
     let mut fields = line.split(',');
     let name = fields.next().unwrap_or_default().to_owned();
     let numbers: Vec<u64> = fields.map(str::parse).collect::<Result<_, _>>().with_context(|| line.to_owned())?;
     let [address, least, most, operations, _, _, alive] = numbers[..] else { bail!("not seven numbers: {line}") };
     let address = u32::try_from(address & !1).with_context(|| line.to_owned())?;
-    Ok((name, Row { address, least, most, operations, alive, code: program.function(address)? }))
+    Ok((name, CountRow { address, least, most, operations, alive, code: program.function(address)? }))
 }

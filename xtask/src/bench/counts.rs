@@ -1,6 +1,6 @@
 //! Instructions on the desk, counted by callgrind through gungraun.
 
-use super::baseline::Counts;
+use super::baseline::BaselineCounts;
 use super::json::from_json;
 use crate::process::{run, target_directory};
 use crate::workspace::Workspace;
@@ -8,10 +8,10 @@ use anyhow::{Context as _, Result, bail};
 use std::path::{Path, PathBuf};
 
 /// Runs every counted benchmark; returns instructions by name, for all states together.
-pub(crate) fn count() -> Result<Counts> {
+pub(crate) fn count() -> Result<BaselineCounts> {
     crate::setup::gungraun()?;
     let home = target_directory().join("gungraun");
-    // Counts of an earlier run must not be taken for this one's.
+    // BaselineCounts of an earlier run must not be taken for this one's.
     if home.exists() {
         std::fs::remove_dir_all(&home)?;
     }
@@ -23,7 +23,7 @@ pub(crate) fn count() -> Result<Counts> {
         .stdout(std::process::Stdio::null()))?;
     let mut files = Vec::new();
     summaries(&home, &mut files)?;
-    let counts: Counts = files.iter().map(|path| read(path)).collect::<Result<_>>()?;
+    let counts: BaselineCounts = files.iter().map(|path| read(path)).collect::<Result<_>>()?;
     if counts.is_empty() {
         bail!("gungraun left no summary in {}", home.display());
     }

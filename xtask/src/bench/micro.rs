@@ -15,7 +15,7 @@ use chip_image::Program;
 use chip_image::cycles::steps::{self, Detail, Event};
 use chip_image::cycles::{Estimate, Estimator, Memory, Placement};
 use firmware_image::{BadInput, flash, install};
-use report::{Row, rows};
+use report::{StretchRow, rows};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -69,7 +69,7 @@ fn estimated() -> Result<(PathBuf, Vec<Stretch>)> {
     let counted = rows(&qemu::semihosted(&elf)?).context("the program on the emulated chip said nothing")?;
     let program = Program::parse(&std::fs::read(&elf)?)?;
     let traced = traced(&elf, &program, &counted)?;
-    let nothing = Row { name: NOTHING.to_owned(), count: 0 };
+    let nothing = StretchRow { name: NOTHING.to_owned(), count: 0 };
     let nothing = counted.iter().find(|row| row.name == NOTHING).unwrap_or(&nothing);
     let call = traced.get(NOTHING).with_context(|| format!("no stretch {NOTHING}"))?;
     let mut stretches = Vec::new();
@@ -81,7 +81,7 @@ fn estimated() -> Result<(PathBuf, Vec<Stretch>)> {
 }
 
 /// Checks the counts of a stretch, and takes the call from its estimate.
-fn stretch(row: &Row, estimate: &Estimate, nothing: &Row, call: &Estimate) -> Result<Stretch> {
+fn stretch(row: &StretchRow, estimate: &Estimate, nothing: &StretchRow, call: &Estimate) -> Result<Stretch> {
     let name = &row.name;
     let counted = row.count.saturating_sub(nothing.count);
     let instructions = estimate.instructions - call.instructions;
@@ -97,9 +97,9 @@ fn stretch(row: &Row, estimate: &Estimate, nothing: &Row, call: &Estimate) -> Re
 }
 
 /// Estimates of the last run of each stretch, by name. All of the program is executed, so that caches are as they are.
-fn traced(elf: &Path, program: &Program, rows: &[Row]) -> Result<BTreeMap<String, Estimate>> {
+fn traced(elf: &Path, program: &Program, rows: &[StretchRow]) -> Result<BTreeMap<String, Estimate>> {
     let mut starts = BTreeMap::new();
-    for Row { name, .. } in rows {
+    for StretchRow { name, .. } in rows {
         let symbol = format!("micro_{name}");
         let start = program.address_of(|other| other == symbol).with_context(|| format!("no function {symbol}"))?;
         starts.insert(start, name.clone());
@@ -142,7 +142,7 @@ fn cells(Stretch { name, instructions, cycles: [low, likely, high] }: &Stretch) 
 ///
 /// # Errors
 /// [`BadInput`]: the board has other stretches.
-fn compare(stretches: &[Stretch], measured: &[Row]) -> Result<(String, Vec<String>)> {
+fn compare(stretches: &[Stretch], measured: &[StretchRow]) -> Result<(String, Vec<String>)> {
     let count = |name: &str| {
         let row = measured.iter().find(|row| row.name == name);
         row.map(|row| row.count).ok_or_else(|| {
@@ -175,11 +175,11 @@ fn compare(stretches: &[Stretch], measured: &[Row]) -> Result<(String, Vec<Strin
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
-    use super::{BadInput, NOTHING, Row, SLACK, Stretch, compare, stretch};
+    use super::{BadInput, NOTHING, SLACK, Stretch, StretchRow, compare, stretch};
     use chip_image::cycles::{Estimate, Range};
 
-    fn row(name: &str, count: u64) -> Row {
-        Row { name: name.to_owned(), count }
+    fn row(name: &str, count: u64) -> StretchRow {
+        StretchRow { name: name.to_owned(), count }
     }
 
     fn estimate(instructions: u64, low: u64, likely: u64, high: u64) -> Estimate {

@@ -1,7 +1,7 @@
 //! Tables of `docs/measured/kernels.md`, between markers; the text around them is written by hand.
 
 use super::baseline;
-use super::chip::{Counted, Row};
+use super::chip::{CountRow, Counted};
 use super::desk::Times;
 use crate::machine::{cores, processor, today};
 use crate::measured::write_into;
@@ -16,7 +16,7 @@ pub(crate) struct Counts {
     /// Counts of the emulated chip.
     pub(crate) chip: Counted,
     /// Counts of callgrind, for all states together.
-    pub(crate) desk: baseline::Counts,
+    pub(crate) desk: baseline::BaselineCounts,
     /// The desk's compiler.
     pub(crate) rustc: String,
 }
@@ -41,7 +41,7 @@ pub(crate) fn write(tables: &[(&str, String)]) -> Result<()> {
 }
 
 /// One number, or two if the least and the most differ.
-fn instructions(row: &Row) -> String {
+fn instructions(row: &CountRow) -> String {
     if row.least == row.most {
         thousands(row.most)
     } else {
@@ -118,7 +118,8 @@ impl Counts {
             for level in LEVELS {
                 let (ours, traced) =
                     (self.chip.row(&format!("{arm}_{level}"))?, self.chip.row(&format!("{arm}_{level}_as_traced"))?);
-                let both = |of: &dyn Fn(&Row) -> u64| format!("{} / {}", thousands(of(traced)), thousands(of(ours)));
+                let both =
+                    |of: &dyn Fn(&CountRow) -> u64| format!("{} / {}", thousands(of(traced)), thousands(of(ours)));
                 let [alive, most] = [both(&|row| row.alive), both(&|row| row.most)];
                 let (stores, loads) = (both(&|row| row.code.stores as u64), both(&|row| row.code.loads as u64));
                 table.put(&[&label, &level, &alive, &stores, &loads, &most, &both(&|row| row.code.bytes)]);
@@ -160,7 +161,7 @@ impl Counts {
 
     fn gravity_table(&self) -> Result<String> {
         let mut table = Table::new(&["arm", "gravity alone", "operations", "instructions", "bytes"]);
-        let mut row = |label: &str, what: &str, row: &Row| {
+        let mut row = |label: &str, what: &str, row: &CountRow| {
             table.put(&[&label, &what, &row.operations, &instructions(row), &thousands(row.code.bytes)]);
         };
         for (arm, label) in ARMS {

@@ -57,7 +57,7 @@ pub(super) fn run(asked: &Asked<'_>, json: bool) -> Result<()> {
         command.args(["--instructions", &fewest.to_string()]);
     }
     let output = command.stdin(Stdio::null()).output().with_context(|| format!("cannot start {command:?}"))?;
-    let measured = Measured { asked, scene, said: said(&output)?, emulator };
+    let measured = BoardCycles { asked, scene, said: said(&output)?, emulator };
     print!("{}", if json { measured.json()? } else { measured.text()? });
     Ok(())
 }
@@ -102,14 +102,14 @@ fn said(output: &Output) -> Result<Value> {
 }
 
 /// A board's cycles, and the values to compare them with.
-struct Measured<'a> {
+struct BoardCycles<'a> {
     asked: &'a Asked<'a>,
     scene: PathBuf,
     said: Value,
     emulator: Emulator,
 }
 
-impl Measured<'_> {
+impl BoardCycles<'_> {
     fn number(&self, path: &str) -> Result<f64> {
         self.said.pointer(path).and_then(Value::as_f64).with_context(|| format!("no {path} in {}", self.said))
     }
@@ -187,7 +187,7 @@ impl Measured<'_> {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
-    use super::{Asked, BadInput, Budget, Emulator, Measured, said};
+    use super::{Asked, BadInput, BoardCycles, Budget, Emulator, said};
     use firmware_image::Board;
     use serde_json::{Value, json};
     use std::os::unix::process::ExitStatusExt as _;
@@ -196,11 +196,11 @@ mod tests {
     const ASKED: Asked<'_> =
         Asked { port: "/dev/ttyACM0", key: None, board: Board::F405Can, scenes: &[], ticks: 10_000 };
 
-    fn measured(emulator: Emulator) -> Measured<'static> {
+    fn measured(emulator: Emulator) -> BoardCycles<'static> {
         let said = json!({ "hash": "25bb0af18768f6a5", "rate_hz": 4_000.0, "ticks": 10_000, "bits_differ": 0,
             "cycles_per_tick": { "min": 2_790, "max": 2_831, "mean": 2_805.25 } });
         let scene = crate::process::root().join("scenes/puma560_pick.toml");
-        Measured { asked: &ASKED, scene, said, emulator }
+        BoardCycles { asked: &ASKED, scene, said, emulator }
     }
 
     fn emulator() -> Emulator {

@@ -2,7 +2,7 @@
 //!
 //! There are lower bounds too: a number that suddenly falls means that something was lost unnoticed.
 
-use super::row::{Field, Row};
+use super::row::{BudgetRow, Field};
 use crate::process::root;
 use anyhow::{Context as _, Result, bail};
 use chip_image::costs::Late;
@@ -115,7 +115,7 @@ impl Budget {
     }
 
     /// Makes these rows the bounds. Rows of other firmwares are removed if all were measured, and stay if only some were.
-    pub(crate) fn bless(&mut self, rows: &[Row], rustc: &str, all: bool) {
+    pub(crate) fn bless(&mut self, rows: &[BudgetRow], rustc: &str, all: bool) {
         rustc.clone_into(&mut self.rustc);
         let measured = |bounds: &Bounds| rows.iter().any(|row| row.scene == bounds.scene && row.board == bounds.board);
         self.row.retain(|bounds| !all && !measured(bounds));
@@ -174,7 +174,7 @@ impl Budget {
     }
 
     /// Violations of a range or a target, one line each.
-    pub(crate) fn hold(&self, rows: &[Row], rustc: &str, fields: Fields) -> Vec<String> {
+    pub(crate) fn hold(&self, rows: &[BudgetRow], rustc: &str, fields: Fields) -> Vec<String> {
         let mut lines = Vec::new();
         for row in rows {
             let name = row.name();
@@ -221,7 +221,7 @@ impl Budget {
 }
 
 impl Bounds {
-    fn hold(&self, row: &Row, same_compiler: bool, fields: Fields) -> Vec<String> {
+    fn hold(&self, row: &BudgetRow, same_compiler: bool, fields: Fields) -> Vec<String> {
         let name = row.name();
         let mut lines = Vec::new();
         for (field, (low, high)) in &self.ranges {
@@ -252,7 +252,7 @@ impl Bounds {
 }
 
 impl Targets {
-    fn hold(&self, row: &Row) -> Vec<String> {
+    fn hold(&self, row: &BudgetRow) -> Vec<String> {
         let name = row.name();
         let mut lines = Vec::new();
         let mut below = |what: &str, found: Option<u64>, most: u64, unit: &str| {
@@ -305,22 +305,22 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
     use super::{BadInput, Board, Budget, Fields, Late, around, verdict};
-    use crate::budget::row::{Field, Row};
+    use crate::budget::row::{BudgetRow, Field};
 
     const TARGETS: &str = "rustc = \"rustc 1.95.0\"\n[target]\nflash = 65536\nram_with_stack = 24576\nmasked = 100\n\
         share_scene = \"hard\"\nshare_rate_hz = 4000\nshare_clock_hz = 168000000\nshare_percent = 25\n";
 
-    fn row(scene: &str, numbers: &[(Field, u64)]) -> Row {
-        Row { scene: scene.into(), board: "netduinoplus2".into(), numbers: numbers.iter().copied().collect() }
+    fn row(scene: &str, numbers: &[(Field, u64)]) -> BudgetRow {
+        BudgetRow { scene: scene.into(), board: "netduinoplus2".into(), numbers: numbers.iter().copied().collect() }
     }
 
-    fn blessed(rows: &[Row]) -> Budget {
+    fn blessed(rows: &[BudgetRow]) -> Budget {
         let mut budget = Budget::parse(TARGETS).unwrap();
         budget.bless(rows, "rustc 1.95.0", true);
         budget
     }
 
-    fn held(budget: &Budget, rows: &[Row]) -> Vec<String> {
+    fn held(budget: &Budget, rows: &[BudgetRow]) -> Vec<String> {
         budget.hold(rows, "rustc 1.95.0", Fields::All)
     }
 

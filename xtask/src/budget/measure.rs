@@ -1,7 +1,7 @@
 //! Costs of a firmware while it runs, measured by `chip-budget` in the emulator.
 
 use super::image::Image;
-use super::row::{EMULATED, Field, Row};
+use super::row::{BudgetRow, EMULATED, Field};
 use super::variant;
 use crate::process::root;
 use crate::scene_keys::SceneKeys;
@@ -36,17 +36,17 @@ const FLOOD: [(&str, &str); 3] = [("rate", "50000.0"), ("age_max", "100000"), ("
 const FLOOD_TICKS: u32 = 400;
 
 /// Sizes of the linked program.
-pub(crate) fn sizes(scene: &Path, board: Board) -> Result<Row> {
+pub(crate) fn sizes(scene: &Path, board: Board) -> Result<BudgetRow> {
     let scene = root().join(scene);
-    Ok(Row::sizes(&scene, board, &Image::measure(&build(&scene, board)?)?))
+    Ok(BudgetRow::sizes(&scene, board, &Image::measure(&build(&scene, board)?)?))
 }
 
 /// All numbers of a scene on the emulated board.
-pub(crate) fn row(scene: &Path, extent: Extent) -> Result<Row> {
+pub(crate) fn row(scene: &Path, extent: Extent) -> Result<BudgetRow> {
     firmware_image::install::qemu()?;
     let scene = root().join(scene);
     let elf = build(&scene, EMULATED)?;
-    let mut row = Row::sizes(&scene, EMULATED, &Image::measure(&elf)?);
+    let mut row = BudgetRow::sizes(&scene, EMULATED, &Image::measure(&elf)?);
     let mut command = chip_budget("ticks", &scene);
     command.arg("--elf").arg(&elf).args(["--ticks", &extent.ticks.to_string(), "--traced", &extent.traced.to_string()]);
     if extent.sram && SceneKeys::read(&scene)?.has_a_kernel() {

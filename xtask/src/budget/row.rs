@@ -63,13 +63,13 @@ impl Field {
 
 /// A firmware's numbers.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Row {
+pub(crate) struct BudgetRow {
     pub(crate) scene: String,
     pub(crate) board: String,
     pub(crate) numbers: BTreeMap<Field, u64>,
 }
 
-impl Row {
+impl BudgetRow {
     /// A row with the numbers of the linked program only.
     pub(crate) fn sizes(scene: &Path, board: Board, image: &Image) -> Self {
         let numbers =

@@ -1,14 +1,14 @@
 //! The table of `docs/measured/budget.md`, and its rows in the README.
 
-use super::row::{Field, Row};
+use super::row::{BudgetRow, Field};
 use crate::table::{Table, thousands};
-use chip_image::costs::{Late, Runs, Way, Ways};
+use chip_image::costs::{Late, LinkInterrupts, Runs, Ways};
 
 /// Cycles of the core in a period of 4 kHz.
 const PERIOD_4_KHZ: u64 = 168_000_000 / 4_000;
 
 /// A line for each firmware.
-pub(crate) fn markdown(rows: &[Row]) -> String {
+pub(crate) fn markdown(rows: &[BudgetRow]) -> String {
     let mut table = Table::new(&[
         "scene",
         "board",
@@ -52,12 +52,12 @@ pub(crate) fn markdown(rows: &[Row]) -> String {
 const SHOWN: [&str; 3] = ["planar2r_sine", "puma560_pick", "puma560_collision"];
 
 /// True if the README's rows are all among these.
-pub(crate) fn shows(rows: &[Row]) -> bool {
+pub(crate) fn shows(rows: &[BudgetRow]) -> bool {
     SHOWN.iter().all(|scene| rows.iter().any(|row| row.scene == *scene && row.number(Field::Instructions).is_some()))
 }
 
 /// Three rows of the emulated board, for the README.
-pub(crate) fn teaser(rows: &[Row]) -> String {
+pub(crate) fn teaser(rows: &[BudgetRow]) -> String {
     let mut table = Table::new(&[
         "scene",
         "instructions of the controller",
@@ -83,7 +83,7 @@ pub(crate) fn teaser(rows: &[Row]) -> String {
 }
 
 /// One number, or two if the least and the most differ.
-fn between(row: &Row, most: Field, spread: Field) -> String {
+fn between(row: &BudgetRow, most: Field, spread: Field) -> String {
     match row.number(most).zip(row.number(spread)) {
         None => "-".into(),
         Some((most, 0)) => thousands(most),
@@ -149,7 +149,7 @@ struct Load {
 }
 
 impl Load {
-    fn of(way: &Way) -> Self {
+    fn of(way: &LinkInterrupts) -> Self {
         let both = way.to_chip + way.from_chip;
         // A byte in and a byte out are two of those that `serve` handles.
         let per = |runs: &Runs, value: fn(&Runs) -> u64, bytes: u64| value(runs) as f64 / bytes.max(1) as f64;
@@ -166,11 +166,11 @@ impl Load {
 #[cfg(test)]
 mod tests {
     use super::{markdown, teaser, ways};
-    use crate::budget::row::{Field, Row};
-    use chip_image::costs::{Cycles, Runs, Way, Ways};
+    use crate::budget::row::{BudgetRow, Field};
+    use chip_image::costs::{Cycles, LinkInterrupts, Runs, Ways};
 
-    fn row() -> Row {
-        Row {
+    fn row() -> BudgetRow {
+        BudgetRow {
             scene: "puma560_pick".into(),
             board: "netduinoplus2".into(),
             numbers: [
@@ -187,7 +187,7 @@ mod tests {
     fn a_row_shows_one_number_where_all_ticks_are_alike_and_a_dash_where_nothing_was_measured() {
         let table = markdown(&[
             row(),
-            Row { numbers: [(Field::Instructions, 1340), (Field::InstructionsSpread, 752)].into(), ..row() },
+            BudgetRow { numbers: [(Field::Instructions, 1340), (Field::InstructionsSpread, 752)].into(), ..row() },
         ]);
         let lines: Vec<&str> = table.lines().skip(2).collect();
         assert_eq!(
@@ -199,8 +199,8 @@ mod tests {
 
     #[test]
     fn the_readme_shows_three_scenes_of_the_emulated_board_alone() {
-        let sizes_only = Row { numbers: [(Field::Flash, 52_520)].into(), ..row() };
-        let other = Row { scene: "ur5_wave".into(), ..row() };
+        let sizes_only = BudgetRow { numbers: [(Field::Flash, 52_520)].into(), ..row() };
+        let other = BudgetRow { scene: "ur5_wave".into(), ..row() };
         let table = teaser(&[other, row(), sizes_only]);
         assert_eq!(table.lines().skip(2).collect::<Vec<_>>(), ["| `puma560_pick` | 1,322 | - | 36,716 | - | 10.0 % |"]);
     }
@@ -209,14 +209,19 @@ mod tests {
     fn the_link_s_load_is_of_a_byte_in_and_a_byte_out() {
         let runs =
             |times, instructions, likely| Runs { times, instructions, cycles: Cycles { likely, ..Cycles::default() } };
-        let bytes = Way {
+        let bytes = LinkInterrupts {
             to_chip: 100,
             from_chip: 300,
             receive: runs(100, 4_000, 6_000),
             serve: runs(4, 8_000, 15_904),
-            ..Way::default()
+            ..LinkInterrupts::default()
         };
-        let dma = Way { receive: runs(1, 10, 26), half_filled: runs(1, 20, 126), sent: runs(3, 300, 528), ..bytes };
+        let dma = LinkInterrupts {
+            receive: runs(1, 10, 26),
+            half_filled: runs(1, 20, 126),
+            sent: runs(3, 300, 528),
+            ..bytes
+        };
         let table = ways(&Ways { bytes, dma });
         let lines: Vec<&str> = table.lines().skip(2).collect();
         assert_eq!(

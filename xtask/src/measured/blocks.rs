@@ -4,7 +4,7 @@ use super::artefact::Artefact::{self, Files, Kernels, Log, Printed, Programs};
 
 /// A block of a page of docs/measured.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Block {
+pub(super) struct MeasuredBlock {
     /// The page's file name, without its ending.
     pub(super) page: &'static str,
     /// The block's name in its marker lines.
@@ -14,7 +14,7 @@ pub(super) struct Block {
     pub(super) artefacts: &'static [Artefact],
 }
 
-impl Block {
+impl MeasuredBlock {
     /// Path of the page in the project.
     pub(super) fn path(&self) -> String {
         format!("docs/measured/{}.md", self.page)
@@ -76,12 +76,17 @@ const CYCLE_COMMAND: &str = "cargo xtask cycles --write";
 const ARM_COMMAND: &str = "cargo xtask bench --arms";
 const SIMULATORS: &str = "cargo xtask bench --simulators";
 
-const fn block(page: &'static str, name: &'static str, command: &'static str, artefacts: &'static [Artefact]) -> Block {
-    Block { page, name, command, artefacts }
+const fn block(
+    page: &'static str,
+    name: &'static str,
+    command: &'static str,
+    artefacts: &'static [Artefact],
+) -> MeasuredBlock {
+    MeasuredBlock { page, name, command, artefacts }
 }
 
 /// All of them, page by page.
-pub(super) const BLOCKS: &[Block] = &[
+pub(super) const BLOCKS: &[MeasuredBlock] = &[
     block("arms", "arms", ARM_COMMAND, ARMS),
     block("arms", "arms, torque from outside", ARM_COMMAND, ARMS),
     block(

@@ -1,7 +1,7 @@
 //! The line at the end of a measured block: command, commit, machine, day, and the hashes of what was measured.
 
 use super::artefact::Hashes;
-use super::blocks::Block;
+use super::blocks::MeasuredBlock;
 use crate::machine::{cores, processor, today};
 use crate::process::{output, root};
 use anyhow::{Context as _, Result};
@@ -25,7 +25,7 @@ pub(super) struct Stamp {
 
 impl Stamp {
     /// A measurement of now on this machine.
-    pub(super) fn now(block: &Block, hashes: &mut Hashes) -> Result<Self> {
+    pub(super) fn now(block: &MeasuredBlock, hashes: &mut Hashes) -> Result<Self> {
         let git = |words: &[&str]| output(Command::new("git").current_dir(root()).args(words));
         let commit = git(&["rev-parse", "--short=7", "HEAD"]).unwrap_or_else(|| "no commit".to_owned());
         let hash = |artefact: &super::Artefact| Ok((artefact.name(), hashes.of(*artefact)?));

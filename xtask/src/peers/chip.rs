@@ -1,7 +1,7 @@
 //! Instructions of all contestants on the emulated chip, and the cycles that these are estimated to take.
 
 use super::build::{self, Job};
-use super::contestants::{Family, GENERATORS, Ours, Task, generated};
+use super::contestants::{Computation, Family, GENERATORS, Ours, generated};
 use super::desk::Torques;
 use super::harness::{JOINTS, folder, source};
 use super::install::CLANG;
@@ -25,7 +25,7 @@ pub(super) struct Cycles {
 #[derive(Clone, Debug)]
 pub(super) struct Count {
     pub(super) family: Family,
-    pub(super) task: Task,
+    pub(super) task: Computation,
     /// Compiler and options, in words.
     pub(super) build: String,
     /// Fewest over the states.
@@ -47,7 +47,7 @@ pub(super) struct Count {
 /// A contestant before it is measured.
 struct Entry {
     family: Family,
-    task: Task,
+    task: Computation,
     build: String,
     symbol: String,
     /// Part of the name of the function with the arithmetic, for compilers that do not inline it.
@@ -88,10 +88,10 @@ const COUNTER: &str = "counted_call";
 const STATES: usize = 64;
 
 /// Tasks of generated C on the chip; the file of their source; the switches of `generated_chip.c`.
-const TASKS: [(Task, &str, &str); 3] = [
-    (Task::Inverse, "inverse", ""),
-    (Task::Kernel, "kernel", "-DKERNEL"),
-    (Task::KernelAfterOurTrig, "kernel", "-DKERNEL -DOUR_TRIG"),
+const TASKS: [(Computation, &str, &str); 3] = [
+    (Computation::Inverse, "inverse", ""),
+    (Computation::Kernel, "kernel", "-DKERNEL"),
+    (Computation::KernelAfterOurTrig, "kernel", "-DKERNEL -DOUR_TRIG"),
 ];
 
 /// Builds for one arm, runs, checks against the reference's torques, and counts.
@@ -188,7 +188,7 @@ fn build(arm: &str, ours: &Ours) -> Result<(Vec<Entry>, PathBuf)> {
     let mut jobs = Vec::new();
     let mut objects = Vec::new();
     for (family, name) in [(Family::Regrouped, "regrouped"), (Family::Exact, "exact")] {
-        for (task, end) in [(Task::Inverse, ""), (Task::Kernel, "_kernel")] {
+        for (task, end) in [(Computation::Inverse, ""), (Computation::Kernel, "_kernel")] {
             let kernel = Some(format!("{arm}_inverse_dynamics_{name}_f32"));
             entries.push(Entry {
                 family,
@@ -203,7 +203,7 @@ fn build(arm: &str, ours: &Ours) -> Result<(Vec<Entry>, PathBuf)> {
     for (family, generator, switch) in GENERATORS {
         for (task, function, switches) in TASKS {
             let text = generated(arm, generator, function, "f32");
-            let after = if task == Task::KernelAfterOurTrig { "_after_our_trig" } else { "" };
+            let after = if task == Computation::KernelAfterOurTrig { "_after_our_trig" } else { "" };
             for (number, (compiler, own)) in COMPILERS.into_iter().enumerate() {
                 for (name, short, options) in OPTIONS {
                     let symbol = format!("{generator}_{function}{after}_{number}_{short}");

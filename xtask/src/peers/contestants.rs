@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 /// The computed quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Task {
+pub(super) enum Computation {
     /// Torques from angles, velocities and accelerations: sine and cosine included.
     Inverse,
     /// The same with sine and cosine given.
@@ -60,11 +60,11 @@ pub(super) const GENERATORS: [(Family, &str, &str); 2] =
     [(Family::CasADi, "casadi", "CASADI"), (Family::CppADCodeGen, "cppadcg", "CPPADCG")];
 
 /// Functions written by a generator, and the switch of `generated.c` for each.
-pub(super) const GENERATED: [(Task, &str, &str); 4] = [
-    (Task::Inverse, "inverse", ""),
-    (Task::Many, "inverse", "-DMANY"),
-    (Task::Kernel, "kernel", "-DKERNEL"),
-    (Task::Forward, "forward", "-DFORWARD"),
+pub(super) const GENERATED: [(Computation, &str, &str); 4] = [
+    (Computation::Inverse, "inverse", ""),
+    (Computation::Many, "inverse", "-DMANY"),
+    (Computation::Kernel, "kernel", "-DKERNEL"),
+    (Computation::Forward, "forward", "-DFORWARD"),
 ];
 
 /// The same for C++.
@@ -90,7 +90,7 @@ const PINOCCHIO: &str = "-std=c++17 -DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_L
 #[derive(Clone, Debug)]
 pub(super) struct Contestant {
     pub(super) family: Family,
-    pub(super) task: Task,
+    pub(super) task: Computation,
     /// Compiler and options, in words.
     pub(super) build: &'static str,
     pub(super) library: PathBuf,
@@ -128,22 +128,22 @@ impl Ours {
 
     /// The library that supplies states and reference torques.
     pub(super) fn reference(&self, arm: &str) -> Contestant {
-        self.contestant(Family::Generic, Task::Inverse, 0, format!("{arm}_generic"))
+        self.contestant(Family::Generic, Computation::Inverse, 0, format!("{arm}_generic"))
     }
 
     /// All our contestants.
     fn contestants(&self, arm: &str) -> Vec<Contestant> {
         let names = [
-            (Family::Generic, Task::Inverse, "generic"),
-            (Family::Generic, Task::Kernel, "generic_kernel"),
-            (Family::Exact, Task::Inverse, "exact"),
-            (Family::Exact, Task::Kernel, "exact_kernel"),
-            (Family::Regrouped, Task::Inverse, "regrouped"),
-            (Family::Regrouped, Task::Kernel, "regrouped_kernel"),
-            (Family::RegroupedLibm, Task::Inverse, "regrouped_libm"),
-            (Family::Regrouped, Task::Many, "batch"),
-            (Family::Regrouped, Task::Forward, "forward"),
-            (Family::Generic, Task::Forward, "generic_forward"),
+            (Family::Generic, Computation::Inverse, "generic"),
+            (Family::Generic, Computation::Kernel, "generic_kernel"),
+            (Family::Exact, Computation::Inverse, "exact"),
+            (Family::Exact, Computation::Kernel, "exact_kernel"),
+            (Family::Regrouped, Computation::Inverse, "regrouped"),
+            (Family::Regrouped, Computation::Kernel, "regrouped_kernel"),
+            (Family::RegroupedLibm, Computation::Inverse, "regrouped_libm"),
+            (Family::Regrouped, Computation::Many, "batch"),
+            (Family::Regrouped, Computation::Forward, "forward"),
+            (Family::Generic, Computation::Forward, "generic_forward"),
         ];
         let both = |(family, task, name)| {
             (0..self.desk.len()).map(move |build| self.contestant(family, task, build, format!("{arm}_{name}")))
@@ -151,7 +151,7 @@ impl Ours {
         names.into_iter().flat_map(both).collect()
     }
 
-    fn contestant(&self, family: Family, task: Task, build: usize, symbol: String) -> Contestant {
+    fn contestant(&self, family: Family, task: Computation, build: usize, symbol: String) -> Contestant {
         let (build, library) = &self.desk[build];
         Contestant { family, task, build, library: library.clone(), symbol }
     }
@@ -249,17 +249,17 @@ pub(super) fn all(arm: &str, ours: &Ours) -> Vec<Contestant> {
         let mut push = |family, task, library: PathBuf, symbol: &str| {
             all.push(Contestant { family, task, build, library, symbol: symbol.to_owned() });
         };
-        push(Family::Pinocchio, Task::Inverse, model_at_run_time("pinocchio", index), "inverse");
-        push(Family::Pinocchio, Task::Forward, model_at_run_time("pinocchio", index), "forward");
-        push(Family::Pinocchio, Task::Forward, model_at_run_time("pinocchio", index), "forward_world");
-        push(Family::Kdl, Task::Inverse, model_at_run_time("kdl", index), "inverse");
+        push(Family::Pinocchio, Computation::Inverse, model_at_run_time("pinocchio", index), "inverse");
+        push(Family::Pinocchio, Computation::Forward, model_at_run_time("pinocchio", index), "forward");
+        push(Family::Pinocchio, Computation::Forward, model_at_run_time("pinocchio", index), "forward_world");
+        push(Family::Kdl, Computation::Inverse, model_at_run_time("kdl", index), "inverse");
         for (family, name, _) in GENERATORS {
             for (task, ..) in GENERATED {
                 push(family, task, compiled(arm, name, task, index), "run");
             }
         }
     }
-    for (task, symbol) in [(Task::Inverse, "inverse"), (Task::Forward, "forward")] {
+    for (task, symbol) in [(Computation::Inverse, "inverse"), (Computation::Forward, "forward")] {
         all.push(Contestant {
             family: Family::Dynibo,
             task,
@@ -281,7 +281,7 @@ pub(super) fn generated(arm: &str, generator: &str, function: &str, real: &str) 
     folder().join(arm).join(format!("{generator}_{function}_{real}.c"))
 }
 
-fn compiled(arm: &str, generator: &str, task: Task, compiler: usize) -> PathBuf {
+fn compiled(arm: &str, generator: &str, task: Computation, compiler: usize) -> PathBuf {
     folder().join(arm).join(format!("{generator}_{task:?}_{compiler}.so"))
 }
 

@@ -1,7 +1,7 @@
 //! Times on the desk, after the check that all contestants agree.
 
 use super::build::{self, Job};
-use super::contestants::{self, Family, Ours, Task};
+use super::contestants::{self, Computation, Family, Ours};
 use super::harness::{JOINTS, folder, source};
 use anyhow::{Context as _, Result, bail};
 use std::io::Write as _;
@@ -11,7 +11,7 @@ use std::process::{Command, Stdio};
 #[derive(Clone, Debug)]
 pub(super) struct Time {
     pub(super) family: Family,
-    pub(super) task: Task,
+    pub(super) task: Computation,
     /// Compiler and options, in words.
     pub(super) build: &'static str,
     /// For one state, ns.
@@ -45,8 +45,8 @@ pub(super) fn measure(arm: &str, ours: &Ours) -> Result<(Vec<Time>, Vec<Torques>
     let mut all = vec![ours.reference(arm)];
     all.extend(contestants::all(arm, ours));
     let line = |(number, contestant): (usize, &contestants::Contestant)| {
-        let answer = if contestant.task == Task::Forward { "accelerations" } else { "torques" };
-        let ours_batch = contestant.family == Family::Regrouped && contestant.task == Task::Many;
+        let answer = if contestant.task == Computation::Forward { "accelerations" } else { "torques" };
+        let ours_batch = contestant.family == Family::Regrouped && contestant.task == Computation::Many;
         let layout = if ours_batch { "by-joint" } else { "by-state" };
         format!("{number} {} {} {answer} {layout}\n", contestant.library.display(), contestant.symbol)
     };
@@ -73,7 +73,7 @@ pub(super) fn measure(arm: &str, ours: &Ours) -> Result<(Vec<Time>, Vec<Torques>
         let numbers: Vec<f64> = line.split(' ').map(str::parse).collect::<Result<_, _>>().context(said.clone())?;
         let [_, ns, error] = numbers[..] else { bail!("not three numbers: {line}") };
         let contestants::Contestant { family, task, build, .. } = *contestant;
-        let allowed = if task == Task::Forward { ACCELERATION_ERROR_MAX } else { TORQUE_ERROR_MAX };
+        let allowed = if task == Computation::Forward { ACCELERATION_ERROR_MAX } else { TORQUE_ERROR_MAX };
         // NaN counts as a difference too.
         if error.is_nan() || error > allowed {
             bail!("{arm}: {} ({task:?}, {build}) differs from ours by {error:.1e} of the largest", family.name());

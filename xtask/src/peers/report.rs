@@ -1,7 +1,7 @@
 //! Results: ratios and tables.
 
 use super::chip::{Count, Cycles};
-use super::contestants::{Family, GENERATORS, ORDINARY, Task, generated};
+use super::contestants::{Computation, Family, GENERATORS, ORDINARY, generated};
 use super::desk::{Time, best};
 use super::harness::source;
 use super::install::CLANG;
@@ -15,14 +15,14 @@ use std::process::Command;
 pub(super) const PLACE: &str = "peers";
 
 /// Measurements of an arm.
-pub(super) struct Measured {
+pub(super) struct PeerMeasurements {
     pub(super) arm: &'static str,
     pub(super) desk: Vec<Time>,
     pub(super) chip: Vec<Count>,
 }
 
 /// The tables of the page.
-pub(super) fn markdown(measured: &[Measured]) -> Result<String> {
+pub(super) fn markdown(measured: &[PeerMeasurements]) -> Result<String> {
     let mut ratios =
         Table::new(&["what", "arm", "ours", "our build", "the strongest peer's", "peer, its build", "ratio"]);
     let mut text = String::new();
@@ -51,21 +51,21 @@ fn recursion(family: Family) -> bool {
 
 /// Numbers of ours and of the strongest peers of the same kind: traced code against traced code, a model at run time against a model at run
 /// time, many states a call against many states a call. Every contestant is measured at its best.
-fn compare(Measured { arm, desk, chip }: &Measured, table: &mut Table) -> Result<()> {
+fn compare(PeerMeasurements { arm, desk, chip }: &PeerMeasurements, table: &mut Table) -> Result<()> {
     type Kind = fn(Family) -> bool;
     let time = |kind: Kind, task, build: Option<&str>| {
         let wanted =
             |time: &Time| kind(time.family) && time.task == task && build.is_none_or(|build| build == time.build);
         best(desk, wanted).with_context(|| format!("{arm}: nobody measured {task:?}"))
     };
-    let rows: [(&str, Kind, Task, Kind, Option<&str>); 7] = [
-        ("traced, torques", regrouped, Task::Inverse, traced, None),
-        ("traced, torques, our build for any processor", regrouped, Task::Inverse, traced, Some(ORDINARY)),
-        ("traced, torques, sine and cosine given", regrouped, Task::Kernel, traced, None),
-        ("traced, torques, many states a call", regrouped, Task::Many, traced, None),
-        ("traced, accelerations", regrouped, Task::Forward, traced, None),
-        ("model at run time, torques", recursion, Task::Inverse, at_run_time, None),
-        ("model at run time, accelerations", recursion, Task::Forward, at_run_time, None),
+    let rows: [(&str, Kind, Computation, Kind, Option<&str>); 7] = [
+        ("traced, torques", regrouped, Computation::Inverse, traced, None),
+        ("traced, torques, our build for any processor", regrouped, Computation::Inverse, traced, Some(ORDINARY)),
+        ("traced, torques, sine and cosine given", regrouped, Computation::Kernel, traced, None),
+        ("traced, torques, many states a call", regrouped, Computation::Many, traced, None),
+        ("traced, accelerations", regrouped, Computation::Forward, traced, None),
+        ("model at run time, torques", recursion, Computation::Inverse, at_run_time, None),
+        ("model at run time, accelerations", recursion, Computation::Forward, at_run_time, None),
     ];
     for (what, own, task, other, build) in rows {
         let (ours, peer) = (time(own, task, build)?, time(other, task, None)?);
@@ -75,9 +75,9 @@ fn compare(Measured { arm, desk, chip }: &Measured, table: &mut Table) -> Result
         table.put(&[&format!("{what}, ns"), arm, &own, &ours.build, &other, &strongest, &ratio]);
     }
     let rows = [
-        ("chip, torques", Task::Inverse, Task::Inverse),
-        ("chip, torques, everybody with our sine and cosine", Task::Inverse, Task::KernelAfterOurTrig),
-        ("chip, torques, sine and cosine given", Task::Kernel, Task::Kernel),
+        ("chip, torques", Computation::Inverse, Computation::Inverse),
+        ("chip, torques, everybody with our sine and cosine", Computation::Inverse, Computation::KernelAfterOurTrig),
+        ("chip, torques, sine and cosine given", Computation::Kernel, Computation::Kernel),
     ];
     for (unit, value) in [("instructions", instructions as fn(&Count) -> f64), ("cycles", cycles)] {
         let least = |kind: Kind, task| {
@@ -95,8 +95,8 @@ fn compare(Measured { arm, desk, chip }: &Measured, table: &mut Table) -> Result
 }
 
 /// All contestants on one arm.
-fn tables(Measured { arm, desk, chip }: &Measured) -> Result<String> {
-    const ON_CHIP: [Task; 3] = [Task::Inverse, Task::KernelAfterOurTrig, Task::Kernel];
+fn tables(PeerMeasurements { arm, desk, chip }: &PeerMeasurements) -> Result<String> {
+    const ON_CHIP: [Computation; 3] = [Computation::Inverse, Computation::KernelAfterOurTrig, Computation::Kernel];
     let mut times = Table::new(&[
         "",
         "torques, sine and cosine included",
@@ -109,7 +109,8 @@ fn tables(Measured { arm, desk, chip }: &Measured) -> Result<String> {
             Some(time) => format!("{:.1} ({})", time.ns, time.build),
             None => String::new(),
         };
-        let [inverse, many, kernel, forward] = [Task::Inverse, Task::Many, Task::Kernel, Task::Forward].map(cell);
+        let [inverse, many, kernel, forward] =
+            [Computation::Inverse, Computation::Many, Computation::Kernel, Computation::Forward].map(cell);
         times.put(&[&family.name(), &inverse, &many, &kernel, &forward]);
     }
     let mut counts = Table::new(&["", "sine and cosine included", "with ours", "given", "operations"]);

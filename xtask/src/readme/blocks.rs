@@ -2,7 +2,7 @@
 
 /// A `console` block.
 #[derive(Debug, Default, PartialEq, Eq)]
-pub(super) struct Block {
+pub(super) struct ConsoleBlock {
     /// Its `cargo` lines that can run here, without their comments.
     pub(super) commands: Vec<String>,
     /// The `text` block right below it.
@@ -18,8 +18,8 @@ enum Place {
 }
 
 /// All `console` blocks of a page, in order.
-pub(super) fn of(page: &str) -> Vec<Block> {
-    let mut blocks: Vec<Block> = Vec::new();
+pub(super) fn of(page: &str) -> Vec<ConsoleBlock> {
+    let mut blocks: Vec<ConsoleBlock> = Vec::new();
     let mut place = Place::Prose;
     // A `text` block belongs to a `console` block only if nothing stands between the two.
     let mut follows = false;
@@ -27,7 +27,7 @@ pub(super) fn of(page: &str) -> Vec<Block> {
         let last = blocks.last_mut();
         place = match (place, line) {
             (Place::Prose, "```console") => {
-                blocks.push(Block::default());
+                blocks.push(ConsoleBlock::default());
                 Place::Console
             }
             (Place::Prose, "```text") if follows => {
@@ -70,10 +70,13 @@ fn command(line: &str) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Block, of};
+    use super::{ConsoleBlock, of};
 
-    fn block(commands: &[&str], shown: Option<&str>) -> Block {
-        Block { commands: commands.iter().map(|&line| line.to_owned()).collect(), shown: shown.map(str::to_owned) }
+    fn block(commands: &[&str], shown: Option<&str>) -> ConsoleBlock {
+        ConsoleBlock {
+            commands: commands.iter().map(|&line| line.to_owned()).collect(),
+            shown: shown.map(str::to_owned),
+        }
     }
 
     #[test]

@@ -24,8 +24,8 @@
 //! | `report` | the results of all runs |
 //!
 //! On the desk a run uses [`link::Pacing::Live`], the path that drives real actuators: a board supplies readings and
-//! lines, and the host can fall silent. In the emulated chip a run is a drill, compared with a drill of the desk on the
-//! same bytes. In a drill each measurement counts as a message of the host. The host is therefore never silent, and the
+//! lines, and the host can fall silent. In the emulated chip a run is a dry run, compared with a dry run of the desk on the
+//! same bytes. In a dry run each measurement counts as a message of the host. The host is therefore never silent, and the
 //! readings of all joints have the same age.
 //!
 //! Run `k` of a campaign depends on the seed, `k` and the scenes alone, not on threads or earlier runs.
@@ -48,8 +48,8 @@ mod target;
 
 pub use case::{Case, Situation};
 pub use fault::{FaultKind, Span};
-pub use judge::{Law, Unsafe};
-pub use machine::{Both, Desk, Machine, Said, Told, Trouble};
+pub use judge::{SafetyProperty, Unsafe};
+pub use machine::{Both, Desk, Machine, MachineError, TickInputs, TickOutput};
 pub use outcome::{Counterexample, Exemption, Finished, Motion, Number, Outcome};
 pub use report::{Cell, Report, Row};
 pub use run::run;

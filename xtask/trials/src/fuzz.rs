@@ -39,10 +39,10 @@ mod target;
 pub mod urdf_file;
 
 pub use examples::found;
-pub use target::Target;
+pub use target::FuzzTarget;
 
 /// All fuzz targets.
-pub const TARGETS: [Target; 8] = [
+pub const TARGETS: [FuzzTarget; 8] = [
     link_channel::TARGET,
     link_decoder::TARGET,
     link_stream::TARGET,

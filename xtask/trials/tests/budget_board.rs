@@ -2,7 +2,7 @@
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
-use ::board::session::drill::{Uncounted, desk_session};
+use ::board::session::dry_run::{Uncounted, desk_session};
 use link::{Access, BoardChannel, Cost, Fault, Frame, Pacing, Refusal};
 use robot_compiler::SceneFile;
 use serde_json::Value;
@@ -72,7 +72,7 @@ fn as_a_chip(tick: u32) -> Option<u32> {
 
 /// Fate of the answer to a tick on its way to the host.
 #[allow(clippy::large_enum_variant, reason = "made and taken apart at once")]
-enum Way {
+enum LinkInterrupts {
     Says(Frame),
     Bytes(Vec<u8>),
     Silent,
@@ -104,7 +104,7 @@ impl Board {
     fn start<const N: usize, M: Counter + Send + 'static>(
         scene: &str,
         counter: M,
-        way: impl FnMut(u32, Frame) -> Way + Send + 'static,
+        way: impl FnMut(u32, Frame) -> LinkInterrupts + Send + 'static,
     ) -> Self {
         let scene = SceneFile::load(&path(scene)).unwrap();
         let (mut firmware, port) = terminal();
@@ -116,10 +116,10 @@ impl Board {
     }
 
     fn counting(work: fn(u32) -> Option<u32>) -> Self {
-        Self::start::<2, _>(SCENE, Scripted::<true>::new(work), |_, frame| Way::Says(frame))
+        Self::start::<2, _>(SCENE, Scripted::<true>::new(work), |_, frame| LinkInterrupts::Says(frame))
     }
 
-    fn on_the_way(way: impl FnMut(u32, Frame) -> Way + Send + 'static) -> Self {
+    fn on_the_way(way: impl FnMut(u32, Frame) -> LinkInterrupts + Send + 'static) -> Self {
         Self::start::<2, _>(SCENE, Scripted::<true>::new(as_a_chip), way)
     }
 }
@@ -140,7 +140,7 @@ fn run<const N: usize, M: Counter>(
     mut port: TTYPort,
     counter: M,
     stop: &AtomicBool,
-    mut way: impl FnMut(u32, Frame) -> Way,
+    mut way: impl FnMut(u32, Frame) -> LinkInterrupts,
 ) {
     let mut session = desk_session::<N>(scene, &scene.robot.model::<N>().unwrap());
     let meter = Meter::new(counter);
@@ -170,17 +170,17 @@ fn run<const N: usize, M: Counter>(
             for frame in answers {
                 let said = match frame {
                     Frame::Command(command) => way(command.tick, Frame::Command(command)),
-                    other => Way::Says(other),
+                    other => LinkInterrupts::Says(other),
                 };
                 let said = match said {
-                    Way::Says(frame) => {
+                    LinkInterrupts::Says(frame) => {
                         let mut said = Vec::new();
                         channel.send(&frame, &mut |bytes| said.extend_from_slice(bytes));
                         said
                     }
-                    Way::Bytes(bytes) => bytes,
-                    Way::Silent => Vec::new(),
-                    Way::Unplugged => return,
+                    LinkInterrupts::Bytes(bytes) => bytes,
+                    LinkInterrupts::Silent => Vec::new(),
+                    LinkInterrupts::Unplugged => return,
                 };
                 // A host that has left reads nothing any more.
                 port.write_all(&said).ok();
@@ -231,8 +231,9 @@ fn every_ticks_cycles_count_in_fewest_most_and_mean() {
 #[test]
 fn a_port_that_another_program_has_had_gives_the_same() {
     // The packet numbers of an earlier user continue, and his last answers may still arrive.
-    let board =
-        Board::start::<6, _>("puma560_pick.toml", Scripted::<true>::new(|_| Some(2_805)), |_, frame| Way::Says(frame));
+    let board = Board::start::<6, _>("puma560_pick.toml", Scripted::<true>::new(|_| Some(2_805)), |_, frame| {
+        LinkInterrupts::Says(frame)
+    });
     let of = |(code, report, error): (i32, Value, String)| {
         assert_eq!(code, 0, "{error}");
         (report["cycles_per_tick"]["min"].as_u64(), report["cycles_per_tick"]["max"].as_u64())
@@ -244,7 +245,7 @@ fn a_port_that_another_program_has_had_gives_the_same() {
 
 #[test]
 fn a_counter_that_counts_no_cycles_is_refused_with_what_to_look_for() {
-    let says = |_, frame| Way::Says(frame);
+    let says = |_, frame| LinkInterrupts::Says(frame);
     let cases: [(&str, Board, &[&str], [&str; 2]); 5] = [
         ("never counted", Board::start::<2, _>(SCENE, Uncounted, says), &[], ["tick 1 has no cost", "TRCENA"]),
         (
@@ -279,9 +280,9 @@ fn one_bit_that_is_not_the_desks_is_told_with_its_tick() {
     let board = Board::on_the_way(|tick, frame| match frame {
         Frame::Command(mut command) if tick == 17 || tick == 90 => {
             command.torque[1] = f32::from_bits(command.torque[1].to_bits() ^ 1);
-            Way::Says(Frame::Command(command))
+            LinkInterrupts::Says(Frame::Command(command))
         }
-        other => Way::Says(other),
+        other => LinkInterrupts::Says(other),
     });
     let (code, error) = refused(&board, &[]);
     assert_eq!(code, 1, "{error}");
@@ -290,25 +291,40 @@ fn one_bit_that_is_not_the_desks_is_told_with_its_tick() {
 
 #[test]
 fn a_board_that_fails_meanwhile_ends_the_measurement_with_code_1() {
-    type OnItsWay = fn(u32, Frame) -> Way;
+    type OnItsWay = fn(u32, Frame) -> LinkInterrupts;
     let cases: [(OnItsWay, &str); 6] = [
-        (|tick, frame| if tick < 9 { Way::Says(frame) } else { Way::Unplugged }, "the other end is gone"),
         (
-            |tick, frame| if tick < 9 { Way::Says(frame) } else { Way::Silent },
+            |tick, frame| if tick < 9 { LinkInterrupts::Says(frame) } else { LinkInterrupts::Unplugged },
+            "the other end is gone",
+        ),
+        (
+            |tick, frame| if tick < 9 { LinkInterrupts::Says(frame) } else { LinkInterrupts::Silent },
             "silent: the answer to a measurement did not come within 3s",
         ),
-        (|tick, frame| if tick < 9 { Way::Says(frame) } else { Way::Bytes(vec![3, 7, 7, 0]) }, "from the board: "),
-        (|_, _| Way::Says(Frame::Refusal(Refusal::NoReference)), "refused: a measurement came before any reference"),
+        (
+            |tick, frame| if tick < 9 { LinkInterrupts::Says(frame) } else { LinkInterrupts::Bytes(vec![3, 7, 7, 0]) },
+            "from the board: ",
+        ),
+        (
+            |_, _| LinkInterrupts::Says(Frame::Refusal(Refusal::NoReference)),
+            "refused: a measurement came before any reference",
+        ),
         (
             |tick, frame| {
-                if tick < 9 { Way::Says(frame) } else { Way::Says(Frame::Fault(Fault { tick, code: 6, joint: None })) }
+                if tick < 9 {
+                    LinkInterrupts::Says(frame)
+                } else {
+                    LinkInterrupts::Says(Frame::Fault(Fault { tick, code: 6, joint: None }))
+                }
             },
             "a torque in tick 9: the board brakes, ",
         ),
         (
             |tick, frame| match frame {
-                Frame::Command(command) if tick == 9 => Way::Says(Frame::Command(link::Command { tick: 8, ..command })),
-                other => Way::Says(other),
+                Frame::Command(command) if tick == 9 => {
+                    LinkInterrupts::Says(Frame::Command(link::Command { tick: 8, ..command }))
+                }
+                other => LinkInterrupts::Says(other),
             },
             "answered tick 8, expected 9",
         ),

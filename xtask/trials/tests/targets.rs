@@ -4,13 +4,13 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::Path;
 use std::time::{Duration, Instant};
 use trials::fuzz::damage::{Damage, nested};
-use trials::fuzz::{self, Target, found};
+use trials::fuzz::{self, FuzzTarget, found};
 
 /// Longest time to read any input, in a test build on a busy machine.
 const LONGEST: Duration = Duration::from_secs(5);
 
 /// Check one input; if a property does not hold, save the input.
-fn hold(target: &Target, number: usize, input: &[u8]) {
+fn hold(target: &FuzzTarget, number: usize, input: &[u8]) {
     let begin = Instant::now();
     let outcome = catch_unwind(AssertUnwindSafe(|| (target.check)(input)));
     let time = begin.elapsed();
@@ -26,7 +26,7 @@ fn hold(target: &Target, number: usize, input: &[u8]) {
     assert!(time <= LONGEST, "input {number} took {time:?}");
 }
 
-fn hold_all(target: &Target, damaged: usize) {
+fn hold_all(target: &FuzzTarget, damaged: usize) {
     let mut damage = Damage::new(0x6e65_7774_6175, target.words);
     let examples = (target.examples)();
     let found = found(target.name).into_iter().map(|(_, input)| input);

@@ -6,19 +6,14 @@ use super::{Chip, ChipError, Emulator, Timeouts, build_firmware, build_firmware_
 use crate::key;
 use dynamics_core::{Measurement, Reference, Sensed};
 use link::{
-    Actuation, Distrust, Encoder, Frame, Hello, HostChannel, Key, Lines, Pacing, Point, Refusal, Request, Status, Trust,
+    Actuation, Distrust, Encoder, Frame, Hello, HostChannel, Key, Lines, Pacing, Point, Refusal, Request, StateCode,
+    Status, Trust,
 };
 use robot_compiler::SceneFile;
 use std::path::{Path, PathBuf};
 
 const KEY: Key = Key::new([0x6b; 32]);
 const REST: Sensed<f32, 2> = Sensed::State { q: [0.1, 0.2], qd: [0.0; 2] };
-
-const ARMED: u8 = 2;
-const ARMING: u8 = 6;
-const RUNNING: u8 = 3;
-const HOLDING: u8 = 4;
-const DISARMING: u8 = 8;
 
 fn scene() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/planar2r_swing.toml")
@@ -42,22 +37,22 @@ fn emulator_of(elf: &Path, key: Option<Key>) -> Emulator {
     .unwrap()
 }
 
-/// A chip with its host in a drill, and the number of the last tick.
-struct Drilled(Chip, u32);
+/// A chip with its host in a dry run, and the number of the last tick.
+struct AttackedDryRun(Chip, u32);
 
-impl Drilled {
+impl AttackedDryRun {
     fn start() -> Self {
         Self::over(emulator(Some(KEY)))
     }
 
     fn over(emulator: Emulator) -> Self {
         let mut chip = Chip::over(emulator, hello(Pacing::LockStep)).unwrap();
-        chip.change_pacing(hello(Pacing::Drill)).unwrap();
+        chip.change_pacing(hello(Pacing::DryRun)).unwrap();
         chip.send(&Frame::Lines(Lines::CALM)).unwrap();
         Self(chip, 0)
     }
 
-    /// A drill whose arm is armed, with all bytes that led there.
+    /// A dry run whose arm is armed, with all bytes that led there.
     fn armed() -> Self {
         Self::start().arm()
     }
@@ -66,7 +61,7 @@ impl Drilled {
         for request in [Request::Home, Request::Confirm, Request::Arm] {
             self.ask(request);
         }
-        while self.tick().0.state != ARMED {
+        while self.tick().0.state != StateCode::Armed {
             assert!(self.1 < 100, "it is not armed");
         }
         self
@@ -79,7 +74,7 @@ impl Drilled {
     fn run(mut self) -> Self {
         let reference = link::Reference::new(&Reference { q: [0.1_f32, 0.2], qd: [0.0; 2], qdd: [0.0; 2] });
         self.0.send(&Frame::Point(Point { ticks: 0, reference })).unwrap();
-        assert_eq!(self.ask(Request::Run).0.state, RUNNING);
+        assert_eq!(self.ask(Request::Run).0.state, StateCode::Running);
         self
     }
 
@@ -156,9 +151,9 @@ fn started(key: Option<Key>) -> Emulator {
 
 #[test]
 fn a_whole_session_replayed_to_a_chip_that_has_started_anew_does_nothing() {
-    let mut drill = Drilled::armed();
-    assert!(drives(&drill.tick().0));
-    let sent = drill.0.sent.clone();
+    let mut dry_run = AttackedDryRun::armed();
+    assert!(drives(&dry_run.tick().0));
+    let sent = dry_run.0.sent.clone();
     // The same key, another start: another random number beside the key.
     let mut anew = started(Some(KEY));
     // The replayed join gets a challenge of its own, the stranger's the second.
@@ -173,59 +168,59 @@ fn a_whole_session_replayed_to_a_chip_that_has_started_anew_does_nothing() {
 
 #[test]
 fn packets_of_the_session_itself_replayed_or_out_of_order_do_nothing_more() {
-    let mut drill = Drilled::armed();
-    let armed = drill.0.sent.clone();
-    drill.ask(Request::Disarm);
-    assert!(!drives(&drill.tick().0));
+    let mut dry_run = AttackedDryRun::armed();
+    let armed = dry_run.0.sent.clone();
+    dry_run.ask(Request::Disarm);
+    assert!(!drives(&dry_run.tick().0));
     // The brakes engage.
     let mut ticks = 0;
-    while drill.tick().0.state == DISARMING {
+    while dry_run.tick().0.state == StateCode::Disarming {
         ticks += 1;
         assert!(ticks < 1000);
     }
     // All that once led to torque, and the same backwards.
     let packets: Vec<&[u8]> = armed.split_inclusive(|&byte| byte == 0).filter(|packet| packet.len() > 1).collect();
-    let refused_before = drill.tick().1;
-    drill.attack(&packets.concat());
-    drill.attack(&packets.iter().rev().copied().collect::<Vec<_>>().concat());
-    let (status, refused) = drill.tick();
-    assert!(!drives(&status) && status.state == 0, "{status:?}");
+    let refused_before = dry_run.tick().1;
+    dry_run.attack(&packets.concat());
+    dry_run.attack(&packets.iter().rev().copied().collect::<Vec<_>>().concat());
+    let (status, refused) = dry_run.tick();
+    assert!(!drives(&status) && status.state == StateCode::Idle, "{status:?}");
     // The joins among them are answered, not refused.
     assert_eq!((refused_before, usize::from(refused)), (0, 2 * (packets.len() - 1)));
     // A request that comes too late, behind a later packet.
-    let early = drill.packet(&Frame::request(201, Request::Arm));
-    drill.0.send(&Frame::Alive).unwrap();
-    assert_eq!(drill.0.receive("a refusal").unwrap(), Frame::Refusal(Refusal::Lost { missed: 1 }));
-    drill.attack(&early);
-    assert!(!drives(&drill.tick().0));
+    let early = dry_run.packet(&Frame::request(201, Request::Arm));
+    dry_run.0.send(&Frame::Alive).unwrap();
+    assert_eq!(dry_run.0.receive("a refusal").unwrap(), Frame::Refusal(Refusal::Lost { missed: 1 }));
+    dry_run.attack(&early);
+    assert!(!drives(&dry_run.tick().0));
 }
 
 #[test]
 fn a_request_with_a_bit_changed_or_its_seal_cut_short_is_refused_and_the_whole_one_is_granted() {
-    let mut drill = Drilled::start();
-    drill.ask(Request::Home);
-    drill.ask(Request::Confirm);
-    let arm = drill.packet(&Frame::request(201, Request::Arm));
+    let mut dry_run = AttackedDryRun::start();
+    dry_run.ask(Request::Home);
+    dry_run.ask(Request::Confirm);
+    let arm = dry_run.packet(&Frame::request(201, Request::Arm));
     let mut attacks = 0;
     for bit in (0..8 * (arm.len() - 1)).step_by(3) {
         let mut changed = arm.clone();
         changed[bit / 8] ^= 1 << (bit % 8);
         // A changed byte may be a zero, or end the packet early; what is left of it is then a packet of its own.
-        drill.attack(&changed);
-        drill.attack(&[0]);
+        dry_run.attack(&changed);
+        dry_run.attack(&[0]);
         attacks += 1;
     }
     for length in 2..arm.len() - 1 {
-        drill.attack(&arm[..length]);
-        drill.attack(&[0]);
+        dry_run.attack(&arm[..length]);
+        dry_run.attack(&[0]);
         attacks += 1;
     }
     assert!(attacks > 50);
-    drill.0.emulator.write(&arm).unwrap();
+    dry_run.0.emulator.write(&arm).unwrap();
     // They were refused before the whole packet was taken; several that come at once share a refusal.
-    let (status, refusals) = drill.tick_after_noise();
+    let (status, refusals) = dry_run.tick_after_noise();
     assert!(!refusals.is_empty());
-    assert_eq!(status.state, ARMING);
+    assert_eq!(status.state, StateCode::Arming);
 }
 
 #[test]
@@ -248,7 +243,7 @@ fn a_host_with_another_key_gets_nowhere_and_a_forged_proof_gets_no_further() {
     let mut encoder = Encoder::new();
     let mut bytes = encoder.encode(&Frame::Proof(other.proof(link::seal::Side::Host, &transcript))).unwrap().to_vec();
     encoder.seal_with(other.session(link::seal::Side::Host, &transcript).sending);
-    for frame in [Frame::Hello(hello(Pacing::Drill)), Frame::Lines(Lines::CALM), Frame::request(202, Request::Home)] {
+    for frame in [Frame::Hello(hello(Pacing::DryRun)), Frame::Lines(Lines::CALM), Frame::request(202, Request::Home)] {
         bytes.extend_from_slice(&encoder.encode(&frame).unwrap());
     }
     let said = heard_by_a_stranger(&mut emulator, &bytes);
@@ -260,7 +255,7 @@ fn a_host_with_another_key_gets_nowhere_and_a_forged_proof_gets_no_further() {
 
 #[test]
 fn a_flood_of_joins_hellos_and_open_stops_disturbs_no_tick_of_the_session() {
-    let mut drill = Drilled::running();
+    let mut dry_run = AttackedDryRun::running();
     let mut stranger = Encoder::new();
     for round in 1..=20_u16 {
         for _ in 0..5 {
@@ -271,27 +266,27 @@ fn a_flood_of_joins_hellos_and_open_stops_disturbs_no_tick_of_the_session() {
                 Frame::request(204, Request::Disarm),
             ] {
                 let packet = stranger.encode(&frame).unwrap();
-                drill.attack(&packet);
+                dry_run.attack(&packet);
             }
         }
-        let (status, refused) = drill.tick();
-        assert!(drives(&status) && status.state == RUNNING, "{status:?}");
+        let (status, refused) = dry_run.tick();
+        assert!(drives(&status) && status.state == StateCode::Running, "{status:?}");
         assert_eq!(refused, 15 * round, "hellos and requests are counted, joins are answered");
     }
 }
 
 #[test]
-fn without_a_key_there_is_the_bench_and_no_drill() {
+fn without_a_key_there_is_the_bench_and_no_dry_run() {
     let mut emulator = started(None);
     let mut encoder = Encoder::new();
-    let drill = encoder.encode(&Frame::Hello(hello(Pacing::Drill))).unwrap();
-    let said = heard_by_a_stranger(&mut emulator, &drill);
+    let dry_run = encoder.encode(&Frame::Hello(hello(Pacing::DryRun))).unwrap();
+    let said = heard_by_a_stranger(&mut emulator, &dry_run);
     assert_eq!(said[0], Frame::Refusal(Refusal::NoKey));
     let Some(Frame::Challenge(challenge)) = said.last() else { panic!("{said:?}") };
     assert_eq!((challenge.trust, challenge.own), (Trust::NoKey, hello(Pacing::LockStep)));
     let bench = Chip::over(self::emulator(None), hello(Pacing::LockStep));
     let mut bench = bench.unwrap();
-    let error = bench.change_pacing(hello(Pacing::Drill)).unwrap_err();
+    let error = bench.change_pacing(hello(Pacing::DryRun)).unwrap_err();
     assert!(matches!(error, ChipError::Refused(Refusal::NoKey)), "{error}");
     assert!(error.to_string().contains("cargo newtau firmware key write"), "{error}");
 }
@@ -316,7 +311,7 @@ fn nonces_do_not_come_again() {
 #[test]
 fn a_stop_behind_a_flood_of_garbage_stops_the_arm() {
     for garbage in [700, 754, 755, 756, 757, 758, 1000, 3000] {
-        a_stop_is_taken(Drilled::running(), garbage);
+        a_stop_is_taken(AttackedDryRun::running(), garbage);
     }
 }
 
@@ -325,17 +320,17 @@ fn a_stop_behind_a_flood_of_garbage_stops_the_arm() {
 fn a_stop_behind_a_flood_of_garbage_stops_the_arm_by_dma_too() {
     let elf = build_firmware_by_dma(&scene()).unwrap();
     for garbage in [378, 379, 700, 756, 757, 758, 759, 1000, 3000] {
-        a_stop_is_taken(Drilled::over(emulator_of(&elf, Some(KEY))).arm().run(), garbage);
+        a_stop_is_taken(AttackedDryRun::over(emulator_of(&elf, Some(KEY))).arm().run(), garbage);
     }
 }
 
-fn a_stop_is_taken(mut drill: Drilled, garbage: usize) {
-    drill.attack(&vec![1; garbage]);
-    drill.attack(&[0]);
-    let hold = drill.packet(&Frame::request(205, Request::Hold));
-    drill.0.emulator.write(&hold).unwrap();
-    let (status, refusals) = drill.tick_after_noise();
+fn a_stop_is_taken(mut dry_run: AttackedDryRun, garbage: usize) {
+    dry_run.attack(&vec![1; garbage]);
+    dry_run.attack(&[0]);
+    let hold = dry_run.packet(&Frame::request(205, Request::Hold));
+    dry_run.0.emulator.write(&hold).unwrap();
+    let (status, refusals) = dry_run.tick_after_noise();
     let known = |refusal: &Refusal| matches!(refusal, Refusal::Undecodable(_) | Refusal::Unauthentic { .. });
     assert!(refusals.iter().all(known), "{refusals:?}");
-    assert_eq!(status.state, HOLDING, "{garbage} bytes of garbage");
+    assert_eq!(status.state, StateCode::Holding, "{garbage} bytes of garbage");
 }

@@ -8,17 +8,11 @@
 use super::{Chip, build_firmware, hello};
 use dynamics_core::safety::Rules;
 use link::{
-    Actuation, Encoder, Frame, Hello, Pacing, Parts, Point, Reference, Refusal, Request, Status, Verdict, Watch,
+    Actuation, Encoder, Frame, Hello, Pacing, Parts, Point, Reference, Refusal, Request, StateCode, Status, Verdict,
+    Watch,
 };
 use robot_compiler::SceneFile;
 use std::path::Path;
-
-const ARMED: u8 = 2;
-const ARMING: u8 = 6;
-const RUNNING: u8 = 3;
-const HOLDING: u8 = 4;
-const DISARMING: u8 = 8;
-const FAULT: u8 = 5;
 
 /// The next status in one of these states; the others on the way are left out.
 fn until(chip: &mut Chip, wanted: impl Fn(&Status) -> bool) -> Status {
@@ -57,10 +51,10 @@ impl LiveChip {
     /// Armed; returns the tick that took the request as well: the last thing that its host said.
     fn armed() -> (Self, Status) {
         let mut live = Self::start();
-        live.ask(Request::Home, |status| status.state == 1);
-        live.ask(Request::Confirm, |status| status.state == 0 && status.homed);
-        let status = live.ask(Request::Arm, |status| status.state == ARMING);
-        until(&mut live.chip, |status| status.state == ARMED);
+        live.ask(Request::Home, |status| status.state == StateCode::Homing);
+        live.ask(Request::Confirm, |status| status.state == StateCode::Idle && status.homed);
+        let status = live.ask(Request::Arm, |status| status.state == StateCode::Arming);
+        until(&mut live.chip, |status| status.state == StateCode::Armed);
         (live, status)
     }
 
@@ -69,7 +63,7 @@ impl LiveChip {
         let (mut live, _) = Self::armed();
         let reference = Reference::new(&dynamics_core::Reference { q: [0.0_f32; 2], qd: [0.0; 2], qdd: [0.0; 2] });
         live.chip.send(&Frame::Point(Point { ticks: 0, reference })).unwrap();
-        live.ask(Request::Run, |status| status.state == RUNNING);
+        live.ask(Request::Run, |status| status.state == StateCode::Running);
         live
     }
 
@@ -144,12 +138,12 @@ fn a_flood_does_not_pass_for_a_host() {
                 continue;
             }
             match (status.state, holds) {
-                (ARMED, None) | (HOLDING | DISARMING, Some(_)) => {}
-                (HOLDING, None) => {
+                (StateCode::Armed, None) | (StateCode::Holding | StateCode::Disarming, Some(_)) => {}
+                (StateCode::Holding, None) => {
                     assert_eq!((status.tick - last.tick, status.cause), (rules.heartbeat_max + 1, 2), "{name}");
                     holds = Some(status.tick);
                 }
-                (FAULT, Some(tick)) => {
+                (StateCode::Fault, Some(tick)) => {
                     assert_eq!((status.tick - tick, status.cause), (rules.hold_max + rules.brake_delay, 10), "{name}");
                     break;
                 }
@@ -171,7 +165,7 @@ fn a_hold_in_a_flood_is_honoured_in_the_tick_after_it_is_taken() {
             let bytes = flood(&live, round);
             live.chip.emulator.write(&bytes).unwrap();
             before = live.status();
-            assert_eq!(before.state, RUNNING, "{name}");
+            assert_eq!(before.state, StateCode::Running, "{name}");
         }
         // A zero ends whatever came.
         live.chip.emulator.write(&[0]).unwrap();
@@ -182,9 +176,16 @@ fn a_hold_in_a_flood_is_honoured_in_the_tick_after_it_is_taken() {
             live.chip.emulator.write(&bytes).unwrap();
             live.status()
         });
-        let status = status.into_iter().find(|status| status.taken != before.taken || status.state != RUNNING).unwrap();
+        let status = status
+            .into_iter()
+            .find(|status| status.taken != before.taken || status.state != StateCode::Running)
+            .unwrap();
         println!("{name}: {} ticks after it was sent", status.tick - sent);
-        assert_eq!((status.state, status.cause, status.taken), (HOLDING, 1, before.taken.wrapping_add(1)), "{name}");
+        assert_eq!(
+            (status.state, status.cause, status.taken),
+            (StateCode::Holding, 1, before.taken.wrapping_add(1)),
+            "{name}"
+        );
     }
 }
 
@@ -192,7 +193,7 @@ fn a_hold_in_a_flood_is_honoured_in_the_tick_after_it_is_taken() {
 /// then can be joined anew.
 #[test]
 fn a_hello_that_ends_a_live_session_is_followed_by_a_status_and_a_reset() {
-    for pacing in [Pacing::Drill, Pacing::LockStep, Pacing::Timer] {
+    for pacing in [Pacing::DryRun, Pacing::LockStep, Pacing::Timer] {
         let mut live = LiveChip::running();
         let (chip, bench) = (&mut live.chip, live.bench);
         let theirs = Hello { pacing, ..bench };
@@ -209,10 +210,12 @@ fn a_hello_that_ends_a_live_session_is_followed_by_a_status_and_a_reset() {
         // While the arm is driven none ends the session; a stop counts, whoever asks for it.
         assert_eq!(greet(chip), Frame::Refusal(Refusal::Driven), "{pacing:?}");
         chip.send(&Frame::request(200, Request::Stop)).unwrap();
-        until(chip, |status| status.state == FAULT);
+        until(chip, |status| status.state == StateCode::Fault);
         assert_eq!(greet(chip), Frame::Hello(theirs), "{pacing:?}");
         match chip.receive("a status").unwrap() {
-            Frame::Status(Status { tick: 0, state: 0, homed: false, actuation: Some(actuation), .. }) => {
+            Frame::Status(Status {
+                tick: 0, state: StateCode::Idle, homed: false, actuation: Some(actuation), ..
+            }) => {
                 assert!(!matches!(actuation, Actuation::Drive { .. }), "{pacing:?}: {actuation:?}");
             }
             other => panic!("{pacing:?}: {other:?}"),
@@ -223,7 +226,7 @@ fn a_hello_that_ends_a_live_session_is_followed_by_a_status_and_a_reset() {
             "{pacing:?}"
         );
         chip.join_anew().unwrap();
-        chip.change_pacing(Hello { pacing: Pacing::Drill, ..bench }).unwrap();
+        chip.change_pacing(Hello { pacing: Pacing::DryRun, ..bench }).unwrap();
     }
 }
 
@@ -232,9 +235,9 @@ fn a_hello_that_ends_a_live_session_is_followed_by_a_status_and_a_reset() {
 fn a_live_arm_whose_host_falls_silent_holds_and_then_stops_in_the_stated_ticks() {
     // The host's last frame caused that tick.
     let (mut live, armed) = LiveChip::armed();
-    let holds = until(&mut live.chip, |status| status.state == HOLDING);
+    let holds = until(&mut live.chip, |status| status.state == StateCode::Holding);
     assert_eq!((holds.tick - armed.tick, holds.cause), (live.rules.heartbeat_max + 1, 2));
-    let stops = until(&mut live.chip, |status| status.state == FAULT);
+    let stops = until(&mut live.chip, |status| status.state == StateCode::Fault);
     // The brakes engage before the torque ends.
     assert!(live.rules.brake_delay > 0);
     assert_eq!((stops.tick - holds.tick, stops.cause), (live.rules.hold_max + live.rules.brake_delay, 10));
@@ -253,8 +256,8 @@ fn of_requests_that_come_together_the_stop_acts_and_each_is_answered_once() {
     while answers.len() < asked.len() || stopped < 50 {
         match live.chip.receive("answers").unwrap() {
             Frame::Answer(answer) => answers.push((answer.number, answer.verdict)),
-            Frame::Status(status) if stopped > 0 || status.state == FAULT => {
-                assert_eq!((status.state, status.cause), (FAULT, 9));
+            Frame::Status(status) if stopped > 0 || status.state == StateCode::Fault => {
+                assert_eq!((status.state, status.cause), (StateCode::Fault, 9));
                 assert!(!matches!(status.actuation, Some(Actuation::Drive { .. })), "{status:?}");
                 stopped += 1;
             }
@@ -282,9 +285,9 @@ fn a_live_arm_whose_points_run_out_in_motion_holds() {
     let way = 0.5 * speed * f32::from(ticks) / live.bench.rate_hz;
     live.chip.send(&point(0, 0.0, 0.0)).unwrap();
     live.chip.send(&point(ticks, way, speed)).unwrap();
-    let running = live.ask(Request::Run, |status| status.state == RUNNING);
-    let holds = until(&mut live.chip, |status| status.state != RUNNING);
-    assert_eq!((holds.state, holds.cause), (HOLDING, 3));
+    let running = live.ask(Request::Run, |status| status.state == StateCode::Running);
+    let holds = until(&mut live.chip, |status| status.state != StateCode::Running);
+    assert_eq!((holds.state, holds.cause), (StateCode::Holding, 3));
     // The first tick of the run is at the first point, `ticks` later one is at the last.
     assert_eq!(holds.tick - running.tick, u32::from(ticks) + 1, "{holds:?}");
 }

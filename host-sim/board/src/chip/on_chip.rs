@@ -11,7 +11,7 @@ use robot_compiler::scene::ScalarChoice;
 use sim::failure::Failure;
 use sim::run::simulate::{self, Run};
 use sim::run::summary::Instructions;
-use sim::run::target::{Beside, Ticked, Torques};
+use sim::run::target::{CommandComparison, Ticked, Torques};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -51,7 +51,7 @@ pub fn run<const N: usize>(scene: &SceneFile, stop: &AtomicBool, progress: &Prog
     })?;
     progress.set_message("");
     let chip = Chip::start(&program, hello(&scene, &model, Pacing::LockStep)).map_err(target)?;
-    let mut both = Beside::new(chip, simulate::desk::<f32, N>(&scene, &model));
+    let mut both = CommandComparison::new(chip, simulate::desk::<f32, N>(&scene, &model));
     let mut run = simulate::with(&scene, "qemu", &mut both, stop, progress)?;
     run.summary.parity = Some(both.parity());
     run.summary.instructions_per_tick = both.instructions().map(|(min, max)| Instructions { min, max });

@@ -13,7 +13,7 @@
 //! | entry | 1 | 0 sent to the board, 1 received from it |
 //! | | 1 | number of packets lost before a received frame, modulo 256 |
 //! | | 2 | length of the frame |
-//! | | 8 | time since the start of the session, us: the host's in a live session, the arm's in a drill |
+//! | | 8 | time since the start of the session, us: the host's in a live session, the arm's in a dry run |
 //! | | n | the frame in postcard's encoding, as on the wire |
 //!
 //! Entries follow each other until the end of the file. There is no checksum: a replay finds the effect of a flipped
@@ -52,7 +52,7 @@ pub struct Head {
 
 /// Sender of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Way {
+pub enum Direction {
     /// Sent by the host.
     Sent,
     /// Sent by the board, received by the host.
@@ -63,7 +63,7 @@ pub enum Way {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
     /// Its sender.
-    pub way: Way,
+    pub way: Direction,
     /// Packets lost before it, modulo 256.
     pub missed: u8,
     /// Time since the start of the session.
@@ -137,11 +137,11 @@ impl<W: Write> Writer<W> {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn push(&mut self, way: Way, missed: u8, at: Duration, frame: &Frame) -> io::Result<()> {
+    pub fn push(&mut self, way: Direction, missed: u8, at: Duration, frame: &Frame) -> io::Result<()> {
         let bytes = encoded(frame, <[u8]>::to_vec)?;
         let length = u16::try_from(bytes.len()).map_err(io::Error::other)?;
         let micros = u64::try_from(at.as_micros()).unwrap_or(u64::MAX);
-        self.0.write_all(&[u8::from(way == Way::Received), missed])?;
+        self.0.write_all(&[u8::from(way == Direction::Received), missed])?;
         self.0.write_all(&length.to_le_bytes())?;
         self.0.write_all(&micros.to_le_bytes())?;
         self.0.write_all(&bytes)
@@ -222,8 +222,8 @@ fn whole(bytes: &[u8], at: usize) -> Option<(usize, usize)> {
 fn entry(head: &[u8], frame: &[u8]) -> Result<Entry, String> {
     let &[way, missed, _, _, ref micros @ ..] = head else { return Err("no head".into()) };
     let way = match way {
-        0 => Way::Sent,
-        1 => Way::Received,
+        0 => Direction::Sent,
+        1 => Direction::Received,
         other => return Err(format!("direction {other}, expected 0 (sent) or 1 (received)")),
     };
     let micros = micros.try_into().map(u64::from_le_bytes).map_err(|error| error.to_string())?;

@@ -2,16 +2,16 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`drill`] | the firmware under its safety state machine, on the desk and in the chip |
+//! | [`dry_run`] | the firmware under its safety state machine, on the desk and in the chip |
 //! | [`states`] | the numbers of that machine's states, and the transitions between them |
-//! | [`operate`] | an operator at a board on a serial port, or in a drill |
+//! | [`operate`] | an operator at a board on a serial port, or in a dry run |
 //! | [`frame_log`] | all frames over a link, as a file |
 //! | [`replay`] | such a file through the same session on the desk |
 //! | [`serial`] | a serial port to a board, as whole frames |
 //! | [`doctor`] | checks of everything that a use of the project needs |
 
 pub mod doctor;
-pub mod drill;
+pub mod dry_run;
 pub mod frame_log;
 pub mod operate;
 pub mod replay;

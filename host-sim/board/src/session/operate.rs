@@ -1,7 +1,7 @@
 //! An operator at a board: requests, their answers, and the points of a motion, sent ahead of the arm.
 //!
 //! ```text
-//! console -> command -> operator <-> device: a board on a serial port, or a drill with a simulated arm
+//! console -> command -> operator <-> device: a board on a serial port, or a dry run with a simulated arm
 //!                          |            `-- tap: every frame, counted and kept in a record
 //!                          `-> report
 //! ```
@@ -12,8 +12,8 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`device`] | interface of a board or a drill |
-//! | [`drill_device`], [`on_wire`], [`simulated_board`] | its implementations; [`wire`] loses frames |
+//! | [`device`] | interface of a board or a dry run |
+//! | [`dry_run_device`], [`on_wire`], [`simulated_board`] | its implementations; [`wire`] loses frames |
 //! | [`command`] | the commands that an operator types |
 //! | [`console`], `keys` | the source of the commands: a script, a pipe or a terminal; the stop key |
 //! | `reason` | the reasons why a command was not completed |
@@ -45,7 +45,7 @@ pub mod command;
 pub mod console;
 pub mod converse;
 pub mod device;
-pub mod drill_device;
+pub mod dry_run_device;
 pub mod messages;
 pub mod motion_queue;
 pub mod on_wire;
@@ -56,7 +56,6 @@ pub mod table;
 pub mod wire;
 
 mod arm;
-mod course;
 mod ending;
 mod feel;
 mod first_motion;
@@ -68,6 +67,7 @@ mod motor_heat;
 mod moves;
 mod obey;
 mod observed;
+mod planned_motion;
 mod reason;
 mod rejection;
 mod requests;
@@ -79,19 +79,19 @@ mod torque_check;
 mod weigh;
 
 use crate::session::frame_log::Head;
-use crate::session::states::{ARMED, DISARMING, FAULT, HOLDING, LOWERING, RUNNING};
 use ::session::trajectory::WAYS;
 use arm::Arm;
 use device::{Device, DeviceError, SILENCE};
 use dynamics_core::Model;
 use heat::MotorHeat;
 pub use keys::Presses;
+use link::StateCode;
 use link::{Actuation, Answer, Frame, Lines, Pacing, Refusal, Status, Value, Verdict};
 use moment::Moment;
 use motion_queue::MotionQueue;
 use observed::FirstMotion;
 pub use reason::Stop;
-use report::{Report, Seen};
+use report::{Report, StatusView};
 use robot_compiler::SceneFile;
 use samples::{Sample, Samples};
 use sim::output::Output;
@@ -136,7 +136,7 @@ pub struct Operator {
     watched: u16,
     /// Interval of the printed statuses, in ticks, and the tick of the last printed one.
     print: (u64, u32),
-    /// State of the board's input lines, which this program simulates in a drill.
+    /// State of the board's input lines, which this program simulates in a dry run.
     lines: Lines,
     /// Ticks of the black box received so far, while it is being dumped.
     past: Option<Vec<Status>>,
@@ -243,7 +243,7 @@ impl Operator {
 
     /// True if nothing was refused and the board is not in a fault.
     pub fn is_content(&self) -> bool {
-        !self.refused && self.state() != Some(FAULT)
+        !self.refused && self.state() != Some(StateCode::Fault)
     }
 
     /// True if time passes by itself, as it does on a real board.
@@ -254,7 +254,7 @@ impl Operator {
     /// True if a motion is under way.
     pub fn is_moving(&self) -> bool {
         let pending = self.status.as_ref().is_some_and(|status| usize::from(status.room) < WAYS);
-        self.state() == Some(RUNNING) && (pending || !self.feed.is_empty() || !self.under_way.is_empty())
+        self.state() == Some(StateCode::Running) && (pending || !self.feed.is_empty() || !self.under_way.is_empty())
     }
 
     /// Output for the user.
@@ -262,13 +262,13 @@ impl Operator {
         &self.report
     }
 
-    fn state(&self) -> Option<u8> {
+    fn state(&self) -> Option<StateCode> {
         self.status.as_ref().map(|status| status.state)
     }
 
     /// True if the drives apply torque.
     fn drives(&self) -> bool {
-        matches!(self.state(), Some(ARMED | RUNNING | HOLDING | LOWERING | DISARMING))
+        self.state().is_some_and(StateCode::has_torque)
     }
 
     /// Let time pass: send points, and receive frames of the board.
@@ -313,18 +313,19 @@ impl Operator {
     }
 
     /// The last status in the units of the arm.
-    fn seen_now(&self) -> Option<Seen<'_>> {
+    fn seen_now(&self) -> Option<StatusView<'_>> {
         let status = self.status.as_ref()?;
         let q = self.q.as_deref();
         let external = status.external();
-        // In a drill the drives are simulated here.
-        let trouble = status.trouble().or(self.device.trouble()).filter(|_| status.state == FAULT);
-        let wrench = q.zip(external).and_then(|(q, external)| self.arm.limbs.tip_wrench(q, external));
-        Some(Seen {
+        // In a dry run the drives are simulated here.
+        let drive_fault =
+            status.drive_fault().or(self.device.drive_fault()).filter(|_| status.state == StateCode::Fault);
+        let wrench = q.zip(external).and_then(|(q, external)| self.arm.model.tip_wrench(q, external));
+        Some(StatusView {
             status,
             q,
             wrench,
-            trouble,
+            drive_fault,
             joints: &self.arm.joints,
             period: self.arm.period,
             words: self.arm.words,
@@ -390,7 +391,7 @@ impl Operator {
             self.count_stale(&sensed.age_ticks);
         }
         let sensed = status.sensed.as_ref().map(|sensed| &sensed.sensed).or(self.device.reading());
-        if let Some(q) = sensed.and_then(|sensed| self.arm.limbs.positions(sensed)) {
+        if let Some(q) = sensed.and_then(|sensed| self.arm.model.positions(sensed)) {
             self.q = Some(q);
         }
         self.sample(&status);
@@ -399,7 +400,7 @@ impl Operator {
         let Some(status) = &self.status else { return Ok(()) };
         let doing = |status: &Status| (status.state, status.cause, status.joint);
         let changed = before.as_ref().is_some_and(|before| doing(before) != doing(status));
-        if changed && before.is_some_and(|before| before.state == RUNNING) {
+        if changed && before.is_some_and(|before| before.state == StateCode::Running) {
             // The board has forgotten its trajectory.
             self.feed.clear();
             self.under_way.clear();
@@ -408,7 +409,7 @@ impl Operator {
         if changed && !self.asking {
             let text = format!("tick {}: {}", status.tick, self.doing());
             self.report.say("change", &text, self.seen_now().as_ref())?;
-            if let (FAULT, Some((text, _))) = (status.state, self.torque_in_words()) {
+            if let (StateCode::Fault, Some((text, _))) = (status.state, self.torque_in_words()) {
                 self.say("torque", &text)?;
             }
         }
@@ -455,7 +456,7 @@ impl Operator {
 
     /// Keep where the arm is and what it is told, as long as torque acts.
     fn sample(&mut self, status: &Status) {
-        if status.state == ARMED && !self.drives() {
+        if status.state == StateCode::Armed && !self.drives() {
             (self.judged, self.samples) = (false, Samples::default());
         }
         match (&status.actuation, &self.q) {
@@ -463,7 +464,7 @@ impl Operator {
                 let torque = torque.iter().copied().map(f64::from).collect();
                 self.samples.push(Sample { tick: status.tick, q: q.clone(), torque }, self.arm.period);
             }
-            _ if status.state != FAULT => self.samples.clear(),
+            _ if status.state != StateCode::Fault => self.samples.clear(),
             _ => {}
         }
     }

@@ -1,13 +1,13 @@
 //! Replay of a recorded session through the same session on the desk: every status must have the same bits.
 //!
-//! In a drill a measurement starts each tick, so the record's frames determine every tick. In a live session the
+//! In a dry run a measurement starts each tick, so the record's frames determine every tick. In a live session the
 //! board's timer starts the ticks, and each status holds the inputs of its tick: how many frames had been taken before
 //! it, and the readings of joints and lines. A live record therefore needs a status of every tick with
 //! [`Parts::SENSED`](link::Parts::SENSED) and [`Parts::TORQUE`](link::Parts::TORQUE), from the first tick after the
 //! hello on. Without the status of a tick its inputs are unknown, and neither it nor the ticks after it can be
 //! replayed.
 //!
-//! | compared | drill | live |
+//! | compared | dry run | live |
 //! |---|---|---|
 //! | state, cause, joint, homed, refusal of a request, torques and limits | every status | every status |
 //! | readings, lines, reference | if the status has them | if the status has them |
@@ -17,12 +17,12 @@
 //! | cost | not: the desk's cost differs | not |
 
 mod difference;
-mod drill;
+mod dry_run;
 mod live;
 
 pub use difference::{Difference, Gap, Replay, ReplayError};
 
-use crate::session::frame_log::{Entry, LogError, Way};
+use crate::session::frame_log::{Direction, Entry, LogError};
 use dynamics_core::Model;
 use link::{Frame, Pacing};
 use robot_compiler::SceneFile;
@@ -38,13 +38,13 @@ pub fn replay<const N: usize>(
 ) -> Result<Replay, ReplayError> {
     let mut entries = entries.enumerate().peekable();
     // Frames before the hello belong to another session.
-    while entries.next_if(|(_, entry)| entry.as_ref().is_ok_and(|entry| entry.way == Way::Received)).is_some() {}
+    while entries.next_if(|(_, entry)| entry.as_ref().is_ok_and(|entry| entry.way == Direction::Received)).is_some() {}
     match entries.peek() {
         None => Err(ReplayError::NoHello(1)),
         Some((_, Err(error))) => Err(error.clone().into()),
         Some((number, Ok(Entry { frame, .. }))) => match frame {
-            Frame::Hello(hello) if hello.pacing == Pacing::Drill => {
-                drill::replay(scene, model, entries.map(|(_, e)| e))
+            Frame::Hello(hello) if hello.pacing == Pacing::DryRun => {
+                dry_run::replay(scene, model, entries.map(|(_, e)| e))
             }
             Frame::Hello(hello) if hello.pacing == Pacing::Live => live::replay(scene, model, entries.map(|(_, e)| e)),
             _ => Err(ReplayError::NoHello(number + 1)),

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 /// Options of `firmware key write`.
 #[derive(Clone, Debug, clap::Args)]
-pub struct Options {
+pub struct KeyOptions {
     /// The key file, made by `newtau firmware key new`
     file: PathBuf,
     /// The board that the probe is wired to
@@ -25,7 +25,7 @@ pub struct Options {
     dry_run: bool,
 }
 
-impl Options {
+impl KeyOptions {
     /// The key file.
     #[must_use]
     pub fn file(&self) -> &Path {
@@ -41,11 +41,11 @@ impl Options {
     }
 }
 
-/// Write a key page, the bytes of [`Options::file`]'s key, through a probe.
+/// Write a key page, the bytes of [`KeyOptions::file`]'s key, through a probe.
 ///
 /// # Errors
 /// [`BadInput`](crate::BadInput) for an emulated board or a missing tool; a tool that fails.
-pub fn write(options: &Options, page: &[u8]) -> Result<()> {
+pub fn write(options: &KeyOptions, page: &[u8]) -> Result<()> {
     options.check()?;
     let page = Page::of(page)?;
     let steps = steps(options.board.chip(), options.probe.as_deref(), &page.0);

@@ -3,7 +3,7 @@
 use super::grid::Problem;
 use super::header::Finder;
 use super::name::bracket;
-use super::spec::{Given, Key};
+use super::spec::{Key, KeyColumns};
 use super::unit::{self, Kind, Unit};
 use super::vocabulary::Quantity;
 
@@ -12,7 +12,7 @@ const ALL: &[Kind] =
 
 impl Finder<'_> {
     /// Unit of a column: in its heading, in the row below, or by hand.
-    pub(super) fn unit(&self, place: usize, given: Option<&Given>) -> Result<Option<Unit>, Problem> {
+    pub(super) fn unit(&self, place: usize, given: Option<&KeyColumns>) -> Result<Option<Unit>, Problem> {
         let name = &self.grid.head[place];
         let by_hand = given.and_then(|given| given.unit);
         let (heading, loose, unknown) = match self.sets.columns.iter().find(|column| column.place == place) {
@@ -117,7 +117,7 @@ impl Finder<'_> {
         }
     }
 
-    fn is_given(&self, given: &Given, place: usize) -> bool {
+    fn is_given(&self, given: &KeyColumns, place: usize) -> bool {
         given.places(&self.grid.head, &self.reading.joints).is_ok_and(|places| places.contains(&place))
     }
 }

@@ -5,7 +5,7 @@ use super::clock::Clock;
 use super::grid::{Grid, Problem};
 use super::name::Role;
 use super::sets::{Picked, Set, Sets};
-use super::spec::{ColumnNames, Given, Key, listed};
+use super::spec::{ColumnNames, Key, KeyColumns, listed};
 use super::vocabulary::Quantity;
 
 /// Places of columns in a file.
@@ -84,7 +84,7 @@ pub(super) struct Finder<'a> {
 }
 
 impl Finder<'_> {
-    pub(super) fn given(&self, key: Key) -> Option<&Given> {
+    pub(super) fn given(&self, key: Key) -> Option<&KeyColumns> {
         self.reading.columns.as_ref().and_then(|columns: &ColumnNames| columns.given(key))
     }
 

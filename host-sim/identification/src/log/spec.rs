@@ -10,11 +10,11 @@ use super::unit::Unit;
 /// base first, or one pattern, in which `{}` stands for a joint's number, from 0 or from 1, or for its name. `#3` is the third column,
 /// `#2-#7` the second to the seventh.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct ColumnNames(Vec<Given>);
+pub struct ColumnNames(Vec<KeyColumns>);
 
 /// One key with its columns.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Given {
+pub(super) struct KeyColumns {
     pub(super) key: Key,
     pub(super) unit: Option<Unit>,
     pub(super) names: Vec<String>,
@@ -38,7 +38,7 @@ impl ColumnNames {
     /// # Errors
     /// A description: an unknown key, a key twice, an unknown unit, a key without names, torques and currents both.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let mut all: Vec<Given> = Vec::new();
+        let mut all: Vec<KeyColumns> = Vec::new();
         for part in text.split(',') {
             let part = part.trim();
             let Some((key, name)) = part.split_once('=') else {
@@ -57,7 +57,7 @@ impl ColumnNames {
                 return Err(format!("the key {word:?} twice"));
             }
             let parsed = unit.map(|unit| Unit::parse(unit).ok_or_else(|| format!("{unit:?} is no unit that is known")));
-            all.push(Given { key, unit: parsed.transpose()?, names: vec![name.trim().to_owned()] });
+            all.push(KeyColumns { key, unit: parsed.transpose()?, names: vec![name.trim().to_owned()] });
         }
         if let Some(empty) = all.iter().find(|given| given.names.iter().any(String::is_empty)) {
             return Err(format!("{:?} has an empty name", empty.key));
@@ -68,12 +68,12 @@ impl ColumnNames {
         Ok(Self(all))
     }
 
-    pub(super) fn given(&self, key: Key) -> Option<&Given> {
+    pub(super) fn given(&self, key: Key) -> Option<&KeyColumns> {
         self.0.iter().find(|given| given.key == key)
     }
 }
 
-impl Given {
+impl KeyColumns {
     /// The columns of `count` joints of these names, or of time.
     ///
     /// # Errors

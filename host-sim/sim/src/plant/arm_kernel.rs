@@ -82,7 +82,7 @@ pub(super) struct ArmKernel<const N: usize> {
 pub(super) type Flags = [u64; LANES];
 
 /// One number of every joint, for all lanes.
-pub(super) type Joints<const N: usize> = [[f64; LANES]; N];
+pub(super) type JointLanes<const N: usize> = [[f64; LANES]; N];
 
 impl<const N: usize> ArmKernel<N> {
     /// The kernel of arms of this shape; `None` where this processor has none.
@@ -146,10 +146,10 @@ impl<const N: usize> ArmKernel<N> {
     #[inline(always)]
     pub(super) fn solve(
         &mut self,
-        (q, qd): (&Joints<N>, &Joints<N>),
-        drive: &Joints<N>,
+        (q, qd): (&JointLanes<N>, &JointLanes<N>),
+        drive: &JointLanes<N>,
         dry: &mut Dry<N, LANES>,
-        qdd: &mut Joints<N>,
+        qdd: &mut JointLanes<N>,
     ) -> Flags {
         let (inputs, _) = self.kernel.inputs().as_chunks_mut::<LANES>();
         inputs[POSITION * N..(POSITION + 1) * N].copy_from_slice(q);

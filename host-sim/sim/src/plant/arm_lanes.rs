@@ -1,13 +1,13 @@
 //! Arms side by side: each passes its own stretch of time, all in the lanes of one [kernel](super::arm_kernel).
 
 use super::actuator::{Drive, rippled};
-use super::arm_kernel::{ArmKernel, Flags, Joints, Shape, take_apart};
+use super::arm_kernel::{ArmKernel, Flags, JointLanes, Shape, take_apart};
 use super::flow::{Dry, Flow};
 use super::friction::{JointFriction, level, middle, varies};
 use super::integrator;
-use super::solver::Passage;
+use super::solver::IntegrationRequest;
 use super::state::{Lanes, States};
-use super::{Acted, Diverged, Plant};
+use super::{Diverged, LoadedArm, Plant};
 use core::cell::{Cell, RefCell};
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{JointKind, Wrench};
@@ -39,7 +39,7 @@ pub(crate) struct ArmLanes<const N: usize> {
     kinds: [JointKind; N],
     /// Torque curve of each lane, and the torques where none of the curves bends.
     drives: [Drive<N>; LANES],
-    constant: Option<Joints<N>>,
+    constant: Option<JointLanes<N>>,
     /// Solutions of the equations of motion by each lane, while it passes a stretch.
     solved: Cell<[u64; LANES]>,
 }
@@ -62,7 +62,7 @@ impl<const N: usize> ArmLanes<N> {
 
     /// Place an arm of this shape in a lane; false if it has another shape.
     pub(crate) fn place(&mut self, lane: usize, plant: &Plant<N>) -> bool {
-        let Acted { mechanism, friction, ripple, .. } = &plant.body;
+        let LoadedArm { mechanism, friction, ripple, .. } = &plant.body;
         self.friction.place(lane, friction.as_ref());
         self.ripple[lane] = *ripple;
         self.kernel.get_mut().place(lane, mechanism, plant.body.is_dry())
@@ -77,22 +77,22 @@ impl<const N: usize> ArmLanes<N> {
     /// equations of motion.
     pub(crate) fn pass(
         &mut self,
-        passages: &mut [Option<Passage<N>>; LANES],
+        passages: &mut [Option<IntegrationRequest<N>>; LANES],
     ) -> ([Option<Diverged>; LANES], [u64; LANES]) {
         self.instructions.run(Pass { arms: self, passages })
     }
 }
 
 impl<const N: usize> Flow<States<N, LANES>, N, LANES> for ArmLanes<N> {
-    type Input = Joints<N>;
+    type Input = JointLanes<N>;
 
     #[inline(always)]
-    fn rough(&self) -> Option<&Joints<N>> {
+    fn rough(&self) -> Option<&JointLanes<N>> {
         self.friction.is_dry.then_some(&self.friction.rough)
     }
 
     #[inline(always)]
-    fn input(&self, t: &[f64; LANES]) -> Joints<N> {
+    fn input(&self, t: &[f64; LANES]) -> JointLanes<N> {
         if let Some(constant) = &self.constant {
             return *constant;
         }
@@ -109,7 +109,7 @@ impl<const N: usize> Flow<States<N, LANES>, N, LANES> for ArmLanes<N> {
     fn slope(
         &self,
         point: &States<N, LANES>,
-        torque: &Joints<N>,
+        torque: &JointLanes<N>,
         dry: &mut Dry<N, LANES>,
         slope: &mut States<N, LANES>,
         lanes: &mut Lanes<LANES>,
@@ -121,7 +121,7 @@ impl<const N: usize> Flow<States<N, LANES>, N, LANES> for ArmLanes<N> {
 /// Arms that pass their stretches.
 struct Pass<'a, const N: usize> {
     arms: &'a mut ArmLanes<N>,
-    passages: &'a mut [Option<Passage<N>>; LANES],
+    passages: &'a mut [Option<IntegrationRequest<N>>; LANES],
 }
 
 impl<const N: usize> Work for Pass<'_, N> {
@@ -132,7 +132,7 @@ impl<const N: usize> Work for Pass<'_, N> {
         let Self { arms, passages } = self;
         let mut point = States { q: [[0.0; LANES]; N], qd: [[0.0; LANES]; N] };
         for (lane, passage) in passages.iter().enumerate() {
-            let Some(Passage { state, drive, .. }) = passage else { continue };
+            let Some(IntegrationRequest { state, drive, .. }) = passage else { continue };
             for joint in 0..N {
                 (point.q[joint][lane], point.qd[joint][lane]) = (state.q[joint], state.qd[joint]);
             }
@@ -158,7 +158,7 @@ impl<const N: usize> Work for Pass<'_, N> {
 struct Slope<'a, const N: usize> {
     arms: &'a ArmLanes<N>,
     point: &'a States<N, LANES>,
-    torque: &'a Joints<N>,
+    torque: &'a JointLanes<N>,
     dry: &'a mut Dry<N, LANES>,
     slope: &'a mut States<N, LANES>,
     lanes: &'a mut Lanes<LANES>,
@@ -218,16 +218,16 @@ fn within<const N: usize>(point: &States<N, LANES>) -> Flags {
 /// Friction of the joints of all lanes' arms.
 #[derive(Clone, Debug)]
 struct Frictions<const N: usize> {
-    viscous: Joints<N>,
-    coulomb: Joints<N>,
+    viscous: JointLanes<N>,
+    coulomb: JointLanes<N>,
     /// One for a joint with dry friction, zero for others.
-    rough: Joints<N>,
+    rough: JointLanes<N>,
     is_dry: bool,
     /// As each lane's arm has it; `None` without friction.
     whole: [Option<[JointFriction; N]>; LANES],
     /// Torque that does not depend on the motion.
-    constant: Joints<N>,
-    /// Joints of which some arm's level depends on torque or velocity.
+    constant: JointLanes<N>,
+    /// JointLanes of which some arm's level depends on torque or velocity.
     special: [bool; N],
 }
 
@@ -254,7 +254,7 @@ impl<const N: usize> Frictions<N> {
 
     /// Take viscous friction at these velocities, and that of the joints that slide, off the torques of the drives.
     #[inline(always)]
-    fn oppose(&self, qd: &Joints<N>, dry: &mut Dry<N, LANES>, torque: &mut Joints<N>) {
+    fn oppose(&self, qd: &JointLanes<N>, dry: &mut Dry<N, LANES>, torque: &mut JointLanes<N>) {
         for joint in 0..N {
             dry.level[joint] = self.coulomb[joint];
             if self.special[joint] {

@@ -107,7 +107,7 @@ impl<const N: usize> JointIo<N> for Joints<N> {
 #[derive(Clone, Debug)]
 pub struct Drives<const N: usize> {
     joints: Joints<N>,
-    seats: [Seat; N],
+    seats: [JointMount; N],
     /// Turns of the actuators' own loop in a tick.
     turns: u32,
     period: f64,
@@ -118,7 +118,7 @@ pub struct Drives<const N: usize> {
 
 /// Place of a joint's actuator, and the joint's gearing.
 #[derive(Clone, Copy, Debug)]
-struct Seat {
+struct JointMount {
     bus: usize,
     place: usize,
     ratio: f64,
@@ -148,7 +148,7 @@ impl<const N: usize> Drives<N> {
         let mut actuators = [const { Vec::new() }; BUSES];
         let seats = specs.map(|spec| {
             let bus = usize::from(spec.bus.saturating_sub(1)).min(BUSES - 1);
-            let seat = Seat { bus, place: actuators[bus].len(), ratio: spec.ratio, zero: spec.zero, factor: 1.0 };
+            let seat = JointMount { bus, place: actuators[bus].len(), ratio: spec.ratio, zero: spec.zero, factor: 1.0 };
             actuators[bus].push(actuator(&spec));
             seat
         });
@@ -181,7 +181,7 @@ impl<const N: usize> Drives<N> {
 
     /// Electronics of a joint's actuator, to look at or to break.
     pub fn electronics(&mut self, joint: usize) -> Option<&mut Electronics> {
-        let Seat { bus, place, .. } = *self.seats.get(joint)?;
+        let JointMount { bus, place, .. } = *self.seats.get(joint)?;
         Some(&mut self.bus(bus).actuators.get_mut(place)?.electronics)
     }
 
@@ -211,7 +211,7 @@ impl<const N: usize> Drives<N> {
     /// Disturbs the frames of a joint's drive until the next call: a deaf drive hears nothing and says nothing. `replies` are the
     /// fates of its next reply; the first that is true counts.
     pub fn disturb(&mut self, joint: usize, deaf: bool, replies: [(bool, Fate); 2]) {
-        let Some(Seat { bus, place, .. }) = self.seats.get(joint).copied() else { return };
+        let Some(JointMount { bus, place, .. }) = self.seats.get(joint).copied() else { return };
         let bus = self.bus(bus);
         let Some(id) = bus.actuators.get(place).map(|actuator| actuator.electronics.id) else { return };
         bus.unplugged.retain(|other| *other != id);
@@ -271,7 +271,7 @@ impl<const N: usize> Drives<N> {
     /// Let the commands of a tick arrive, and the actuators measure and reply.
     pub fn serve(&mut self, measured: &State<N>) {
         for joint in 0..N {
-            let Seat { bus, place, .. } = self.seats[joint];
+            let JointMount { bus, place, .. } = self.seats[joint];
             let shaft = self.seats[joint].shaft(measured, joint);
             if let Some(actuator) = self.bus(bus).actuators.get_mut(place) {
                 actuator.shaft = shaft;
@@ -332,7 +332,7 @@ impl<const N: usize> Drives<N> {
     }
 }
 
-impl Seat {
+impl JointMount {
     /// The shaft at this state of the arm.
     fn shaft<const N: usize>(&self, state: &State<N>, joint: usize) -> Shaft {
         Shaft { position: self.ratio * state.q[joint] + self.zero, velocity: self.ratio * state.qd[joint] }

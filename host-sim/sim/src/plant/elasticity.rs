@@ -45,12 +45,12 @@ pub(super) struct Motors<const N: usize> {
 
 /// Both sides of every joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Pair<const N: usize> {
+pub(super) struct BothSides<const N: usize> {
     pub(super) link: States<N, 1>,
     pub(super) motor: States<N, 1>,
 }
 
-impl<const N: usize> Point<N, 1> for Pair<N> {
+impl<const N: usize> Point<N, 1> for BothSides<N> {
     fn combine<const K: usize>(&self, others: [&Self; K], f: impl Fn(usize, f64, [f64; K]) -> f64) -> Self {
         let link = self.link.combine(others.map(|other| &other.link), &f);
         Self { link, motor: self.motor.combine(others.map(|other| &other.motor), &f) }

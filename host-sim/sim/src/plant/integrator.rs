@@ -216,7 +216,7 @@ fn sum<const K: usize>(a: [f64; K], k: [f64; K]) -> f64 {
 
 /// A step of the embedded pair: the points of fifth order, their slopes, and the errors of the points of fourth order relative to the
 /// tolerances. The points are those of the first event in the step, if there is any; then the parts of the step are given.
-struct Pair<Y, const L: usize> {
+struct EmbeddedPair<Y, const L: usize> {
     end: Y,
     slope: Y,
     error: [f64; L],
@@ -233,7 +233,7 @@ fn dormand_prince<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L: usi
     tolerance: &[f64; L],
     (dry, among): (&mut Dry<N, L>, [bool; L]),
     lanes: &mut Lanes<L>,
-) -> Pair<Y, L> {
+) -> EmbeddedPair<Y, L> {
     // Every slope is written before it is read.
     let [mut k2, mut k3, mut k4, mut k5, mut k6, mut k7] = [*k1; 6];
     let mut slope = |c: f64, at: &Y, k: &mut Y| {
@@ -264,7 +264,7 @@ fn dormand_prince<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L: usi
     let error = error.largest();
     let curve = Curve { start, end: &end, first: k1, last: Some(&k7), fourth: None, h };
     let Some(events) = flow.rough().and_then(|_| dry.events(&curve, among)) else {
-        return Pair { end, slope: k7, error, part: None };
+        return EmbeddedPair { end, slope: k7, error, part: None };
     };
     // The interpolant of fourth order (L. F. Shampine, Some practical Runge-Kutta formulas, 1986).
     const D: [f64; 6] = [
@@ -278,7 +278,7 @@ fn dormand_prince<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L: usi
     let fourth = start.combine([k1, &k3, &k4, &k5, &k6, &k7], |lane, _, k| h[lane] * sum(D, k));
     let curve = Curve { fourth: Some(&fourth), ..curve };
     let events = dry.events(&curve, among).unwrap_or(events);
-    Pair { end: events.cut(&curve), slope: k7, error, part: Some(events.part) }
+    EmbeddedPair { end: events.cut(&curve), slope: k7, error, part: Some(events.part) }
 }
 
 /// Advance the lanes of a mask in steps as long as their tolerances allow.
@@ -313,7 +313,7 @@ fn adapt<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L: usize>(
         let h = core::array::from_fn(|lane| if last[lane] { left[lane] } else { next[lane] });
         let among = core::array::from_fn(|lane| lanes.active[lane] && events_left[lane] > 0);
         let mut tried = *lanes;
-        let Pair { end, slope: slope_after, error, part } =
+        let EmbeddedPair { end, slope: slope_after, error, part } =
             dormand_prince(flow, (point, &slope), (&t, &h), &tolerance, (&mut dry, among), &mut tried);
         let (live, mut done, mut cut) = (lanes.live(), [false; L], [false; L]);
         for lane in (0..L).filter(|&lane| live[lane]) {

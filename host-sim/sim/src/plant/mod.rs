@@ -21,7 +21,6 @@
 //! | `solver` | who lets the arm move while a run waits |
 //! | [`ledger`] | energy put into the arm and taken out of it |
 
-mod acted;
 pub mod actuator;
 pub(crate) mod arm_kernel;
 pub(crate) mod arm_lanes;
@@ -38,6 +37,7 @@ pub mod integrator;
 pub mod jitter;
 mod kinematics;
 pub mod ledger;
+mod loaded_arm;
 mod rotor_coupling;
 pub mod sensor;
 pub(crate) mod solver;
@@ -47,18 +47,18 @@ mod terms;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use acted::Acted;
-use acted::{Elastic, Rigid};
 use actuator::{ActuatorSettings, Actuators, Drive};
 pub use dynamics::Arm;
 use dynamics_core::{JointSpec, Wrench};
-use elasticity::{Elasticity, Motors, Pair};
+use elasticity::{BothSides, Elasticity, Motors};
 pub use friction::JointFriction;
 use integrator::{Plan, Stretch};
 use jitter::Jitter;
 use ledger::Ledger;
+pub(crate) use loaded_arm::LoadedArm;
+use loaded_arm::{Elastic, Rigid};
 use robot_compiler::scene::{Integrator, Push, Side};
-use solver::{AtOnce, Passage, Solver, now};
+use solver::{AtOnce, IntegrationRequest, Solver, now};
 use state::States;
 pub use state::{Diverged, State};
 
@@ -85,7 +85,7 @@ impl Clock {
 /// within [`BRAKING_TIME`] and then stands, under any load. In an elastic joint both sides do so.
 #[derive(Clone, Debug)]
 pub struct Plant<const N: usize> {
-    body: Acted<N>,
+    body: LoadedArm<N>,
     actuators: Actuators<N>,
     clock: Clock,
     integrator: Integrator,
@@ -129,7 +129,7 @@ impl<const N: usize> Plant<N> {
         let ripple = actuators.ripple;
         let kinds = core::array::from_fn(|i| arm.joints[i].kind);
         Self {
-            body: Acted::new(arm.mechanism(), friction, ripple, kinds),
+            body: LoadedArm::new(arm.mechanism(), friction, ripple, kinds),
             actuators: Actuators::new(actuators, torque_max),
             clock,
             integrator: Integrator::default(),
@@ -345,14 +345,14 @@ impl<const N: usize> Plant<N> {
         let Self { body, integrator, next_step, state, motors, ledger, .. } = self;
         let plan = Plan { integrator: *integrator, stretch, next: *next_step };
         if let Some(motors) = motors {
-            let mut pair = Pair { link: States::alone(state), motor: States::alone(&motors.state) };
+            let mut pair = BothSides { link: States::alone(state), motor: States::alone(&motors.state) };
             let (flow, mut plans) = (Elastic { body, motors: &*motors, drive }, [Some(plan)]);
             let [failed] = integrator::advance(&flow, &mut pair, &mut plans, |_| ());
             (*state, motors.state) = (pair.link.lane(0), pair.motor.lane(0));
             *next_step = plans[0].map_or(*next_step, |plan| plan.next);
             return failed.map_or(Ok(()), Err);
         }
-        let mut passage = Passage { state: *state, drive: *drive, plan };
+        let mut passage = IntegrationRequest { state: *state, drive: *drive, plan };
         let passed = solver.pass(body, ledger.as_mut(), &mut passage).await;
         (*state, *next_step) = (passage.state, passage.plan.next);
         passed

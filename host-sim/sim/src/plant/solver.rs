@@ -8,21 +8,21 @@ use super::actuator::Drive;
 use super::integrator::{self, Plan, Step};
 use super::ledger::Ledger;
 use super::state::{Diverged, State, States};
-use super::{Acted, Rigid};
+use super::{LoadedArm, Rigid};
 use core::future::Future;
 use core::pin::pin;
 use core::task::{Context, Poll, Waker};
 
 /// A stretch of time that an arm with rigid joints passes under one torque curve.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Passage<const N: usize> {
+pub(crate) struct IntegrationRequest<const N: usize> {
     /// State at its start; at its end when it has been passed.
     pub(super) state: State<N>,
     pub(super) drive: Drive<N>,
     pub(super) plan: Plan,
 }
 
-impl<const N: usize> Passage<N> {
+impl<const N: usize> IntegrationRequest<N> {
     /// Stand where this stretch has been passed; its torques stay as they were, and to copy them costs as much as the rest.
     pub(crate) fn arrive(&mut self, passed: &Self) {
         (self.state, self.plan) = (passed.state, passed.plan);
@@ -39,9 +39,9 @@ pub(crate) trait Solver<const N: usize> {
     /// Pass a stretch; after an error, the state is the last good one.
     async fn pass(
         &self,
-        body: &Acted<N>,
+        body: &LoadedArm<N>,
         ledger: Option<&mut Ledger<N>>,
-        passage: &mut Passage<N>,
+        passage: &mut IntegrationRequest<N>,
     ) -> Result<(), Diverged>;
 }
 
@@ -56,11 +56,11 @@ impl<const N: usize> Solver<N> for AtOnce {
 
     async fn pass(
         &self,
-        body: &Acted<N>,
+        body: &LoadedArm<N>,
         mut ledger: Option<&mut Ledger<N>>,
-        passage: &mut Passage<N>,
+        passage: &mut IntegrationRequest<N>,
     ) -> Result<(), Diverged> {
-        let Passage { state, drive, plan } = passage;
+        let IntegrationRequest { state, drive, plan } = passage;
         let mut point = States::alone(state);
         let mut plans = [Some(*plan)];
         let [failed] = integrator::advance(&Rigid { body, drive }, &mut point, &mut plans, |step| {

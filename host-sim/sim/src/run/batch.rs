@@ -7,8 +7,8 @@
 use crate::plant::arm_kernel::Shape;
 use crate::plant::arm_lanes::{ArmLanes, LANES};
 use crate::plant::ledger::Ledger;
-use crate::plant::solver::{AtOnce, Passage, Solver, now};
-use crate::plant::{Acted, Diverged, Plant};
+use crate::plant::solver::{AtOnce, IntegrationRequest, Solver, now};
+use crate::plant::{Diverged, LoadedArm, Plant};
 use core::cell::RefCell;
 use core::future::{Future, poll_fn};
 use core::pin::Pin;
@@ -109,10 +109,10 @@ impl<const N: usize> Batch<N> {
 }
 
 /// State that the runs of a batch share.
-struct Meeting<const N: usize> {
+struct BatchState<const N: usize> {
     arms: ArmLanes<N>,
     /// Stretches that wait to be passed; afterwards, those that have been.
-    passages: [Option<Passage<N>>; LANES],
+    passages: [Option<IntegrationRequest<N>>; LANES],
     failed: [Option<Diverged>; LANES],
     solved: [u64; LANES],
 }
@@ -127,7 +127,7 @@ fn side_by_side<J: Job<N>, const N: usize>(
     outcomes: &mut [Option<J::Outcome>],
 ) {
     let (passages, failed, solved) = ([const { None }; LANES], [None; LANES], [0; LANES]);
-    let meeting = RefCell::new(Meeting { arms, passages, failed, solved });
+    let meeting = RefCell::new(BatchState { arms, passages, failed, solved });
     let mut jobs = jobs.into_iter();
     let mut start = |lane: usize| -> Option<Waiting<'_, J::Outcome>> {
         let (place, job) = jobs.next()?;
@@ -151,28 +151,33 @@ fn side_by_side<J: Job<N>, const N: usize>(
         if !waiting {
             return;
         }
-        let Meeting { arms, passages, failed, solved } = &mut *meeting.borrow_mut();
+        let BatchState { arms, passages, failed, solved } = &mut *meeting.borrow_mut();
         (*failed, *solved) = arms.pass(passages);
     }
 }
 
 /// A lane of a meeting.
 struct Lane<'a, const N: usize> {
-    meeting: &'a RefCell<Meeting<N>>,
+    meeting: &'a RefCell<BatchState<N>>,
     lane: usize,
 }
 
 impl<const N: usize> Solver<N> for Lane<'_, N> {
     /// An arm with a ledger has no lane.
-    async fn pass(&self, body: &Acted<N>, _: Option<&mut Ledger<N>>, passage: &mut Passage<N>) -> Result<(), Diverged> {
+    async fn pass(
+        &self,
+        body: &LoadedArm<N>,
+        _: Option<&mut Ledger<N>>,
+        passage: &mut IntegrationRequest<N>,
+    ) -> Result<(), Diverged> {
         {
-            let Meeting { arms, passages, .. } = &mut *self.meeting.borrow_mut();
+            let BatchState { arms, passages, .. } = &mut *self.meeting.borrow_mut();
             arms.push(self.lane, body.tip_wrench());
             passages[self.lane] = Some(*passage);
         }
         let mut asked = false;
         poll_fn(|_| if core::mem::replace(&mut asked, true) { Poll::Ready(()) } else { Poll::Pending }).await;
-        let Meeting { passages, failed, solved, .. } = &mut *self.meeting.borrow_mut();
+        let BatchState { passages, failed, solved, .. } = &mut *self.meeting.borrow_mut();
         if let Some(passed) = passages[self.lane].take() {
             passage.arrive(&passed);
         }

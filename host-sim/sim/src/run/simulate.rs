@@ -298,7 +298,7 @@ pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
         sensors: Sensors::new(sensors, scene.seed),
         motion,
         repeat: scene.motion.repeats(),
-        led: scene.control.law.is_led(),
+        hand_guided: scene.control.law.is_hand_guided(),
         springs: (scene.control.law.traits().spring == SpringOwner::Drive)
             .then(|| config.gains.map(|gains| gains.spring())),
         period: scene.period(),

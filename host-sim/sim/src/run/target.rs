@@ -51,7 +51,7 @@ impl<S: Real, const N: usize, A: ArmBuild<S, N>> Torques<S, N> for Controller<S,
 ///
 /// Torques, limits and faults must agree to the last bit.
 #[derive(Clone, Debug)]
-pub struct Beside<C, D> {
+pub struct CommandComparison<C, D> {
     chip: C,
     desk: D,
     seen: Parity,
@@ -67,7 +67,7 @@ pub struct Parity {
     pub mismatches: u64,
 }
 
-impl<C, D> Beside<C, D> {
+impl<C, D> CommandComparison<C, D> {
     /// Let `chip` drive and `desk` check.
     pub fn new(chip: C, desk: D) -> Self {
         Self { chip, desk, seen: Parity::default(), instructions: None }
@@ -84,7 +84,7 @@ impl<C, D> Beside<C, D> {
     }
 }
 
-impl<const N: usize, C: Torques<f32, N>, D: Torques<f32, N>> Torques<f32, N> for Beside<C, D> {
+impl<const N: usize, C: Torques<f32, N>, D: Torques<f32, N>> Torques<f32, N> for CommandComparison<C, D> {
     fn set_live(&mut self, live: &Live<f32, N>) -> miette::Result<()> {
         self.chip.set_live(live)?;
         self.desk.set_live(live)
@@ -144,7 +144,7 @@ mod tests {
     }
 
     fn mismatches(chip: Command<f32, 1>, desk: Command<f32, 1>) -> u64 {
-        let mut both = Beside::new(Says(chip), Says(desk));
+        let mut both = CommandComparison::new(Says(chip), Says(desk));
         let reference = Reference { q: [0.0], qd: [0.0], qdd: [0.0] };
         let measurement = Measurement { sensed: Sensed::State { q: [0.0], qd: [0.0] }, age_ticks: 0 };
         assert!(both.tick(&reference, &measurement).is_ok_and(|ticked| ticked.command == chip));

@@ -8,7 +8,7 @@ use dynamics_core::control::Spring;
 use dynamics_core::control::trajectory::Motion;
 use dynamics_core::safety::SafeAction;
 use dynamics_core::{Fault, Measurement, Model, Real, Reference, Sensed};
-use link::Trouble;
+use link::DriveFaultReport;
 use session::readings::{JointFaults, Readings};
 
 /// Everything in the loop but the controller.
@@ -31,8 +31,8 @@ pub struct World<const N: usize> {
     pub motion: Motion<f64, N>,
     /// Restart the motion each time it ends.
     pub repeat: bool,
-    /// The arm is led by hand: its reference is where it is.
-    pub led: bool,
+    /// The arm is hand-guided: its reference is where it is.
+    pub hand_guided: bool,
     /// Springs and dampers for the drives' own loops, beside every torque.
     pub springs: Option<[Spring<f32>; N]>,
     /// Control period, s.
@@ -51,13 +51,13 @@ pub struct Sensing<S, const N: usize> {
     /// Highest temperature that the drives report, degrees Celsius.
     pub temperature: Option<f32>,
     /// Report of the first joint with a fault.
-    pub trouble: Option<Trouble>,
+    pub fault_report: Option<DriveFaultReport>,
 }
 
 impl<const N: usize> World<N> {
     /// Reference of the arm at `t` (s).
     pub fn reference(&self, t: f64) -> Reference<f64, N> {
-        if self.led {
+        if self.hand_guided {
             return Reference::at_rest(self.plant.state().q);
         }
         self.motion.sample(if self.repeat { t % self.motion.duration() } else { t })
@@ -83,11 +83,11 @@ impl<const N: usize> World<N> {
     pub fn sense<S: Real>(&mut self) -> Sensing<S, N> {
         let Some((readings, temperature)) = self.drives.as_mut().map(Drives::measure) else {
             let measurement = measurement(&self.sensors.read(self.plant.measured()));
-            return Sensing { measurement, drive_fault: [false; N], temperature: None, trouble: None };
+            return Sensing { measurement, drive_fault: [false; N], temperature: None, fault_report: None };
         };
         // These drives always give readings; without any, a measurement is as old as can be.
         let never = Sensed::State { q: [S::zero(); N], qd: [S::zero(); N] };
-        let trouble = readings.as_ref().and_then(Readings::trouble);
+        let fault_report = readings.as_ref().and_then(Readings::drive_fault);
         let (sensed, age_ticks, faults) = readings.map_or((never, u32::MAX, [JointFaults::NONE; N]), |readings| {
             let oldest = readings.age_ticks.into_iter().fold(0, u32::max);
             (cast(&readings.sensed), oldest, readings.faults)
@@ -96,7 +96,7 @@ impl<const N: usize> World<N> {
             measurement: Measurement { sensed, age_ticks },
             drive_fault: faults.map(|faults| faults.intersects(JointFaults::OF_DRIVE)),
             temperature,
-            trouble,
+            fault_report,
         }
     }
 

@@ -1,6 +1,6 @@
 //! The closed loop on the desk: properties of every run.
 
-use dynamics_core::control::Law;
+use dynamics_core::control::ControlLaw;
 use dynamics_core::trig::Method;
 use dynamics_core::{Body, Live, Measurement, Reference, Term, Wrench};
 use indicatif::ProgressBar;
@@ -117,7 +117,7 @@ fn every_law_drives_every_robot_without_a_fault() {
     assert!(robots.len() >= 6, "{robots:?}");
     for path in robots {
         let robot = Robot::load(&path).unwrap();
-        for &(.., law) in Law::NAMES {
+        for &(.., law) in ControlLaw::NAMES {
             let mut scene = SceneFile::default_for(robot.clone());
             scene.control.law = law;
             scene.duration = Some(0.25);
@@ -128,7 +128,9 @@ fn every_law_drives_every_robot_without_a_fault() {
             // Measured: at most 7.8e-4 (Puma, from the smoothed friction model) with a model of the motion, at most
             // 0.032 without one in the loop, because an arm sags under its weight by G / (M0 omega^2). Light joints behind simulated
             // drives sag further, 0.069, and their frames round and delay.
-            let models_the_motion = [Law::ComputedTorque, Law::Feedforward, Law::Impedance, Law::Split].contains(&law);
+            let models_the_motion =
+                [ControlLaw::ComputedTorque, ControlLaw::Feedforward, ControlLaw::Impedance, ControlLaw::Split]
+                    .contains(&law);
             let behind_frames = robot.joints.iter().all(RobotJoint::has_own_loop);
             let bound = match (models_the_motion, behind_frames) {
                 (true, false) => 1e-3,
@@ -388,7 +390,7 @@ fn integral_action_brings_the_puma_to_rest_within_a_count_whatever_it_holds_and_
 }
 
 /// Error of the elbow, rad, twelve seconds after the arm has come to a place under a steady wrench, in the tip's axes, that no model knows.
-fn elbow_pushed(law: Law, place: [f64; 2], stiffness: Option<f64>) -> f64 {
+fn elbow_pushed(law: ControlLaw, place: [f64; 2], stiffness: Option<f64>) -> f64 {
     let mut scene = swing();
     let MotionSpec::Quintic { points, .. } = &mut scene.motion else { panic!("a quintic") };
     points.truncate(2);
@@ -414,7 +416,7 @@ fn swing_back(damping_at: DampingAt) -> f64 {
     (points[0].q, points[1].q, points[1].dwell) = (vec![0.4, 2.8], vec![0.4, 0.1], 6.0);
     points[1].duration = Some(1.5);
     scene.plant.start = vec![0.4, 2.8];
-    (scene.control.law, scene.control.stiffness) = (Law::Impedance, Some(vec![60.0; 2]));
+    (scene.control.law, scene.control.stiffness) = (ControlLaw::Impedance, Some(vec![60.0; 2]));
     (scene.control.damping, scene.control.damping_at) = (vec![1.0; 2], damping_at);
     let wrench = Wrench { force: Vector3::new(0.0, 2.0, 0.0), moment: Vector3::zeros() };
     scene.plant.push = Some(Push { at: 3.0, duration: 2.0, wrench });
@@ -438,12 +440,12 @@ fn an_impedance_gives_way_by_the_torque_over_its_stiffness_in_every_posture_and_
     let places = [[0.8, 1.0], [0.8, 0.1], [-0.5, 2.0]];
     for stiffness in [20.0, 60.0] {
         for place in places {
-            let error = elbow_pushed(Law::Impedance, place, Some(stiffness));
+            let error = elbow_pushed(ControlLaw::Impedance, place, Some(stiffness));
             let expected = -PUSH * lever / stiffness;
             assert!((error - expected).abs() < 1e-4 * expected.abs(), "{place:?}: {error}, by hand {expected}");
         }
     }
     // A spring in acceleration is as stiff as the inertia that it moves.
-    let [one, _, other] = places.map(|place| elbow_pushed(Law::ComputedTorque, place, None));
+    let [one, _, other] = places.map(|place| elbow_pushed(ControlLaw::ComputedTorque, place, None));
     assert!((one / other - 1.0).abs() > 0.1, "{one} and {other}");
 }

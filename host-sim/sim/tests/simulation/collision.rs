@@ -1,7 +1,7 @@
 //! Collisions of the Puma: the observer's residuals in free motion, the delay until it detects a push, and the
 //! reaction.
 
-use dynamics_core::control::{LimitFlags, Reaction};
+use dynamics_core::control::{CollisionReaction, LimitFlags};
 use dynamics_core::{Command, Fault, Live, Measurement, Reference, Wrench};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
@@ -111,7 +111,7 @@ fn free_motion_of_the_shipped_puma_scenes_is_no_collision() {
 
 /// `puma560_collision.toml`, slowed down, with a push at the tip (force in N, tip axes) that starts at a share of the
 /// motion.
-fn pushed(slower: f64, share: f64, force: Vector3<f64>, reaction: Reaction) -> SceneFile {
+fn pushed(slower: f64, share: f64, force: Vector3<f64>, reaction: CollisionReaction) -> SceneFile {
     let mut scene = scene("puma560_collision");
     if let MotionSpec::Quintic { points, .. } = &mut scene.motion {
         for duration in points.iter_mut().filter_map(|point| point.duration.as_mut()) {
@@ -127,7 +127,7 @@ fn pushed(slower: f64, share: f64, force: Vector3<f64>, reaction: Reaction) -> S
 
 /// Number of ticks from the start of a push to the fault; a tick is 1 ms.
 fn detected(slower: f64, share: f64, force: Vector3<f64>) -> Option<usize> {
-    let scene = pushed(slower, share, force, Reaction::Stop);
+    let scene = pushed(slower, share, force, CollisionReaction::Stop);
     let begin = (scene.plant.push.unwrap().at * scene.control.rate).round() as usize;
     let (tick, fault) = run(&scene).0.collided?;
     assert!(matches!(fault, Some(Fault::Collision { .. })), "{fault:?}");
@@ -173,7 +173,7 @@ fn pushes_are_detected_in_the_times_that_are_documented() {
 #[test]
 fn a_hold_stands_against_the_push_and_what_complies_gives_way() {
     // Distance of the farthest joint from its position at detection, at the end of the push, mrad.
-    let measured = [(Reaction::Hold, 5.91), (Reaction::Comply, 72.06)];
+    let measured = [(CollisionReaction::Hold, 5.91), (CollisionReaction::Comply, 72.06)];
     for (reaction, measured) in measured {
         let scene = pushed(1.0, 0.4, Vector3::new(0.0, 0.0, -100.0), reaction);
         let (watched, run) = run(&scene);

@@ -1,6 +1,6 @@
 //! Simulated drives: what the frames do to a measurement and a torque, what fails, and what the loop makes of it.
 
-use actuator_model::mit::Told;
+use actuator_model::mit::Setpoint;
 use dynamics_core::Sensed;
 use dynamics_core::safety::SafeAction;
 use indicatif::ProgressBar;
@@ -198,7 +198,8 @@ fn a_damped_stop_is_the_actuators_own_and_a_finer_loop_damps_more_truly() {
     };
     let (speed, told, torque, mut once) = stop(1000.0);
     // No code is zero: velocity and torque are half a step off. Damping of 4 in 0 to 5 is a code: 3276.
-    let expected = Told { position: 12.5 / 65_535.0, velocity: 8.0 / 4095.0, kp: 0.0, kd: 4.0, torque: 60.0 / 4095.0 };
+    let expected =
+        Setpoint { position: 12.5 / 65_535.0, velocity: 8.0 / 4095.0, kp: 0.0, kd: 4.0, torque: 60.0 / 4095.0 };
     for (found, expected) in [
         (told.position, expected.position),
         (told.velocity, expected.velocity),

@@ -1,6 +1,6 @@
 //! Loops with a simplified model: a fixed inertia, an evaluation in some ticks only, two precisions.
 
-use dynamics_core::control::{Between, Law};
+use dynamics_core::control::{Between, ControlLaw};
 use indicatif::ProgressBar;
 use robot_compiler::scene::{MotionSpec, ScalarChoice};
 use robot_compiler::{SceneFile, with_dof};
@@ -46,9 +46,11 @@ fn assert_near(found: f64, measured: f64, what: &str) {
 
 #[test]
 fn a_fixed_inertia_follows_better_than_gravity_alone_and_worse_than_the_model() {
-    for (law, measured) in
-        [(Law::ComputedTorque, 7.965e-6), (Law::DiagonalInertia, 1.564e-3), (Law::PdGravity, 2.711e-3)]
-    {
+    for (law, measured) in [
+        (ControlLaw::ComputedTorque, 7.965e-6),
+        (ControlLaw::DiagonalInertia, 1.564e-3),
+        (ControlLaw::PdGravity, 2.711e-3),
+    ] {
         let mut scene = puma();
         scene.control.law = law;
         assert_near(error(&scene), measured, &format!("{law:?}"));
@@ -78,7 +80,7 @@ fn the_error_grows_with_the_ticks_between_evaluations_and_more_slowly_along_a_li
 fn gravity_held_costs_next_to_nothing_when_the_inertia_is_fixed_anyway() {
     for (every, measured) in [(1, 1.564e-3), (4, 1.564e-3), (32, 1.561e-3)] {
         let mut scene = puma();
-        (scene.control.law, scene.control.model_every) = (Law::DiagonalInertia, every);
+        (scene.control.law, scene.control.model_every) = (ControlLaw::DiagonalInertia, every);
         assert_near(error(&scene), measured, &format!("diagonal inertia, every {every}"));
     }
 }
@@ -97,7 +99,7 @@ fn the_shipped_scene_tracks_nearly_as_the_pick_does() {
 }
 
 /// The Puma that fetches 2 kg, slowly: to the farthest point of its motion and back, at a tenth of its speed limits.
-fn slow_pick(law: Law, every: u32) -> SceneFile {
+fn slow_pick(law: ControlLaw, every: u32) -> SceneFile {
     let mut scene = load("../../scenes/puma560_pick.toml");
     if let MotionSpec::Quintic { points, .. } = &mut scene.motion {
         points.remove(1);
@@ -112,8 +114,11 @@ fn slow_pick(law: Law, every: u32) -> SceneFile {
 
 #[test]
 fn on_a_slow_course_smoothed_friction_is_the_error_and_coupled_feedback_gives_way_to_it_further() {
-    let [full, rarely, gravity] =
-        [slow_pick(Law::ComputedTorque, 1), slow_pick(Law::ComputedTorque, 16), slow_pick(Law::PdGravity, 1)];
+    let [full, rarely, gravity] = [
+        slow_pick(ControlLaw::ComputedTorque, 1),
+        slow_pick(ControlLaw::ComputedTorque, 16),
+        slow_pick(ControlLaw::PdGravity, 1),
+    ];
     let rubbing = [(&full, 4.773e-3), (&rarely, 4.324e-3), (&gravity, 3.455e-3)];
     for (scene, measured) in rubbing {
         assert_near(error(scene), measured, &format!("{:?}, every {}", scene.control.law, scene.control.model_every));

@@ -9,7 +9,7 @@ use sim::failure::Failure;
 use sim::pages;
 use sim::terminal::{print, progress_bar};
 use std::path::PathBuf;
-use studies::bound::{Question, answer, load, markdown, work};
+use studies::bound::{BoundRequest, answer, load, markdown, work};
 use studies::robot_or_scene::RobotOrScene;
 
 const EXAMPLE: &str = "Example:\n  newtau choose bound robots/planar2r.toml";
@@ -80,7 +80,7 @@ pub struct BoundArgs {
 pub fn run(args: &BoundArgs) -> Result<(), Failure> {
     let files: Vec<RobotOrScene> =
         args.files.iter().map(|path| load(path, args.chain.ends())).collect::<Result<_, _>>()?;
-    let question = Question {
+    let question = BoundRequest {
         level: args.level,
         samples: args.samples as usize,
         boxes: args.boxes as usize,

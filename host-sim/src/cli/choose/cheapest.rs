@@ -12,14 +12,14 @@ use std::sync::atomic::AtomicBool;
 use studies::trade::baseline::Baseline;
 use studies::trade::chip::Chip;
 use studies::trade::product::choices;
-use studies::trade::request::{Budget, Request, Share};
+use studies::trade::request::{Budget, Percentage, Request};
 
 const EXAMPLE: &str =
     "Example:\n  newtau choose scenes/planar2r_swing.toml --max-torque-error 0.2% --budget 20%@4kHz --alone";
 
 const EXAMPLES: &str = "\
 The choices, and what is measured of them, are those of `trade`, whose measurements are used where they are known. The cheapest is the one
-with the fewest cycles. Share of the processor: mean cycles (an estimate) of the whole interrupt that the firmware runs, not of the
+with the fewest cycles. Percentage of the processor: mean cycles (an estimate) of the whole interrupt that the firmware runs, not of the
 controller alone, times the rate over the clock; the longest tick must also end before the next is due. If no choice does, the message says what the nearest would cost, and the exit code is 2.
 
 Examples:
@@ -37,11 +37,11 @@ pub struct ChooseArgs {
     pub chain: ChainArgs,
     /// Greatest torque error of any joint on any course, as a share of its limit: 0.2% or 0.002.
     #[arg(long, value_name = "SHARE")]
-    pub max_torque_error: Option<Share>,
+    pub max_torque_error: Option<Percentage>,
     /// Greatest tracking error of any joint on any course, rad or m.
     #[arg(long, value_name = "RAD", allow_negative_numbers = true)]
     pub max_tracking_error: Option<f64>,
-    /// Share of the processor that the whole interrupt may take at a control rate: 20%@4kHz.
+    /// Percentage of the processor that the whole interrupt may take at a control rate: 20%@4kHz.
     #[arg(long, value_name = "SHARE@RATE")]
     pub budget: Option<Budget>,
     /// Clock of the processor, MHz.

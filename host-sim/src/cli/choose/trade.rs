@@ -17,7 +17,7 @@ use std::sync::atomic::AtomicBool;
 use studies::trade::baseline::Baseline;
 use studies::trade::chip::Chip;
 use studies::trade::choice::{Choice, Every, TermSet};
-use studies::trade::product::{Axes, choices};
+use studies::trade::product::{TradeAxes, choices};
 use studies::trade::{Trade, Workshop, trade};
 
 const EXAMPLE: &str = "Example:\n  newtau choose trade scenes/planar2r_swing.toml --terms full,gravity,none --alone";
@@ -134,9 +134,9 @@ pub enum Switch {
 
 impl AxisArgs {
     /// The same for the study.
-    pub(super) fn axes(&self) -> Axes {
+    pub(super) fn axes(&self) -> TradeAxes {
         let on = |switches: &[Switch]| switches.iter().map(|switch| *switch == Switch::On).collect();
-        Axes {
+        TradeAxes {
             scalar: self.scalar.clone(),
             trig: self.trig.clone(),
             terms: self.terms.clone(),

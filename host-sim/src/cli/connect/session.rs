@@ -1,15 +1,15 @@
-//! `connect`: operate the arm of a scene, at a board on a serial port or in a drill.
+//! `connect`: operate the arm of a scene, at a board on a serial port or in a dry run.
 
 use crate::cli::firmware::key;
 use crate::cli::force::ForceArgs;
 use crate::cli::names::Target;
 use board::chip::{Chip, build_firmware, hello};
-use board::session::drill::{OnChip, OnDesk};
+use board::session::dry_run::{OnChip, OnDesk};
 use board::session::frame_log::Head;
 use board::session::operate::console::Console;
 use board::session::operate::converse::converse;
 use board::session::operate::device::{Device, DeviceError, Pace};
-use board::session::operate::drill_device::DrillDevice;
+use board::session::operate::dry_run_device::DryRunDevice;
 use board::session::operate::on_wire::OnWire;
 use board::session::operate::report::Report;
 use board::session::operate::simulated_board::{Places, SimulatedBoard};
@@ -109,7 +109,7 @@ pub struct ConnectArgs {
     /// The key file of the board (`newtau firmware key new`); one without a key, or with another, is not talked to.
     #[arg(long, value_name = "FILE", requires = "port")]
     pub key: Option<PathBuf>,
-    /// A drill in place of a board: the firmware in an emulated STM32F405, or its session in this program.
+    /// A dry run in place of a board: the firmware in an emulated STM32F405, or its session in this program.
     #[arg(long, value_enum)]
     pub target: Option<Target>,
     /// With `--target desk`: put simulated cables between host and board and between board and drives. They can lose frames, and `cut`
@@ -212,12 +212,12 @@ fn run_arm<const N: usize>(
             let bench = hello(scene, &model, Pacing::LockStep);
             let start = || OnChip::start(Chip::start(&build_firmware(&scene.path)?, bench)?, bench);
             let target = start().map_err(|error| Failure::Target(miette::miette!("{error}")))?;
-            Box::new(DrillDevice::new(target, world()?, pace()))
+            Box::new(DryRunDevice::new(target, world()?, pace()))
         }
         (None, _, Some((disturbance, places))) => {
             Box::new(SimulatedBoard::new((scene, &model), world()?, disturbance, places, pace()))
         }
-        (None, _, None) => Box::new(DrillDevice::new(OnDesk::start(scene, &model), world()?, pace())),
+        (None, _, None) => Box::new(DryRunDevice::new(OnDesk::start(scene, &model), world()?, pace())),
     };
     // The board was built from the scene's own motion; only `run` plays another.
     let mut plays = scene.clone();

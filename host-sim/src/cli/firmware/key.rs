@@ -37,7 +37,7 @@ pub enum KeyAction {
     },
     /// Write a key to a real board's key page with probe-rs; the program stays as it is.
     #[command(after_help = "Example:\n  newtau firmware key write arm.key --board f405-can --dry-run")]
-    Write(flash::key::Options),
+    Write(flash::key::KeyOptions),
 }
 
 /// The key of a `--key` option, if there is one.
@@ -71,7 +71,7 @@ fn page(file: &Path, out: &Path) -> Result<u8, KeyError> {
     Ok(0)
 }
 
-fn to_board(options: &flash::key::Options) -> Result<u8, Failure> {
+fn to_board(options: &flash::key::KeyOptions) -> Result<u8, Failure> {
     options.check().map_err(failure)?;
     let page = key::load(options.file()).and_then(|key| key::page(&key)).map_err(bad)?;
     flash::key::write(options, &page).map_err(failure)?;

@@ -27,7 +27,7 @@ pub enum FirmwareTask {
     Build(BuildArgs),
     /// Build it, and write it to a real board with probe-rs.
     #[command(after_help = "Example:\n  newtau firmware flash --board f405-can --dry-run")]
-    Flash(flash::Options),
+    Flash(flash::FlashOptions),
     /// Make the key that a host and a board share, and write it to the board.
     Key(key::KeyArgs),
 }

@@ -7,7 +7,7 @@ use robot_compiler::{Robot, with_dof};
 use sim::failure::Failure;
 use sim::terminal::{json, print};
 use std::path::PathBuf;
-use studies::contact::{Known, Question, answer};
+use studies::contact::{ContactRequest, Known, answer};
 use studies::robot_or_scene::say_mounting;
 
 const EXAMPLE: &str =
@@ -70,7 +70,7 @@ pub fn run(args: &ContactArgs) -> Result<(), Failure> {
         (Some(base), _) => Known::Base(base.clone()),
         (None, tip) => Known::Tip(tip.clone().unwrap_or_default()),
     };
-    let question = Question {
+    let question = ContactRequest {
         q: args.q.clone(),
         qd: args.qd.clone(),
         qdd: args.qdd.clone(),

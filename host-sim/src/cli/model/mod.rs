@@ -45,7 +45,7 @@ pub enum Computation {
     Linkage(linkage::LinkageArgs),
     /// The arm's dynamics as straight-line Rust, or what that saves.
     Kernel(kernel::KernelArgs),
-    /// A motion from the path that an arm was led along by hand.
+    /// A motion from the path that an arm was guided along by hand.
     Motion(motion::MotionArgs),
     /// Contents of a robot file.
     Info(info::InfoArgs),

@@ -1,4 +1,4 @@
-//! `motion`: a motion from the path that an arm was led along by hand.
+//! `motion`: a motion from the path that an arm was guided along by hand.
 
 use crate::cli::force::ForceArgs;
 use clap::Args;
@@ -19,7 +19,7 @@ Examples:
 
 A path is log.csv of `run` (columns t, q1, q2 ..), the table or the record of a session of `connect`. Rests at its ends are left
 out. The motion is a quintic through as few of its samples as keep every joint within the tolerance, 16 at most, slowed down where
-the arm was led faster than its velocity limits.";
+the arm was guided faster than its velocity limits.";
 
 /// Options of `motion`.
 #[derive(Clone, Debug, Args)]
@@ -27,7 +27,7 @@ the arm was led faster than its velocity limits.";
 pub struct MotionArgs {
     /// The path: log.csv of a run, the table or the record of a session.
     pub log: PathBuf,
-    /// The scene whose arm was led.
+    /// The scene whose arm was guided by hand.
     #[arg(long, value_name = "FILE")]
     pub scene: PathBuf,
     /// Largest distance of a joint from the path, rad or m.

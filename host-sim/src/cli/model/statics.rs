@@ -12,7 +12,7 @@ use sim::run::files::file_name;
 use sim::terminal::{json, print};
 use std::path::{Path, PathBuf};
 use studies::robot_or_scene::say_mounting;
-use studies::statics::{Axes, Question, answer, sweep};
+use studies::statics::{StaticsRequest, WrenchFrame, answer, sweep};
 
 const EXAMPLE: &str = "Example:\n  newtau model statics robots/ur5.toml --minimise total";
 
@@ -84,8 +84,8 @@ pub struct StaticsArgs {
     #[command(flatten)]
     pub force: ForceArgs,
     /// Axes of the joints' wrenches.
-    #[arg(long, value_enum, default_value_t = Axes::Link)]
-    pub axes: Axes,
+    #[arg(long, value_enum, default_value_t = WrenchFrame::Link)]
+    pub axes: WrenchFrame,
     /// Print JSON, and nothing else.
     #[arg(long)]
     pub json: bool,
@@ -98,7 +98,7 @@ pub struct StaticsArgs {
 pub fn run(args: &StaticsArgs) -> Result<(), Failure> {
     let robot = Robot::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
     say_mounting(&robot);
-    let question = Question {
+    let question = StaticsRequest {
         q: args.q.clone(),
         gravity: args.gravity.of(&robot),
         load: args.load.clone(),
@@ -116,7 +116,7 @@ pub fn run(args: &StaticsArgs) -> Result<(), Failure> {
 }
 
 /// Draw and print a sweep.
-fn swept(args: &StaticsArgs, robot: &Robot, question: &Question, joint: &str) -> Result<(), Failure> {
+fn swept(args: &StaticsArgs, robot: &Robot, question: &StaticsRequest, joint: &str) -> Result<(), Failure> {
     let found = with_dof!(robot.dof(), N => sweep::<N>(robot, question, joint))?;
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(file_name(&robot.name)));
     let mut output = args.force.output().reads(&args.robot);

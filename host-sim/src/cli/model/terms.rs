@@ -8,7 +8,7 @@ use sim::failure::Failure;
 use sim::terminal::{json, print};
 use std::path::PathBuf;
 use studies::robot_or_scene::scene_about;
-use studies::terms::{Method, Question, describe, terms};
+use studies::terms::{Method, TermsRequest, describe, terms};
 
 const EXAMPLE: &str = "Example:\n  newtau model terms robots/puma560.toml --q 0,0.5,-0.5,0,0.3,0";
 
@@ -77,7 +77,7 @@ pub struct TermsArgs {
 /// A robot or a scene file that is wrong, a list of the wrong length, a posture outside the limits.
 pub fn run(args: &TermsArgs) -> Result<(), Failure> {
     let file = scene_about(&args.robot, args.chain.ends(), args.scene.as_deref())?;
-    let question = Question {
+    let question = TermsRequest {
         q: args.q.clone(),
         qd: args.qd.clone(),
         gravity: args.gravity.clone(),

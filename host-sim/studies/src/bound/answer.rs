@@ -1,6 +1,6 @@
 //! Torque errors of an arm in a scene: found and proven.
 
-use super::{Effort, Found, Region, State, TorqueError, search};
+use super::{Effort, LargestError, Region, State, TorqueError, search};
 use crate::numbers::numbers;
 use crate::posture_search::positions;
 use crate::robot_or_scene::RobotOrScene;
@@ -22,7 +22,7 @@ const LESS: usize = 10;
 
 /// Input of an error bound.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Question {
+pub struct BoundRequest {
     /// Level of the kernel: the deviation of its operations from the recursion's.
     pub level: Level,
     /// Number of random states; a tenth of that number again for the bound of a single state.
@@ -39,7 +39,7 @@ pub struct Question {
 
 /// Torque errors of an arm in a scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Answer {
+pub struct TorqueErrorBound {
     /// Name of the robot.
     pub robot: String,
     /// Name of the scene, if one was given.
@@ -54,12 +54,12 @@ pub struct Answer {
     /// Seed of all random numbers.
     pub seed: u64,
     /// Every joint, base first.
-    pub joints: Vec<JointAnswer>,
+    pub joints: Vec<JointErrorBound>,
 }
 
 /// Torque error of a joint.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct JointAnswer {
+pub struct JointErrorBound {
     /// Name of the joint.
     pub name: String,
     /// `N m` or `N`.
@@ -101,7 +101,7 @@ pub fn load(path: &Path, ends: Ends<'_>) -> Result<RobotOrScene, Failure> {
     Ok(subject)
 }
 
-fn effort(asked: &Question) -> Effort {
+fn effort(asked: &BoundRequest) -> Effort {
     Effort { samples: asked.samples, climbs: CLIMBS.0, steps: CLIMBS.1, seed: asked.seed }
 }
 
@@ -110,7 +110,7 @@ fn less(effort: &Effort) -> Effort {
 }
 
 /// Number of states and boxes to evaluate.
-pub fn work(joints: usize, asked: &Question) -> u64 {
+pub fn work(joints: usize, asked: &BoundRequest) -> u64 {
     let effort = effort(asked);
     let states: usize =
         [effort, less(&effort)].iter().map(|effort| effort.samples + joints * effort.climbs * effort.steps).sum();
@@ -122,11 +122,11 @@ pub fn work(joints: usize, asked: &Question) -> u64 {
 /// # Errors
 /// [`Failure::Input`]: missing limits, or limits without a finite bound.
 pub fn answer<const N: usize>(
-    asked: &Question,
+    asked: &BoundRequest,
     subject: &RobotOrScene,
     model: &Model<f64, N>,
     progress: &ProgressBar,
-) -> Result<Answer, Failure> {
+) -> Result<TorqueErrorBound, Failure> {
     let file = &subject.file;
     let limits = model.links().map(|link| link.limits);
     let region = region(asked, &file.robot, model, &limits)?;
@@ -148,8 +148,8 @@ pub fn answer<const N: usize>(
     }
     let joints = (0..N).map(|i| {
         let joint = &file.robot.joints[i];
-        let Found { value, state: at } = found[i];
-        JointAnswer {
+        let LargestError { value, state: at } = found[i];
+        JointErrorBound {
             name: joint.name.clone(),
             unit: JointLabel::from(joint).torque_unit(),
             position: region.inputs[0][i],
@@ -164,7 +164,7 @@ pub fn answer<const N: usize>(
             proven: proven[i],
         }
     });
-    Ok(Answer {
+    Ok(TorqueErrorBound {
         robot: file.robot.name.clone(),
         scene: subject.scene.clone(),
         level: level.name(),
@@ -177,7 +177,7 @@ pub fn answer<const N: usize>(
 
 /// Region of all states within the joint limits.
 fn region<const N: usize>(
-    asked: &Question,
+    asked: &BoundRequest,
     robot: &Robot,
     model: &Model<f64, N>,
     limits: &[Limits<f64>; N],

@@ -18,9 +18,9 @@ mod report;
 mod search;
 mod torque_error;
 
-pub use answer::{Answer, JointAnswer, Question};
+pub use answer::{BoundRequest, JointErrorBound, TorqueErrorBound};
 pub use answer::{answer, load, work};
 pub use region::{Region, State};
 pub use report::markdown;
-pub use search::{Effort, Found, random_states, search};
+pub use search::{Effort, LargestError, random_states, search};
 pub use torque_error::{Bounds, TRIG_ERROR, TorqueError};

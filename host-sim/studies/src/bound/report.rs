@@ -1,6 +1,6 @@
 //! Tables of the torque errors.
 
-use super::Answer;
+use super::TorqueErrorBound;
 use sim::run::numbers::engineering;
 use sim::table::{self, table};
 
@@ -16,7 +16,7 @@ fn ratio(a: f64, b: f64) -> String {
 const HEADER: [&str; 8] =
     ["joint", "found", "one state", "proven", "proven / found", "limit", "found / limit", "proven / limit"];
 
-impl Answer {
+impl TorqueErrorBound {
     fn rows(&self) -> impl Iterator<Item = [String; 8]> {
         self.joints.iter().map(|joint| {
             let number = |value| engineering(value, joint.unit);
@@ -53,7 +53,7 @@ impl Answer {
 
 /// Markdown for a document.
 #[must_use]
-pub fn markdown(answers: &[Answer]) -> String {
+pub fn markdown(answers: &[TorqueErrorBound]) -> String {
     let rows = answers.iter().flat_map(|answer| {
         let arm = answer.scene.as_ref().unwrap_or(&answer.robot);
         answer.rows().map(|row| [&[arm.clone()][..], &row].concat())

@@ -21,7 +21,7 @@ pub struct Effort {
 
 /// The largest value found for a joint, and its state.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Found<const N: usize> {
+pub struct LargestError<const N: usize> {
     /// Value, N m or N.
     pub value: f64,
     /// State with that value.
@@ -65,28 +65,28 @@ pub fn search<const N: usize>(
     effort: &Effort,
     what: &(dyn Fn(&State<N>) -> [f64; N] + Sync),
     progress: &ProgressBar,
-) -> [Found<N>; N] {
+) -> [LargestError<N>; N] {
     let lots = effort.samples.div_ceil(LOT).max(1);
     let worst_of_lot = |lot: usize| {
-        let mut worst: Option<[Found<N>; N]> = None;
+        let mut worst: Option<[LargestError<N>; N]> = None;
         for state in random_states(region, effort.seed, lot) {
             let value = what(&state);
-            let worst = worst.get_or_insert_with(|| value.map(|value| Found { value, state }));
+            let worst = worst.get_or_insert_with(|| value.map(|value| LargestError { value, state }));
             for (worst, value) in worst.iter_mut().zip(value) {
                 if value > worst.value {
-                    *worst = Found { value, state };
+                    *worst = LargestError { value, state };
                 }
             }
         }
         progress.inc(LOT as u64);
         worst
     };
-    let lots: Vec<[Found<N>; N]> = in_parallel(lots, worst_of_lot).into_iter().flatten().collect();
+    let lots: Vec<[LargestError<N>; N]> = in_parallel(lots, worst_of_lot).into_iter().flatten().collect();
     core::array::from_fn(|joint| {
-        let mut starts: Vec<Found<N>> = lots.iter().map(|lot| lot[joint]).collect();
+        let mut starts: Vec<LargestError<N>> = lots.iter().map(|lot| lot[joint]).collect();
         starts.sort_by(|a, b| b.value.total_cmp(&a.value));
         let first = starts[0];
-        let climbs: Vec<Found<N>> = in_parallel(effort.climbs, |k| {
+        let climbs: Vec<LargestError<N>> = in_parallel(effort.climbs, |k| {
             let stream = (1 << 40) + (joint * effort.climbs + k) as u64;
             let start = starts[k % starts.len()];
             let top = climb(region, start, effort.steps, generator(effort.seed, stream), |state| what(state)[joint]);
@@ -102,11 +102,11 @@ pub fn search<const N: usize>(
 /// part of that.
 fn climb<const N: usize>(
     region: &Region<N>,
-    start: Found<N>,
+    start: LargestError<N>,
     steps: usize,
     mut random: ChaCha8Rng,
     what: impl Fn(&State<N>) -> f64,
-) -> Found<N> {
+) -> LargestError<N> {
     let mut best = start;
     for step in 0..steps {
         let size = 0.3 * 10.0_f64.powf(-6.0 * step as f64 / steps as f64);
@@ -124,7 +124,7 @@ fn climb<const N: usize>(
         }
         let value = what(&state);
         if value > best.value {
-            best = Found { value, state };
+            best = LargestError { value, state };
         }
     }
     best

@@ -20,7 +20,7 @@ use std::path::Path;
 
 /// The findings about an arm.
 #[derive(Debug)]
-pub struct Answer {
+pub struct CheckResult {
     /// The arm.
     pub draft: Draft,
     /// Gravitational acceleration in the base frame, m/s^2.
@@ -33,7 +33,7 @@ pub struct Answer {
     pub findings: Vec<Finding>,
 }
 
-impl Answer {
+impl CheckResult {
     /// Number of findings of this severity.
     #[must_use]
     pub fn count(&self, severity: Severity) -> usize {
@@ -45,7 +45,7 @@ impl Answer {
 ///
 /// # Errors
 /// [`Failure::Input`]: gravity is not three finite numbers.
-pub fn answer(draft: Draft, gravity: &[f64]) -> Result<Answer, Failure> {
+pub fn answer(draft: Draft, gravity: &[f64]) -> Result<CheckResult, Failure> {
     answer_in(draft, gravity, None)
 }
 
@@ -53,7 +53,7 @@ pub fn answer(draft: Draft, gravity: &[f64]) -> Result<Answer, Failure> {
 ///
 /// # Errors
 /// As [`answer`].
-pub fn answer_in(mut draft: Draft, gravity: &[f64], scene: Option<SceneFile>) -> Result<Answer, Failure> {
+pub fn answer_in(mut draft: Draft, gravity: &[f64], scene: Option<SceneFile>) -> Result<CheckResult, Failure> {
     let gravity = finite::<3>("--gravity", gravity, "gx, gy, gz")
         .map_err(|problem| Failure::Input(miette::miette!(help = "see `newtau help check`", "{problem}")))?
         .into();
@@ -72,7 +72,7 @@ pub fn answer_in(mut draft: Draft, gravity: &[f64], scene: Option<SceneFile>) ->
     if named.is_none() {
         findings.extend(gravity_finding(Path::new("the command line"), "--gravity", &gravity, None));
     }
-    Ok(Answer { draft, gravity, loads, hazard, findings })
+    Ok(CheckResult { draft, gravity, loads, hazard, findings })
 }
 
 /// The load of every joint, each in its worst posture; `None` for an arm that makes no model.

@@ -1,6 +1,6 @@
 //! Findings in text and JSON.
 
-use super::{Answer, CLASS_I, Hazard};
+use super::{CLASS_I, CheckResult, Hazard};
 use robot_compiler::check::{Finding, Severity};
 use serde::Serialize;
 
@@ -20,7 +20,7 @@ struct Report<'a> {
     wrong: usize,
     doubts: usize,
     notes: usize,
-    findings: Vec<Row<'a>>,
+    findings: Vec<FindingRow<'a>>,
     hazard: Option<&'a Hazard>,
     class_i: ClassI,
 }
@@ -35,7 +35,7 @@ struct ClassI {
 
 /// A finding as JSON.
 #[derive(Debug, Serialize)]
-struct Row<'a> {
+struct FindingRow<'a> {
     severity: &'static str,
     rule: &'static str,
     file: &'a str,
@@ -48,7 +48,7 @@ struct Row<'a> {
     advice: &'a str,
 }
 
-impl Answer {
+impl CheckResult {
     /// The findings, grouped by severity, and their count.
     #[must_use]
     pub fn text(&self) -> String {
@@ -96,7 +96,7 @@ impl Answer {
     pub fn json(&self) -> impl Serialize + '_ {
         let rows = self.findings.iter().map(|finding| {
             let place = finding.place.line_column();
-            Row {
+            FindingRow {
                 severity: finding.severity.name(),
                 rule: finding.rule.name(),
                 file: finding.place.file(),

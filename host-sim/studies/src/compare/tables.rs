@@ -6,20 +6,20 @@ use serde_json::Value;
 use sim::run::numbers::engineering;
 
 /// A number per joint of `summary.json`: its name in a table, the pointer of its list, and its unit or which of the joint's it has.
-type Quantity = (&'static str, &'static str, &'static str);
+type ComparedQuantity = (&'static str, &'static str, &'static str);
 
-const ERRORS: [Quantity; 4] = [
+const ERRORS: [ComparedQuantity; 4] = [
     ("rms", "/tracking_rms", "position_unit"),
     ("max", "/tracking_max", "position_unit"),
     ("at rest", REST_ERROR, "position_unit"),
     ("settles in", SETTLING_TIME, "s"),
 ];
-const TORQUES: [Quantity; 3] = [
+const TORQUES: [ComparedQuantity; 3] = [
     ("rms", "/torque_rms", "torque_unit"),
     ("peak", "/torque_peak", "torque_unit"),
     ("chatter", "/torque_chatter", "torque_unit"),
 ];
-const WORK: [Quantity; 2] = [("given", "/work/given", "J"), ("taken back", "/work/taken_back", "J")];
+const WORK: [ComparedQuantity; 2] = [("given", "/work/given", "J"), ("taken back", "/work/taken_back", "J")];
 
 const REST_ERROR: &str = "/rest_error";
 const SETTLING_TIME: &str = "/settling_time";
@@ -51,7 +51,7 @@ pub(super) fn change(before: f64, after: f64) -> String {
     }
 }
 
-fn table(caption: &str, quantities: &[Quantity], a: &Side, b: &Side) -> Table {
+fn table(caption: &str, quantities: &[ComparedQuantity], a: &Side, b: &Side) -> Table {
     let head: Vec<String> = std::iter::once("joint".to_owned())
         .chain(quantities.iter().flat_map(|(name, ..)| [format!("A {name}"), format!("B {name}"), "change".to_owned()]))
         .collect();

@@ -1,7 +1,7 @@
 //! Motions that are kept clear, and what is said of their clearance.
 
 use super::motion::{REST, fastest_ramp, quintic};
-use super::surroundings::{Judged, Surroundings};
+use super::surroundings::{JudgedSurroundings, Surroundings};
 use crate::clearance::cell::Reason;
 use dynamics_core::Model;
 use dynamics_core::control::trajectory::Motion;
@@ -15,7 +15,7 @@ const TOLERANCE: f64 = 2e-4;
 /// A workspace in which every motion is judged.
 pub(super) struct Watched<'a, const N: usize> {
     pub(super) model: &'a Model<f64, N>,
-    pub(super) judged: &'a Judged<N>,
+    pub(super) judged: &'a JudgedSurroundings<N>,
     pub(super) around: &'a Surroundings,
     pub(super) centre: &'a [f64],
     pub(super) period: f64,

@@ -11,7 +11,7 @@ pub(super) const REST: (f64, f64) = (1.5, 2.5);
 const SLOW: (f64, f64) = (0.05, 0.2);
 
 /// A point of a quintic: position, duration of the way there, rest, s.
-pub(super) type Point = (Vec<f64>, f64, f64);
+pub(super) type QuinticPoint = (Vec<f64>, f64, f64);
 
 /// A series as a motion, with ramps long enough for the limits: amplitudes of the sines and of the cosines, of each harmonic.
 pub(super) fn fastest_ramp<const N: usize>(
@@ -49,7 +49,7 @@ fn round(x: f64) -> f64 {
 }
 
 /// Quintics through points as a motion.
-pub(super) fn quintic<const N: usize>(points: &[Point]) -> Result<Motion<f64, N>, MotionError> {
+pub(super) fn quintic<const N: usize>(points: &[QuinticPoint]) -> Result<Motion<f64, N>, MotionError> {
     let way: Vec<Waypoint<f64, N>> =
         points.iter().map(|(q, _, dwell)| Waypoint { q: core::array::from_fn(|i| q[i]), dwell: *dwell }).collect();
     let durations: Vec<f64> = points.iter().skip(1).map(|(_, duration, _)| *duration).collect();
@@ -58,7 +58,7 @@ pub(super) fn quintic<const N: usize>(points: &[Point]) -> Result<Motion<f64, N>
 
 /// There and back between the ends at two steady speeds: a quintic passes evenly spaced points at their mean speed. `share_of_range` is
 /// that of the free range.
-pub(super) fn sweeps(room: &Room, share_of_range: f64) -> Vec<Point> {
+pub(super) fn sweeps(room: &Room, share_of_range: f64) -> Vec<QuinticPoint> {
     const WAY: [(f64, bool); 14] = [
         (0.0, false),
         (0.5, false),
@@ -95,9 +95,9 @@ fn milliseconds(time: f64) -> f64 {
 }
 
 /// Postures with rests; the first is the last.
-pub(super) fn rests(found: &[Vec<f64>]) -> Vec<Point> {
+pub(super) fn rests(found: &[Vec<f64>]) -> Vec<QuinticPoint> {
     let rounded = |q: &Vec<f64>| q.iter().map(|q| round(*q)).collect();
-    let mut points: Vec<Point> = found.iter().map(|q| (rounded(q), REST.1, REST.0)).collect();
+    let mut points: Vec<QuinticPoint> = found.iter().map(|q| (rounded(q), REST.1, REST.0)).collect();
     points.extend(found.first().map(|q| (rounded(q), REST.1, 0.0)));
     points
 }

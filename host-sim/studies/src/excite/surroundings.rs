@@ -32,7 +32,7 @@ pub struct Surroundings {
 }
 
 /// An arm among its surroundings, and what its shapes are.
-pub(super) struct Judged<const N: usize> {
+pub(super) struct JudgedSurroundings<const N: usize> {
     pub(super) cell: Cell<N>,
     /// Where the shapes come from, and what they do not contain.
     pub(super) notes: Vec<String>,
@@ -54,7 +54,7 @@ pub(super) fn judged<const N: usize>(
     model: &Model<f64, N>,
     up: &Vector3<f64>,
     around: &Surroundings,
-) -> Result<Judged<N>, Failure> {
+) -> Result<JudgedSurroundings<N>, Failure> {
     let slides = |(_, joint): &(usize, &robot_compiler::RobotJoint)| {
         joint.spec.kind == JointKind::Prismatic && !joint.spec.limits.range().is_finite()
     };
@@ -116,7 +116,7 @@ pub(super) fn judged<const N: usize>(
         0.0_f64.clamp(lo, hi)
     });
     let rest = scene.robot.rest.as_ref().and_then(|rest| rest.as_slice().try_into().ok()).unwrap_or(zero);
-    Ok(Judged { cell: Cell::new(model, parts, &rest, around.clearance), notes })
+    Ok(JudgedSurroundings { cell: Cell::new(model, parts, &rest, around.clearance), notes })
 }
 
 fn wrong(expected: &str, found: String) -> Failure {

@@ -2,7 +2,7 @@
 
 use super::{ChipSaving, Explanation, OnChip, friction};
 use crate::trade::baseline::Baseline;
-use crate::trade::chip::{Chip, Cost, Surroundings};
+use crate::trade::chip::{Chip, Cost, InterruptCost};
 use robot_compiler::Ends;
 use robot_compiler::scene::ModelTerm;
 use sim::failure::{Failure, in_file};
@@ -50,7 +50,7 @@ impl Explanation {
         let around = folder.join("interrupt.toml");
         fs::write(&around, base.with(&base.firmware())).map_err(|error| in_file(&around, &error))?;
         let known = (base.own() == base.firmware()).then_some(full);
-        let surroundings = Surroundings::measure(&around, known, chip, stop)?;
+        let surroundings = InterruptCost::measure(&around, known, chip, stop)?;
         let rate = base.file.control.rate;
         let saving = |cost: &Cost| ChipSaving {
             instructions: full.instructions - cost.instructions,

@@ -22,7 +22,7 @@ pub struct Explanation {
     /// Tolerance of the torque error, as a share of each joint's torque limit.
     pub tolerance: f64,
     /// Operations per tick with every term: inverse dynamics and friction feedforward.
-    pub operations: Count,
+    pub operations: OperationCount,
     /// Cost of a chip's tick with every term, if measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chip: Option<OnChip>,
@@ -45,7 +45,7 @@ pub struct PartReport {
     /// Names of the joints that have it.
     pub joints: Vec<String>,
     /// Operations saved without it.
-    pub operations: Count,
+    pub operations: OperationCount,
     /// Cost saved on the chip without it, if measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chip: Option<ChipSaving>,
@@ -70,7 +70,7 @@ pub struct Joint {
 
 /// Number of operations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Count {
+pub struct OperationCount {
     /// Multiplications.
     pub mul: i64,
     /// Additions.
@@ -96,7 +96,7 @@ pub struct TermReport {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Dropped {
     /// Operations saved.
-    pub operations: Count,
+    pub operations: OperationCount,
     /// Cost saved on the chip, if measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chip: Option<ChipSaving>,
@@ -186,7 +186,7 @@ impl Joint {
     }
 }
 
-impl Count {
+impl OperationCount {
     pub(super) fn less(more: &Operations, less: &Operations) -> Self {
         let signed = |n: usize| i64::try_from(n).unwrap_or(i64::MAX);
         Self {

@@ -1,6 +1,6 @@
 //! Terms of friction in addition to viscous and Coulomb friction.
 
-use super::{Count, Error, Lab, PartReport};
+use super::{Error, Lab, OperationCount, PartReport};
 use dynamics_core::Term;
 use robot_compiler::choose::operations_of;
 use robot_compiler::kernel::Operations;
@@ -37,7 +37,7 @@ impl<const N: usize> Lab<'_, N> {
             Ok(PartReport {
                 term: part.name(),
                 joints: names,
-                operations: Count::less(&all, &Operations::default()),
+                operations: OperationCount::less(&all, &Operations::default()),
                 chip: None,
                 torque: Error::from(self.along.error_without_part(part)),
                 tracking: self.tracking_of(&scene)?,

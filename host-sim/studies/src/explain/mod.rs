@@ -6,7 +6,7 @@ mod friction;
 mod report;
 
 pub use explanation::{
-    ChipSaving, Count, Dropped, Error, Explanation, Fewest, Joint, OnChip, PartReport, TermReport, Tracking,
+    ChipSaving, Dropped, Error, Explanation, Fewest, Joint, OnChip, OperationCount, PartReport, TermReport, Tracking,
 };
 
 use dynamics_core::{JointKind, Term};
@@ -56,7 +56,7 @@ pub fn explain<const N: usize>(
         level: file.control.kernel.level().unwrap_or(robot_compiler::kernel::Level::Exact).name(),
         joints: file.robot.joints.iter().map(Joint::new).collect(),
         tolerance,
-        operations: Count::less(&lab.along.operations_without(&[]), &Operations::default()),
+        operations: OperationCount::less(&lab.along.operations_without(&[]), &Operations::default()),
         chip: None,
         tracking: lab.full,
         terms,
@@ -152,7 +152,7 @@ impl<const N: usize> Lab<'_, N> {
         let tracking = self.tracking(terms)?;
         let follows = self.follows(&tracking);
         Ok(Dropped {
-            operations: Count::less(&with, &without),
+            operations: OperationCount::less(&with, &without),
             chip: None,
             within_tolerance,
             loop_gain: loop_gain.least,

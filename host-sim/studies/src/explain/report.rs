@@ -1,6 +1,6 @@
 //! Tables of an explanation.
 
-use super::{Count, Dropped, Error, Explanation, Fewest, OnChip, PartReport, Tracking};
+use super::{Dropped, Error, Explanation, Fewest, OnChip, OperationCount, PartReport, Tracking};
 use crate::trade::chip::{Cost, Load};
 use crate::trade::report::mean_share;
 use comfy_table::Table;
@@ -12,7 +12,7 @@ impl Explanation {
     /// The tables for the terminal.
     #[must_use]
     pub fn text(&self) -> String {
-        let Self { scene, robot, law, level, operations: Count { mul, add, sub }, .. } = self;
+        let Self { scene, robot, law, level, operations: OperationCount { mul, add, sub }, .. } = self;
         let mut text = format!("{scene}: {robot}, {law}, kernel {level}: {mul} mul, {add} add, {sub} sub\n");
         if let Some(OnChip { controller, interrupt, rate }) = self.chip {
             let Cost { instructions, cycles, flash, ram, .. } = controller;
@@ -49,7 +49,9 @@ impl Explanation {
             head.extend(["instructions", "cycles, est.", "flash"]);
         }
         let mut table = table(head, 2);
-        for PartReport { term, joints, operations: Count { mul, add, sub }, chip, torque, tracking } in &self.friction {
+        for PartReport { term, joints, operations: OperationCount { mul, add, sub }, chip, torque, tracking } in
+            &self.friction
+        {
             for (i, joint) in self.joints.iter().enumerate().filter(|(_, joint)| joints.contains(&joint.name)) {
                 let most = |error: f64| engineering(error, joint.position_unit);
                 let [max, rms] = [torque.max[i], torque.rms[i]].map(|x| engineering(x, joint.torque_unit));
@@ -83,7 +85,7 @@ impl Explanation {
                 table.add_row(names.into_iter().chain(empty).collect::<Vec<_>>());
                 continue;
             };
-            let Dropped { operations: Count { mul, add, sub }, chip, torque_error, may_go, .. } = dropped;
+            let Dropped { operations: OperationCount { mul, add, sub }, chip, torque_error, may_go, .. } = dropped;
             let worst = torque_error.worst();
             let joint = &self.joints[worst];
             let share = self.share(torque_error, worst);
@@ -152,7 +154,7 @@ impl Explanation {
 
     fn fewest_lines(&self) -> String {
         let Fewest { chosen, given_up, dropped } = &self.fewest;
-        let Count { mul, add, sub } = dropped.operations;
+        let OperationCount { mul, add, sub } = dropped.operations;
         let what = if given_up.is_empty() {
             "nothing".to_owned()
         } else {

@@ -2,7 +2,7 @@
 
 use super::subject::{Subject, torque};
 use identification::choose::WITHOUT_OFFSET;
-use identification::friction::{JointLaw, Law, Term};
+use identification::friction::{FrictionLaw, JointLaw, Term};
 use identification::identify::Identified;
 use identification::log::Log;
 use identification::prediction::difference;
@@ -92,7 +92,7 @@ fn itself(found: &Identified, joint: usize) -> Option<Written> {
 
 /// Standard deviations of what is written, by key. That of `breakaway` is the rise's: it says how well the peak is known above Coulomb's
 /// torque.
-fn deviations(found: &Identified, joint: usize, law: &Law, offset: f64) -> Vec<(&'static str, f64)> {
+fn deviations(found: &Identified, joint: usize, law: &FrictionLaw, offset: f64) -> Vec<(&'static str, f64)> {
     let key = |term: &Term| match term {
         Term::Viscous => Some("viscous"),
         Term::Coulomb => Some("coulomb"),

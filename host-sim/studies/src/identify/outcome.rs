@@ -21,7 +21,7 @@ pub struct Outcome {
     /// Mass matrix of the new robot file over all postures, against that of the old one.
     pub audit: Audit,
     /// The logs that were judged, in this order.
-    pub judged: Vec<Judged>,
+    pub judged: Vec<JudgedLog>,
     /// True if these were held out.
     pub held_out: bool,
     /// Verdict on the model.
@@ -29,7 +29,7 @@ pub struct Outcome {
 }
 
 /// A log that was judged.
-pub struct Judged {
+pub struct JudgedLog {
     /// The file.
     pub file: String,
     /// Measured and predicted.
@@ -73,14 +73,14 @@ impl Outcome {
                 found.predict_by(arm, log, parameters, friction)
             };
             let rub = |joint: usize, qd: f64, load: f64| torque(&numbers.friction[joint].law, qd, load);
-            Judged {
+            JudgedLog {
                 file: log.file.clone(),
                 prediction: found.predict(arm, log),
                 before: by(&subject.parameters, &|joint, qd, load| subject.friction(joint, qd, load)),
                 file_model: by(&numbers.parameters(subject), &rub),
             }
         };
-        let judged: Vec<Judged> = judged.iter().map(judge).collect();
+        let judged: Vec<JudgedLog> = judged.iter().map(judge).collect();
         let findings = explain(subject.arm.as_ref(), &subject.maker, logs);
         let nothing = Verdict { grade: Grade::Trusted, reasons: Vec::new() };
         let mut outcome = Self { found, numbers, audit, judged, held_out, verdict: nothing };
@@ -120,7 +120,7 @@ impl Outcome {
     #[must_use]
     pub fn errors(&self) -> Vec<JointError> {
         let joints = self.found.base.joints;
-        let squares = |pick: &dyn Fn(&Judged) -> Series| -> Vec<f64> {
+        let squares = |pick: &dyn Fn(&JudgedLog) -> Series| -> Vec<f64> {
             let (mut sums, mut count) = (vec![0.0; joints], 0usize);
             for judged in &self.judged {
                 let series = pick(judged);

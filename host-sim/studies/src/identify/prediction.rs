@@ -1,6 +1,6 @@
 //! Measured and predicted torque as CSV.
 
-use super::outcome::Judged;
+use super::outcome::JudgedLog;
 use sim::failure::{Failure, in_file};
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// [`Failure::Output`]: the file cannot be written.
-pub fn write(judged: &Judged, path: &Path) -> Result<(), Failure> {
+pub fn write(judged: &JudgedLog, path: &Path) -> Result<(), Failure> {
     let prediction = &judged.prediction;
     let joints = prediction.measured.len();
     let names = |what: &str| (1..=joints).map(|joint| format!("{what}_{joint}")).collect::<Vec<_>>();

@@ -1,7 +1,7 @@
 //! A record of `connect`, or of `run --mcap`, as a log: the ticks in which torque acted.
 
 use board::session::frame_log::LogError;
-use board::session::frame_log::{self, Way};
+use board::session::frame_log::{self, Direction};
 use link::{Actuation, Frame, Sensed};
 use robot_compiler::{SceneFile, with_dof};
 use sim::failure::Failure;
@@ -55,11 +55,11 @@ pub fn text(bytes: Vec<u8>, path: &Path) -> Result<Vec<u8>, Failure> {
     for entry in log.entries() {
         let entry = entry.map_err(|error| wrong(error.to_string(), "a record that was closed"))?;
         match (entry.way, entry.frame) {
-            // In a drill the readings are the host's, and the next status answers them.
-            (Way::Sent, Frame::Measurement(measurement)) => {
+            // In a dry run the readings are the host's, and the next status answers them.
+            (Direction::Sent, Frame::Measurement(measurement)) => {
                 told = HashMap::from([(measurement.tick, measurement.sensed)]);
             }
-            (Way::Received, Frame::Status(status)) => {
+            (Direction::Received, Frame::Status(status)) => {
                 let sensed = status.sensed.map(|said| said.sensed).or_else(|| told.remove(&status.tick));
                 if let (Some(Actuation::Drive { torque, .. }), Some(sensed)) = (status.actuation, sensed) {
                     let wide = |values: &[f32]| values.iter().copied().map(f64::from).collect::<Vec<_>>();

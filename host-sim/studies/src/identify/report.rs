@@ -1,6 +1,6 @@
 //! The page that a person reads.
 
-use super::outcome::{Judged, Outcome};
+use super::outcome::{JudgedLog, Outcome};
 use super::subject::{Subject, torque as friction_torque};
 use identification::friction::Direction;
 use report::{Block, Cell, Figure, Page, Series, Table};
@@ -58,7 +58,7 @@ fn unit(subject: &Subject, joint: usize) -> &'static str {
     JointLabel::from(&subject.robot.joints[joint]).torque_unit()
 }
 
-fn torque(judged: &Judged, subject: &Subject, joint: usize) -> Block {
+fn torque(judged: &JudgedLog, subject: &Subject, joint: usize) -> Block {
     let prediction = &judged.prediction;
     let line =
         |name: &str, values: &[f64]| Series::line(name, prediction.time.iter().copied().zip(values.iter().copied()));

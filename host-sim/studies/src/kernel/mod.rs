@@ -22,7 +22,7 @@ pub struct Asked {
 
 /// Operation count of one kernel.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Count {
+pub struct KernelCost {
     /// Function that the kernel computes.
     pub function: &'static str,
     /// Level of simplification.
@@ -43,7 +43,7 @@ pub struct Count {
     pub max_live: usize,
 }
 
-impl Count {
+impl KernelCost {
     /// Count the operations of a kernel for an arm with `joints` joints.
     fn new(function: Function, level: Level, program: &Program, joints: usize) -> Self {
         let n = program.operations();
@@ -93,8 +93,8 @@ impl<'a, const N: usize> Kernels<'a, N> {
     }
 
     /// Operation counts of all requested kernels.
-    pub fn counts(&self) -> Vec<Count> {
-        self.each(|function, level, program| Count::new(function, level, program, N))
+    pub fn counts(&self) -> Vec<KernelCost> {
+        self.each(|function, level, program| KernelCost::new(function, level, program, N))
     }
 
     /// Apply `about` to every requested kernel.

@@ -4,7 +4,7 @@ use super::Kernels;
 use comfy_table::Table;
 use dynamics_core::{Scene, Term};
 use robot_compiler::kernel::functions::live_inputs;
-use robot_compiler::kernel::{Level, Program, Rule, RuleSet, Step, compile_with, compile_without};
+use robot_compiler::kernel::{Level, Program, RewriteRule, RuleSet, Step, compile_with, compile_without};
 use sim::table::table;
 
 impl<const N: usize> Kernels<'_, N> {
@@ -35,7 +35,7 @@ impl<const N: usize> Kernels<'_, N> {
         for &function in &self.functions {
             let with = |rules| compile_with(function, self.model, &self.scene, rules, self.precision);
             let all = with(RuleSet::ALL);
-            for rule in Rule::ALL {
+            for rule in RewriteRule::ALL {
                 table.add_row(difference([function.name(), rule.name()], &with(RuleSet::ALL.without(rule)), &all, N));
             }
             table.add_row(difference([function.name(), "all of them"], &with(RuleSet::NONE), &all, N));

@@ -13,13 +13,13 @@ use search::{Target, search};
 use serde::Serialize;
 use sim::failure::Failure;
 use sim::run::record::JointLabel;
-pub use still::{Axes, Question};
+pub use still::{StaticsRequest, WrenchFrame};
 use still::{Still, wrong};
-pub use sweep::{Least, Sweep, sweep};
+pub use sweep::{LowestValue, Sweep, sweep};
 
 /// An arm at rest.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Answer {
+pub struct StaticLoads {
     /// Name of the robot.
     pub robot: String,
     /// Joint position, rad or m.
@@ -31,7 +31,7 @@ pub struct Answer {
     /// `link` or `base`.
     pub axes: &'static str,
     /// Every joint, base first.
-    pub joints: Vec<JointAnswer>,
+    pub joints: Vec<JointLoad>,
     /// Result of the search for the posture.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub minimised: Option<Minimised>,
@@ -39,7 +39,7 @@ pub struct Answer {
 
 /// Load on a joint.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct JointAnswer {
+pub struct JointLoad {
     /// Name of the joint.
     pub name: String,
     /// Torque or force of the actuator, N m or N.
@@ -70,7 +70,7 @@ pub struct JointAnswer {
 /// # Errors
 /// [`Failure::Input`]: a list of the wrong length, a posture outside the limits, an unknown joint, a search without
 /// bounds.
-pub fn answer<const N: usize>(robot: &Robot, question: &Question) -> Result<Answer, Failure> {
+pub fn answer<const N: usize>(robot: &Robot, question: &StaticsRequest) -> Result<StaticLoads, Failure> {
     let model = robot.model::<N>().map_err(Failure::input)?;
     let still = Still::<N>::new(robot, question)?;
     let limits = model.links().map(|link| link.limits);
@@ -88,7 +88,7 @@ pub fn answer<const N: usize>(robot: &Robot, question: &Question) -> Result<Answ
     let joints = robot.joints.iter().zip(&reactions).map(|(joint, reaction)| {
         let load = reaction.bearing_load();
         let turns = joint.spec.kind == JointKind::Revolute;
-        JointAnswer {
+        JointLoad {
             name: joint.name.clone(),
             actuator: reaction.actuator,
             limit: Some(joint.spec.limits.torque).filter(|limit| limit.is_finite()),
@@ -101,14 +101,14 @@ pub fn answer<const N: usize>(robot: &Robot, question: &Question) -> Result<Answ
             label: JointLabel::from(joint),
         }
     });
-    let answer = Answer {
+    let answer = StaticLoads {
         robot: robot.name.clone(),
         q: q.to_vec(),
         tau: reactions.iter().map(|reaction| reaction.actuator).collect(),
         potential,
         axes: match question.axes {
-            Axes::Link => "link",
-            Axes::Base => "base",
+            WrenchFrame::Link => "link",
+            WrenchFrame::Base => "base",
         },
         joints: joints.collect(),
         minimised,

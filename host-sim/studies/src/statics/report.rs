@@ -1,10 +1,10 @@
 //! Table of an arm at rest.
 
-use super::{Answer, Minimised};
+use super::{Minimised, StaticLoads};
 use sim::run::numbers::engineering;
 use sim::table::table;
 
-impl Answer {
+impl StaticLoads {
     /// The table and the lines around it for the terminal.
     #[must_use]
     pub fn table(&self) -> String {

@@ -13,7 +13,7 @@ use sim::failure::Failure;
 
 /// Which axes a wrench is in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Axes {
+pub enum WrenchFrame {
     /// Each link's own, z along its joint.
     Link,
     /// The base frame's.
@@ -22,8 +22,8 @@ pub enum Axes {
 
 /// Input of a statics computation.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Question {
-    /// Joint position, rad or m; `None` with [`Question::minimise`] means the middle of the limits.
+pub struct StaticsRequest {
+    /// Joint position, rad or m; `None` with [`StaticsRequest::minimise`] means the middle of the limits.
     pub q: Option<Vec<f64>>,
     /// Gravitational acceleration in the base frame, m/s^2.
     pub gravity: Vec<f64>,
@@ -36,7 +36,7 @@ pub struct Question {
     /// Joints that stay fixed in the search.
     pub hold: Vec<String>,
     /// Axes of the wrenches.
-    pub axes: Axes,
+    pub axes: WrenchFrame,
 }
 
 /// An arm with its loads.
@@ -48,7 +48,7 @@ pub(super) struct Still<const N: usize> {
 }
 
 impl<const N: usize> Still<N> {
-    pub(super) fn new(robot: &Robot, question: &Question) -> Result<Self, Failure> {
+    pub(super) fn new(robot: &Robot, question: &StaticsRequest) -> Result<Self, Failure> {
         let model = robot.model::<N>().map_err(Failure::input)?;
         let held = load(question.load.as_deref()).map_err(wrong)?;
         Ok(Self {
@@ -76,14 +76,14 @@ impl<const N: usize> Still<N> {
         self.posture(q).links.iter().map(|link| -link.mass * self.gravity.dot(&link.centre)).sum()
     }
 
-    pub(super) fn reactions(&self, q: &[f64; N], axes: Axes) -> [Reaction<f64>; N] {
+    pub(super) fn reactions(&self, q: &[f64; N], axes: WrenchFrame) -> [Reaction<f64>; N] {
         let posture = self.posture(q);
         let joint = backward(&posture, &self.gravity, &[&[]; N], &self.push(&posture));
         core::array::from_fn(|i| {
             let link = &posture.links[i];
             match axes {
-                Axes::Base => Reaction::of(link.kind, &link.axis, &joint[i]),
-                Axes::Link => {
+                WrenchFrame::Base => Reaction::of(link.kind, &link.axis, &joint[i]),
+                WrenchFrame::Link => {
                     let local = joint[i].in_child(&link.rotation, &Vector3::zeros());
                     Reaction::of(link.kind, &Vector3::z(), &local)
                 }

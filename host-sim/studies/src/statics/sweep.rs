@@ -1,7 +1,7 @@
 //! Holding torques and potential energy over the range of one joint, the others standing still.
 
 use super::still::{Still, wrong};
-use super::{Question, posture, search};
+use super::{StaticsRequest, posture, search};
 use crate::posture_search;
 use report::{Block, Figure, Page, Series};
 use robot_compiler::Robot;
@@ -28,7 +28,7 @@ pub struct Sweep {
     /// Potential energy at each, J.
     pub potential: Vec<f64>,
     /// Least value of every curve, signs counted: each joint's torque, their sum, the potential energy.
-    pub least: Vec<Least>,
+    pub least: Vec<LowestValue>,
     #[serde(skip)]
     labels: Vec<JointLabel>,
     #[serde(skip)]
@@ -37,7 +37,7 @@ pub struct Sweep {
 
 /// The least value of a curve, among the positions.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Least {
+pub struct LowestValue {
     /// The joint, `sum` or `potential`.
     pub what: String,
     /// Position of the swept joint, rad or m.
@@ -50,7 +50,7 @@ pub struct Least {
 ///
 /// # Errors
 /// [`Failure::Input`]: as [`super::answer`], an unknown joint, a prismatic joint without limits.
-pub fn sweep<const N: usize>(robot: &Robot, question: &Question, joint: &str) -> Result<Sweep, Failure> {
+pub fn sweep<const N: usize>(robot: &Robot, question: &StaticsRequest, joint: &str) -> Result<Sweep, Failure> {
     let still = Still::<N>::new(robot, question)?;
     let limits = robot.model::<N>().map_err(Failure::input)?.links().map(|link| link.limits);
     let q = question.q.as_deref().ok_or_else(|| wrong(format!("--sweep: expected --q with {N} numbers")))?;
@@ -72,7 +72,7 @@ pub fn sweep<const N: usize>(robot: &Robot, question: &Question, joint: &str) ->
     let potential: Vec<f64> = positions.iter().map(|x| still.potential(&at(*x))).collect();
     let least = |what: &str, values: Vec<f64>| {
         let all = positions.iter().zip(values).min_by(|a, b| a.1.total_cmp(&b.1));
-        all.map(|(at, value)| Least { what: what.to_owned(), at: *at, value })
+        all.map(|(at, value)| LowestValue { what: what.to_owned(), at: *at, value })
     };
     let joints = robot.joints.iter().enumerate();
     let each = joints.map(|(i, joint)| least(&joint.name, tau.iter().map(|tau| tau[i]).collect()));
@@ -96,7 +96,7 @@ impl Sweep {
     pub fn table(&self) -> String {
         let mut table = table(["least", "value", "at"], 1);
         let unit = self.labels[self.swept].position_unit();
-        for (i, Least { what, at, value }) in self.least.iter().enumerate() {
+        for (i, LowestValue { what, at, value }) in self.least.iter().enumerate() {
             let of = self.labels.get(i).map_or(if what == "sum" { "N m" } else { "J" }, JointLabel::torque_unit);
             table.add_row([what.clone(), engineering(*value, of), format!("{at:.4} {unit}")]);
         }

@@ -1,4 +1,4 @@
-//! A motion from a path that an arm was led along by hand: points and durations of a quintic that stays near it.
+//! A motion from a path that an arm was guided along by hand: points and durations of a quintic that stays near it.
 
 mod path;
 

@@ -1,4 +1,4 @@
-//! Reading the path that an arm was led along: `log.csv` of a run, the table of a session, or its record.
+//! Reading the path that an arm was guided along: `log.csv` of a run, the table of a session, or its record.
 
 use board::session::frame_log::{Log, is_record};
 use dynamics_core::control::Encoder;

@@ -28,7 +28,7 @@ pub enum Method {
 
 /// Input of a computation of the terms.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Question {
+pub struct TermsRequest {
     /// Joint position, rad or m.
     pub q: Vec<f64>,
     /// Joint velocity, rad/s or m/s; zero if not given.
@@ -70,7 +70,7 @@ pub struct Terms {
 ///
 /// # Errors
 /// A list of the wrong length, a posture outside the limits.
-pub fn terms<const N: usize>(asked: &Question, file: &SceneFile, model: &Model<f64, N>) -> miette::Result<Terms> {
+pub fn terms<const N: usize>(asked: &TermsRequest, file: &SceneFile, model: &Model<f64, N>) -> miette::Result<Terms> {
     let (scene, live) = (file.scene(model), file.live(model));
     let q: [f64; N] = list("q", &asked.q, "one for each joint")?;
     let qd = asked.qd.as_ref().map_or(Ok([0.0; N]), |qd| list("qd", qd, "one for each joint"))?;
@@ -96,7 +96,7 @@ pub fn terms<const N: usize>(asked: &Question, file: &SceneFile, model: &Model<f
 }
 
 /// Result of a method, without rotors.
-struct Found<const N: usize> {
+struct MethodResult<const N: usize> {
     d: SMatrix<f64, N, N>,
     c: SMatrix<f64, N, N>,
     h: [f64; N],
@@ -104,9 +104,14 @@ struct Found<const N: usize> {
     christoffel: [[[f64; N]; N]; N],
 }
 
-fn by_jacobians<const N: usize>(chain: &Chain<f64, N>, q: &[f64; N], qd: &[f64; N], g: &Vector3<f64>) -> Found<N> {
+fn by_jacobians<const N: usize>(
+    chain: &Chain<f64, N>,
+    q: &[f64; N],
+    qd: &[f64; N],
+    g: &Vector3<f64>,
+) -> MethodResult<N> {
     let posture = chain.posture(&Libm.sin_cos_all(q), q);
-    Found {
+    MethodResult {
         d: lagrange::mass_matrix(&posture),
         c: lagrange::coriolis_matrix(&posture, qd),
         h: lagrange::velocity_coupling(&posture, qd),
@@ -115,11 +120,11 @@ fn by_jacobians<const N: usize>(chain: &Chain<f64, N>, q: &[f64; N], qd: &[f64; 
     }
 }
 
-fn by_traces<const N: usize>(chain: &Chain<f64, N>, q: &[f64; N], qd: &[f64; N], g: &Vector3<f64>) -> Found<N> {
+fn by_traces<const N: usize>(chain: &Chain<f64, N>, q: &[f64; N], qd: &[f64; N], g: &Vector3<f64>) -> MethodResult<N> {
     let transforms = Transforms::new(chain, &Libm.sin_cos_all(q), q);
     let christoffel = transforms.coupling();
     let c = contracted(&christoffel, qd);
-    Found {
+    MethodResult {
         d: transforms.mass_matrix(),
         c,
         h: (c * SVector::from(*qd)).into(),
@@ -134,7 +139,7 @@ fn by_recursion<const N: usize>(
     q: &[f64; N],
     qd: &[f64; N],
     g: &Vector3<f64>,
-) -> Found<N> {
+) -> MethodResult<N> {
     let (turn, live, zero) = (Libm.sin_cos_all(q), Live::zero(), [0.0; N]);
     let afloat = Scene { payload: Term::Constant(payload), ..Scene::free_space() };
     let heavy = Dynamics::new(*model, Scene { gravity: Term::Constant(*g), ..afloat });
@@ -154,7 +159,7 @@ fn by_recursion<const N: usize>(
             }
         }
     }
-    Found {
+    MethodResult {
         d: mass_matrix(&afloat, &turn, q, &live),
         c: contracted(&christoffel, qd),
         h: velocity_terms(qd),
@@ -168,7 +173,7 @@ fn contracted<const N: usize>(christoffel: &[[[f64; N]; N]; N], qd: &[f64; N]) -
     SMatrix::from_fn(|i, j| christoffel[i][j].iter().zip(qd).map(|(symbol, speed)| symbol * speed).sum())
 }
 
-impl<const N: usize> Found<N> {
+impl<const N: usize> MethodResult<N> {
     fn named(
         &self,
         method: Method,

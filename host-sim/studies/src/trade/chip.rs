@@ -72,14 +72,14 @@ pub struct Load {
 
 /// Cost of the interrupt around the controller.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Surroundings {
+pub struct InterruptCost {
     /// Instructions.
     pub instructions: f64,
     /// Cycles: an estimate.
     pub cycles: f64,
 }
 
-impl Surroundings {
+impl InterruptCost {
     /// Measure the interrupt of a scene's firmware and subtract its controller, whose cost may be known.
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use core::fmt;
 use core::str::FromStr;
-use dynamics_core::control::{Between, Law};
+use dynamics_core::control::{Between, ControlLaw};
 use dynamics_core::trig::Method;
 use robot_compiler::kernel::Level;
 use robot_compiler::names;
@@ -28,17 +28,17 @@ pub enum TermSet {
 
 impl TermSet {
     /// The control law that uses exactly these terms.
-    pub(super) const fn law(self) -> Law {
+    pub(super) const fn law(self) -> ControlLaw {
         match self {
-            Self::Full | Self::NoCoriolis => Law::ComputedTorque,
-            Self::Diagonal => Law::DiagonalInertia,
-            Self::Gravity => Law::PdGravity,
-            Self::None => Law::Pd,
+            Self::Full | Self::NoCoriolis => ControlLaw::ComputedTorque,
+            Self::Diagonal => ControlLaw::DiagonalInertia,
+            Self::Gravity => ControlLaw::PdGravity,
+            Self::None => ControlLaw::Pd,
         }
     }
 
     /// The largest set of terms for a law; [`TermSet::Gravity`] for a law without a set.
-    pub(super) fn of(law: Law) -> Self {
+    pub(super) fn of(law: ControlLaw) -> Self {
         Self::value_variants().iter().copied().find(|terms| terms.law() == law).unwrap_or(Self::Gravity)
     }
 }

@@ -1,6 +1,6 @@
 //! Errors of a choice beside the steps of the drives' frames.
 
-use super::{Point, Trade};
+use super::{Trade, TradePoint};
 use sim::run::numbers::engineering;
 use std::fmt::Write as _;
 
@@ -8,7 +8,7 @@ impl Trade {
     /// Lines that compare a point's torque errors with the steps of the drives; empty where the drives have none.
     ///
     /// The error of a choice holds what its model leaves out and what its scalar rounds.
-    pub(crate) fn beside_drives(&self, point: &Point) -> String {
+    pub(crate) fn beside_drives(&self, point: &TradePoint) -> String {
         let mut text = String::new();
         let mut finer = true;
         for (joint, (name, step)) in self.joints.iter().zip(&self.drives).enumerate() {

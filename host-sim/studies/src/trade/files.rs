@@ -1,7 +1,7 @@
 //! The table of a trade-off: every choice as CSV.
 
 use super::report::CHOICES;
-use super::{Point, Trade};
+use super::{Trade, TradePoint};
 use sim::failure::{Failure, in_file};
 use std::path::Path;
 
@@ -79,7 +79,7 @@ impl Trade {
     }
 
     /// Name of a point in a picture: the columns in which it differs from the scene's own choice.
-    pub(super) fn name_of(&self, point: &Point) -> String {
+    pub(super) fn name_of(&self, point: &TradePoint) -> String {
         let [own, here] = [self.own.cells(), point.choice.cells()];
         let differ = own.iter().zip(&here).zip(CHOICES).filter(|((own, here), _)| own != here);
         let names: Vec<String> = differ

@@ -1,7 +1,7 @@
 //! A trade-off as a page: what nothing beats is named, and every point says the command that measures it again.
 
 use super::choice::{TermSet, name};
-use super::{Point, Trade};
+use super::{Trade, TradePoint};
 use report::{Block, Cell, Figure, Page, Scale, Series, Table};
 
 impl Trade {
@@ -48,10 +48,10 @@ impl Trade {
         &self,
         caption: &str,
         ordinate: &str,
-        error: &dyn Fn(&Point) -> Option<f64>,
-        on_front: fn(&Point) -> bool,
+        error: &dyn Fn(&TradePoint) -> Option<f64>,
+        on_front: fn(&TradePoint) -> bool,
     ) -> Figure {
-        let point = |p: &Point| {
+        let point = |p: &TradePoint| {
             let made = report::Point::at(p.cost.cycles, error(p)?).named(self.name_of(p)).told(p.command.clone());
             Some(report::Point { ringed: p.choice == self.own, ..made })
         };

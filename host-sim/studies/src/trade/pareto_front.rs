@@ -1,6 +1,6 @@
 //! Pareto front: the points that no other point dominates.
 
-use super::Point;
+use super::TradePoint;
 
 /// For each `(cost, error)` pair, whether it is on the Pareto front: no other pair is at least as good in both numbers
 /// and better in one. Of equal pairs only the first is on the front. A pair without an error is never on the
@@ -17,8 +17,8 @@ pub fn pareto_front(points: &[(f64, Option<f64>)]) -> Vec<bool> {
 }
 
 /// Mark the Pareto fronts of cycles and torque error, and of cycles and tracking error.
-pub(super) fn mark(points: &mut [Point]) {
-    let by = |error: fn(&Point) -> Option<f64>| -> Vec<bool> {
+pub(super) fn mark(points: &mut [TradePoint]) {
+    let by = |error: fn(&TradePoint) -> Option<f64>| -> Vec<bool> {
         pareto_front(&points.iter().map(|point| (point.cost.cycles, error(point))).collect::<Vec<_>>())
     };
     let (torque, tracking) = (by(|point| point.torque_of_limit), by(|point| point.tracking));

@@ -1,6 +1,6 @@
 //! Choices with their measurements.
 
-use super::chip::{Cost, Load, Surroundings};
+use super::chip::{Cost, InterruptCost, Load};
 use super::choice::{Choice, Named};
 use super::drive_step::DriveStep;
 use super::measure::OnMotion;
@@ -10,7 +10,7 @@ use serde::Serialize;
 
 /// A choice and its measurements.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Point {
+pub struct TradePoint {
     /// The choice, by the names of the command line.
     pub choice: Named,
     /// Command that repeats the measurement of this point.
@@ -52,9 +52,9 @@ pub struct Trade {
     /// The choice in the scene's own file.
     pub own: Named,
     /// Cost of the interrupt around the controller, the same for every choice.
-    pub surroundings: Surroundings,
+    pub surroundings: InterruptCost,
     /// Every choice, sorted by cycles, the fewest first.
-    pub points: Vec<Point>,
+    pub points: Vec<TradePoint>,
     /// Integrators of the simulated arm and their steps.
     pub simulator: Vec<MethodReport>,
 }

@@ -12,7 +12,7 @@ use sim::failure::Failure;
 
 /// Values to combine on each axis.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Axes {
+pub struct TradeAxes {
     /// Floating-point types.
     pub scalar: Vec<ScalarChoice>,
     /// Methods for sine and cosine.
@@ -44,7 +44,7 @@ const OTHER_TICKS: [Every; 5] = [
 
 /// The product of the axes and, unless `alone` is set, the scene's own choice and its variations in one axis. Each
 /// choice occurs once. A given `rate` (Hz) replaces every control rate.
-pub fn choices(axes: &Axes, base: &Baseline, rate: Option<f64>) -> Result<Vec<Choice>, Failure> {
+pub fn choices(axes: &TradeAxes, base: &Baseline, rate: Option<f64>) -> Result<Vec<Choice>, Failure> {
     let own = Choice { rate: rate.unwrap_or(base.file.control.rate), ..base.own() };
     let rates = match rate {
         None if !axes.rate.is_empty() => axes.rate.clone(),

@@ -1,7 +1,7 @@
 //! Report of a trade-off as tables and Markdown.
 
 use super::choice::Choice;
-use super::{Point, Trade};
+use super::{Trade, TradePoint};
 use sim::run::files::shell_word;
 use sim::run::numbers::engineering;
 use sim::table::{markdown, table};
@@ -37,7 +37,7 @@ fn or_fault(value: Option<f64>, show: impl Fn(f64) -> String) -> String {
     value.map_or_else(|| "fault".to_owned(), show)
 }
 
-impl Point {
+impl TradePoint {
     fn tracking_on(&self, course: usize) -> String {
         let of = &self.courses[course];
         let most = of.tracking.max.iter().fold(0.0, |most, x| f64::max(most, *x));
@@ -104,18 +104,18 @@ impl Trade {
         named.chain(courses).collect()
     }
 
-    pub(super) fn row(point: &Point, varied: &[usize]) -> Vec<String> {
+    pub(super) fn row(point: &TradePoint, varied: &[usize]) -> Vec<String> {
         let chosen = point.choice.cells();
         varied.iter().map(|&column| chosen[column].clone()).chain(point.cells()).collect()
     }
 
     /// Points on the Pareto front of torque error or of tracking error.
-    pub fn front(&self) -> impl Iterator<Item = &Point> {
+    pub fn front(&self) -> impl Iterator<Item = &TradePoint> {
         self.points.iter().filter(|point| point.on_torque_front || point.on_tracking_front)
     }
 
     /// The point of the scene's own choice.
-    fn own_point(&self) -> Option<&Point> {
+    fn own_point(&self) -> Option<&TradePoint> {
         self.points.iter().find(|point| point.choice == self.own)
     }
 
@@ -194,9 +194,9 @@ impl Trade {
     }
 
     /// A point, and each that differs from it in one axis.
-    fn variations(&self, own: &Point) -> String {
+    fn variations(&self, own: &TradePoint) -> String {
         let here = own.choice.cells();
-        let row = |label: String, point: &Point| [vec![label], point.cells()].concat();
+        let row = |label: String, point: &TradePoint| [vec![label], point.cells()].concat();
         let mut rows = vec![row("(own)".to_owned(), own)];
         for column in 0..CHOICES.len() {
             for point in &self.points {
@@ -229,7 +229,7 @@ impl Trade {
     }
 }
 
-pub(super) fn front_name(point: &Point) -> &'static str {
+pub(super) fn front_name(point: &TradePoint) -> &'static str {
     match (point.on_torque_front, point.on_tracking_front) {
         (true, true) => "both",
         (true, false) => "torque",

@@ -1,7 +1,7 @@
 //! Requirements on a choice, and the cheapest choice that meets them.
 
 use super::report::percent;
-use super::{Point, Trade};
+use super::{Trade, TradePoint};
 use sim::run::numbers::engineering;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -9,9 +9,9 @@ use std::str::FromStr;
 
 /// A share, written `20%` or `0.2`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Share(pub f64);
+pub struct Percentage(pub f64);
 
-impl FromStr for Share {
+impl FromStr for Percentage {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -37,7 +37,7 @@ impl FromStr for Budget {
     fn from_str(text: &str) -> Result<Self, String> {
         let expected = || format!("{text}: expected a share and a rate, such as 20%@4kHz or 0.2@1000Hz");
         let (share, rate) = text.split_once('@').ok_or_else(expected)?;
-        let share: Share = share.parse().map_err(|_| expected())?;
+        let share: Percentage = share.parse().map_err(|_| expected())?;
         let (number, unit) = match (rate.strip_suffix("kHz"), rate.strip_suffix("Hz")) {
             (Some(number), _) => (number, 1e3),
             (None, Some(number)) => (number, 1.0),
@@ -62,23 +62,23 @@ pub struct Request {
 
 impl Request {
     /// Share of the processor for the whole interrupt of the mean tick.
-    pub fn share_of(&self, point: &Point) -> f64 {
+    pub fn share_of(&self, point: &TradePoint) -> f64 {
         point.interrupt.cycles * point.choice.rate / self.clock
     }
 
     /// True if the interrupt of the mean tick keeps the share and that of the longest ends before the next one is due.
-    fn fits(&self, point: &Point) -> bool {
+    fn fits(&self, point: &TradePoint) -> bool {
         let longest = point.interrupt.cycles_max * point.choice.rate / self.clock;
         self.share.is_none_or(|share| self.share_of(point) <= share) && longest <= 1.0
     }
 
-    fn accurate(&self, point: &Point) -> bool {
+    fn accurate(&self, point: &TradePoint) -> bool {
         let keeps = |most: Option<f64>, found: Option<f64>| most.is_none_or(|most| found.is_some_and(|x| x <= most));
         point.tracking.is_some() && keeps(self.torque, point.torque_of_limit) && keeps(self.tracking, point.tracking)
     }
 
     /// The cheapest point that meets the requirements: points are sorted by cycles, the fewest first.
-    pub fn cheapest<'a>(&self, trade: &'a Trade) -> Option<&'a Point> {
+    pub fn cheapest<'a>(&self, trade: &'a Trade) -> Option<&'a TradePoint> {
         trade.points.iter().find(|point| self.accurate(point) && self.fits(point))
     }
 
@@ -100,7 +100,7 @@ impl Request {
         text
     }
 
-    fn line(&self, point: &Point) -> String {
+    fn line(&self, point: &TradePoint) -> String {
         let n = &point.choice;
         let torque = point.torque_of_limit.map_or("fault".to_owned(), percent);
         let tracking = point.tracking.map_or("fault".to_owned(), |x| engineering(x, "rad"));
@@ -119,7 +119,7 @@ impl Request {
     }
 
     /// Text about the choice: its numbers, the accuracy given up for it, and the way it was measured.
-    pub fn explain(&self, trade: &Trade, chosen: &Point, path: &Path) -> String {
+    pub fn explain(&self, trade: &Trade, chosen: &TradePoint, path: &Path) -> String {
         let mut text = format!("chosen              {}\n", self.line(chosen));
         // The most accurate point of all, to show the accuracy that was given up.
         if let Some(best) = most_accurate(trade.points.iter()) {
@@ -129,7 +129,7 @@ impl Request {
             let _ = writeln!(text, "given up            {what}");
             let _ = writeln!(text, "most accurate       {}", self.line(best));
         }
-        let Point { cost, interrupt, .. } = chosen;
+        let TradePoint { cost, interrupt, .. } = chosen;
         let _ = writeln!(
             text,
             "controller          {:.0} instructions a tick, {} at most; {:.0} cycles (estimate), flash {}, RAM {}",
@@ -148,13 +148,13 @@ impl Request {
 }
 
 /// The point with the least torque error of those that track.
-fn most_accurate<'a>(points: impl Iterator<Item = &'a Point>) -> Option<&'a Point> {
-    let error = |point: &&Point| point.torque_of_limit.unwrap_or(f64::INFINITY);
+fn most_accurate<'a>(points: impl Iterator<Item = &'a TradePoint>) -> Option<&'a TradePoint> {
+    let error = |point: &&TradePoint| point.torque_of_limit.unwrap_or(f64::INFINITY);
     points.filter(|point| point.tracking.is_some()).min_by(|a, b| error(a).total_cmp(&error(b)))
 }
 
 /// Differences between two points' choices.
-fn differences(best: &Point, chosen: &Point) -> String {
+fn differences(best: &TradePoint, chosen: &TradePoint) -> String {
     let (a, b) = (&best.choice, &chosen.choice);
     let pairs = [
         ("scalar", &a.scalar, &b.scalar),

@@ -7,12 +7,12 @@ use dynamics_core::trig::Libm;
 use dynamics_core::{Model, Trig};
 use identification::arm::Chain;
 use identification::base::Base;
-use identification::excite::{Room, Search, Series, Subject, Workspace, excite};
+use identification::excite::{FourierSeries, Room, SearchSettings, Subject, Workspace, excite};
 use nalgebra::Vector3;
 use studies::clearance::cell::Cell;
 
 const CENTRE: [f64; 6] = [0.0, 1.2, 1.2, 0.0, 0.0, 0.0];
-const SEARCH: Search = Search { harmonics: 3, period: 8.0, tries: 60, seed: 5 };
+const SEARCH: SearchSettings = SearchSettings { harmonics: 3, period: 8.0, tries: 60, seed: 5 };
 const CLEARANCE: f64 = 0.03;
 
 struct Watched {
@@ -42,7 +42,7 @@ impl Workspace for Watched {
     }
 }
 
-fn search(model: &Model<f64, 6>, workspace: &dyn Workspace) -> Option<Series> {
+fn search(model: &Model<f64, 6>, workspace: &dyn Workspace) -> Option<FourierSeries> {
     let arm = Chain::new(*model, Vector3::new(0.0, 0.0, -9.81));
     let base = Base::of(&arm);
     let beta = base.of_parameters(&arm.parameters());
@@ -62,7 +62,7 @@ fn a_box_in_the_way_is_avoided_and_without_it_the_motion_goes_through() {
     let model = model::<6>("yam.toml");
     let nothing = Watched { cell: Cell::new(&model, Vec::new(), &CENTRE, CLEARANCE) };
     let free = search(&model, &nothing).unwrap();
-    let motion_of = |series: &Series| motion(&series.sine, &series.cosine);
+    let motion_of = |series: &FourierSeries| motion(&series.sine, &series.cosine);
     let through = motion_of(&free);
     // A box where the tip gets farthest from where it starts.
     let tip = |q: &[f64; 6]| tip_pose(&model, &Libm.sin_cos_all(q), q).translation;

@@ -12,7 +12,7 @@
 //! inside the unit circle. Arm and model may differ: if the model is wrong, a constant torque is assumed to hold the
 //! arm in its posture all the same.
 
-use dynamics_core::control::{Gains, Law, computed_torque};
+use dynamics_core::control::{ControlLaw, Gains, computed_torque};
 use dynamics_core::dual::Dual;
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::trig::Libm;
@@ -29,9 +29,9 @@ pub(crate) struct SampledLoop<const N: usize> {
     pub(crate) model: Dynamics<f64, N>,
     /// Posture in which the arm is held, rad or m.
     pub(crate) posture: [f64; N],
-    /// [`Law::ComputedTorque`], [`Law::Pd`] or [`Law::PdGravity`]. Feedforward is treated as PD, and a diagonal inertia
+    /// [`ControlLaw::ComputedTorque`], [`ControlLaw::Pd`] or [`ControlLaw::PdGravity`]. Feedforward is treated as PD, and a diagonal inertia
     /// as PD with gravity.
-    pub(crate) law: Law,
+    pub(crate) law: ControlLaw,
     /// Gains of each joint.
     pub(crate) gains: [Gains<f64>; N],
     /// Number of ticks between command and action.

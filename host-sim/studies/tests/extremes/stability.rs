@@ -6,7 +6,7 @@
 
 use super::sampled_loop::{SampledLoop, last};
 use super::{Cell, Outcome, joints, planar, puma, unlimited};
-use dynamics_core::control::{Gains, Guard, Law};
+use dynamics_core::control::{ControlLaw, Gains, Guard};
 use dynamics_core::trig::{Libm, Method};
 use dynamics_core::{
     Body, Command, Controller, ControllerConfig, Dynamics, InverseDynamics, Limits, Live, Measurement, Reference,
@@ -27,14 +27,14 @@ const GROUP: &str = "stability";
 #[derive(Clone, Copy, Debug)]
 struct StableLaw {
     name: &'static str,
-    law: Law,
+    law: ControlLaw,
     delay: usize,
 }
 
 const LAWS: [StableLaw; 3] = [
-    StableLaw { name: "computed torque", law: Law::ComputedTorque, delay: 0 },
-    StableLaw { name: "computed torque, a tick late", law: Law::ComputedTorque, delay: 1 },
-    StableLaw { name: "PD with gravity", law: Law::PdGravity, delay: 0 },
+    StableLaw { name: "computed torque", law: ControlLaw::ComputedTorque, delay: 0 },
+    StableLaw { name: "computed torque, a tick late", law: ControlLaw::ComputedTorque, delay: 1 },
+    StableLaw { name: "PD with gravity", law: ControlLaw::PdGravity, delay: 0 },
 ];
 
 /// The Puma's postures: the start of the shipped scenes, level and stretched, and with axes 4 and 6 in line.

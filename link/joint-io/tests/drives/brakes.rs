@@ -2,7 +2,7 @@
 
 use crate::rig::{BRAKE_DELAY, ENGAGES, FALL, H, INERTIA, Rig, WEIGHT, rules};
 use actuator_model::mit::Language;
-use dynamics_core::control::{Fault, Law};
+use dynamics_core::control::{ControlLaw, Fault};
 use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
 use dynamics_core::safety::{SafeAction, State};
 use joint_io::frames::Frames;
@@ -12,7 +12,7 @@ use link::Request;
 fn disarm<F: Frames>(language: Language, delay: u32) -> (u32, f64) {
     let mut rules = rules(SafeAction::Brake);
     rules.brake_delay = delay;
-    let mut rig = Rig::<F>::with_rules(language, (Law::ComputedTorque, rules), |_| {}).armed();
+    let mut rig = Rig::<F>::with_rules(language, (ControlLaw::ComputedTorque, rules), |_| {}).armed();
     let (at, mut ticks) = (rig.q, 0);
     rig.ask(Request::Disarm);
     for _ in 0..2 * BRAKE_DELAY {
@@ -115,7 +115,7 @@ fn a_joint_whose_host_is_gone_is_carried_until_its_brake_has_engaged() {
 #[test]
 fn the_drives_own_springs_hold_the_joint_until_its_brake_has_engaged() {
     let rules = rules(SafeAction::Brake);
-    let mut rig = Rig::<Damiao>::with_rules(Language::Damiao, (Law::Split, rules), |_| {}).armed();
+    let mut rig = Rig::<Damiao>::with_rules(Language::Damiao, (ControlLaw::Split, rules), |_| {}).armed();
     let stiffness = rig.electronics(|it| it.told().kp);
     assert!(stiffness > 100.0, "{stiffness}");
     rig.ask(Request::Disarm);

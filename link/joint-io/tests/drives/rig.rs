@@ -6,7 +6,7 @@ use actuator_model::frame::Frame as CanFrame;
 use actuator_model::mit::{Actuator, Electronics, Language, Ranges, Shaft};
 use dynamics_core::control::Spring;
 use dynamics_core::control::{
-    BuildOf, Controller, ControllerConfig, Encoder, Fault, Gains, Guard, Law, TrackingObserver, Unprotected,
+    BuildOf, ControlLaw, Controller, ControllerConfig, Encoder, Fault, Gains, Guard, TrackingObserver, Unprotected,
 };
 use dynamics_core::drive::{Gearing, MitDrive, MitRanges, Range};
 use dynamics_core::newton_euler::InverseDynamics;
@@ -131,7 +131,7 @@ const OWN: Hello = Hello { robot: 7, joints: 1, rate_hz: 1000.0, pacing: Pacing:
 
 fn config(torque_rate: f32) -> ControllerConfig<f32, 1> {
     ControllerConfig {
-        law: Law::ComputedTorque,
+        law: ControlLaw::ComputedTorque,
         gains: [Gains { position: 400.0, velocity: 40.0, inertia: INERTIA as f32 }],
         friction: None,
         limits: [Limits { position: (-2.5, 2.5), velocity: 3.0, torque: 18.0, torque_rate }],
@@ -271,13 +271,13 @@ impl<F: Frames> Rig<F> {
 
     /// The same, with another drive than the board believes.
     pub(crate) fn with(language: Language, action: SafeAction, change: impl FnOnce(&mut MitDrive)) -> Self {
-        Self::with_rules(language, (Law::ComputedTorque, rules(action)), change)
+        Self::with_rules(language, (ControlLaw::ComputedTorque, rules(action)), change)
     }
 
     /// The same, with this law and these rules of the safety machine.
     pub(crate) fn with_rules(
         language: Language,
-        (law, rules): (Law, Rules<f32, 1>),
+        (law, rules): (ControlLaw, Rules<f32, 1>),
         change: impl FnOnce(&mut MitDrive),
     ) -> Self {
         let (reply_id, reply_bytes, timeout) = match language {

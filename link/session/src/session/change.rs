@@ -5,8 +5,8 @@ use super::waiting::{Change, Changed};
 use super::{Buffers, Outcome, Session};
 use crate::parameters;
 use core::borrow::BorrowMut;
-use dynamics_core::control::{ArmBuild, Ask, Configuration, ControllerConfig, Fault, LimitFlags};
-use dynamics_core::safety::{self, Configuration as _};
+use dynamics_core::control::{ArmBuild, Configuration, ControllerConfig, Fault, LimitFlags, TorqueRequest};
+use dynamics_core::safety::SafetyConfiguration as _;
 use dynamics_core::scene::Live;
 use link::{Pacing, Refusal, Setting, Value};
 
@@ -29,7 +29,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
     fn change(&mut self, change: Change<N>) -> Result<bool, Refusal> {
         // While arming, torque may act on engaged brakes, and the brakes are about to open.
         let state = self.supervisor.state();
-        if !state.has_torque() && state != safety::State::Arming {
+        if !state.has_or_awaits_torque() {
             self.make(&change);
             return Ok(true);
         }
@@ -104,7 +104,7 @@ pub(super) type Torques<const N: usize> = ([f32; N], [LimitFlags; N]);
 /// of both answers, their torques do not show the true difference.
 #[cold]
 pub(super) fn jump<const N: usize>(
-    ask: &Ask<'_, f32, N>,
+    ask: &TorqueRequest<'_, f32, N>,
     config: &ControllerConfig<f32, N>,
     now: Result<Torques<N>, Fault>,
     then: Result<Torques<N>, Fault>,

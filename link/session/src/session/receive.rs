@@ -6,7 +6,7 @@ use super::outcome::{Outcome, Reaction};
 use super::requests::{Arrived, Requests};
 use super::{Buffers, QUIET, Session};
 use crate::readings::Lines;
-use crate::trajectory::{NotTaken, Way};
+use crate::trajectory::{NotTaken, Segment};
 use core::borrow::BorrowMut;
 use dynamics_core::control::{ArmBuild, Measurement, Reference};
 use dynamics_core::safety;
@@ -18,19 +18,19 @@ use link::{DecodeError, Frame, Hello, NumberedRequest, Pacing, Refusal, Request,
 #[derive(Clone, Debug, PartialEq)]
 pub struct Message<const N: usize> {
     missed: u32,
-    said: Said<N>,
+    said: FrameContent<N>,
 }
 
 /// Content of a frame, as far as it can be read.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "made and taken apart at once, where there is nothing to allocate from")]
-enum Said<const N: usize> {
+enum FrameContent<const N: usize> {
     Undecodable(DecodeError),
     Measurement(u32, Result<Measurement<f32, N>, Refusal>),
     Live(Result<Live<f32, N>, Refusal>),
     Reference(Result<Reference<f32, N>, Refusal>),
     /// A point, so many ticks behind the one before, and the way to it.
-    Point(u16, Result<Reference<f32, N>, Refusal>, Option<Way<N>>),
+    Point(u16, Result<Reference<f32, N>, Refusal>, Option<Segment<N>>),
     Other(Frame),
 }
 
@@ -40,20 +40,22 @@ impl<const N: usize> Message<N> {
     pub fn new(received: Result<Received, DecodeError>) -> Self {
         let Received { frame, missed } = match received {
             Ok(received) => received,
-            Err(error) => return Self { missed: 0, said: Said::Undecodable(error) },
+            Err(error) => return Self { missed: 0, said: FrameContent::Undecodable(error) },
         };
         let said = match frame {
             Frame::Measurement(measurement) => {
-                Said::Measurement(measurement.tick, measurement.to_core().map_err(Refusal::from))
+                FrameContent::Measurement(measurement.tick, measurement.to_core().map_err(Refusal::from))
             }
-            Frame::Live(live) => Said::Live(
+            Frame::Live(live) => FrameContent::Live(
                 live.to_core()
                     .map_err(Refusal::from)
                     .and_then(|values| if live.is_finite() { Ok(values) } else { Err(Refusal::NonFiniteLive) }),
             ),
-            Frame::Reference(reference) => Said::Reference(reference.to_core().map_err(Refusal::from)),
-            Frame::Point(point) => Said::Point(point.ticks, point.reference.to_core().map_err(Refusal::from), None),
-            frame => Said::Other(frame),
+            Frame::Reference(reference) => FrameContent::Reference(reference.to_core().map_err(Refusal::from)),
+            Frame::Point(point) => {
+                FrameContent::Point(point.ticks, point.reference.to_core().map_err(Refusal::from), None)
+            }
+            frame => FrameContent::Other(frame),
         };
         Self { missed, said }
     }
@@ -61,13 +63,13 @@ impl<const N: usize> Message<N> {
     /// True if it is a point that goes on from another: it wants the way from there.
     #[must_use]
     pub fn goes_on(&self) -> bool {
-        matches!(self.said, Said::Point(1.., Ok(_), _))
+        matches!(self.said, FrameContent::Point(1.., Ok(_), _))
     }
 
     /// Work out the way to a point from the start that [`Session::way_from`] gave.
     pub fn find_way(&mut self, from: Option<(Reference<f32, N>, f32)>) {
-        if let (Said::Point(ticks, Ok(point), way), Some((last, period))) = (&mut self.said, from) {
-            *way = Way::new(&last, point, *ticks, period);
+        if let (FrameContent::Point(ticks, Ok(point), way), Some((last, period))) = (&mut self.said, from) {
+            *way = Segment::new(&last, point, *ticks, period);
         }
     }
 }
@@ -98,18 +100,20 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
     /// Take a message. A tick since [`Session::way_from`] can only have ended the trajectory, and then the point is refused.
     pub fn take(&mut self, message: &Message<N>) -> Outcome {
         let Message { missed, said } = message;
-        if let Said::Undecodable(error) = said {
+        if let FrameContent::Undecodable(error) = said {
             return Outcome::Refused(Refusal::Undecodable(*error));
         }
         // Those that were lost before it are behind the host as well.
         self.taken = self.taken.wrapping_add(1).wrapping_add(*missed as u16);
         // Even if packets were lost before it: a stop must not wait for the host to notice.
-        let stops =
-            matches!(said, Said::Other(Frame::Request(NumberedRequest { request: Request::Hold | Request::Stop, .. })));
+        let stops = matches!(
+            said,
+            FrameContent::Other(Frame::Request(NumberedRequest { request: Request::Hold | Request::Stop, .. }))
+        );
         if *missed > 0 && !stops {
             return Outcome::Refused(Refusal::Lost { missed: u8::try_from(*missed).unwrap_or(u8::MAX) });
         }
-        if let Said::Other(Frame::Hello(theirs)) = said {
+        if let FrameContent::Other(Frame::Hello(theirs)) = said {
             return self.greeted(*theirs);
         }
         let agreed = self.pacing.filter(|_| !self.shut_out || stops);
@@ -118,20 +122,20 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
             self.supervisor.heard();
         }
         let outcome = match said {
-            Said::Measurement(tick, measurement) => {
+            FrameContent::Measurement(tick, measurement) => {
                 measurement.as_ref().map_err(Refusal::clone).and_then(|values| self.measured(pacing, *tick, values))
             }
-            Said::Live(live) => live.as_ref().map_err(Refusal::clone).and_then(|live| self.live(pacing, live)),
-            Said::Point(ticks, point, way) if pacing.is_supervised() => {
+            FrameContent::Live(live) => live.as_ref().map_err(Refusal::clone).and_then(|live| self.live(pacing, live)),
+            FrameContent::Point(ticks, point, way) if pacing.is_supervised() => {
                 point.as_ref().map_err(Refusal::clone).and_then(|point| self.point(*ticks, point, way.as_ref()))
             }
-            Said::Reference(reference) if !pacing.is_supervised() => {
+            FrameContent::Reference(reference) if !pacing.is_supervised() => {
                 reference.as_ref().map_err(Refusal::clone).map(|reference| {
                     self.reference = Some(*reference);
                     Outcome::None
                 })
             }
-            Said::Other(frame) if pacing.is_supervised() => self.supervised(pacing, frame),
+            FrameContent::Other(frame) if pacing.is_supervised() => self.supervised(pacing, frame),
             _ => Err(Refusal::Unexpected),
         };
         outcome.unwrap_or_else(Outcome::Refused)
@@ -144,7 +148,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
     fn greeted(&mut self, theirs: Hello) -> Outcome {
         self.shut_out = false;
         let state = self.supervisor.state();
-        if self.is_live() && (state.has_torque() || state == safety::State::Arming) {
+        if self.is_live() && state.has_or_awaits_torque() {
             if theirs != (Hello { pacing: Pacing::Live, ..self.own }) {
                 self.shut_out = true;
                 return Outcome::Refused(Refusal::Driven);
@@ -165,7 +169,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         self.supervisor.change_host(&mut self.buffers.borrow_mut().trajectory);
     }
 
-    fn point(&mut self, ticks: u16, point: &Reference<f32, N>, way: Option<&Way<N>>) -> Result<Outcome, Refusal> {
+    fn point(&mut self, ticks: u16, point: &Reference<f32, N>, way: Option<&Segment<N>>) -> Result<Outcome, Refusal> {
         let Buffers { trajectory, .. } = self.buffers.borrow_mut();
         match ticks {
             0 => self.supervisor.start(trajectory, point)?,
@@ -183,7 +187,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
             Frame::Dump => self.past = Some(0),
             Frame::Get(index) => return self.value(*index).map(Outcome::Value),
             Frame::Set(setting) => return self.set(*setting),
-            Frame::Lines(lines) if pacing == Pacing::Drill => {
+            Frame::Lines(lines) if pacing == Pacing::DryRun => {
                 let link::Lines { emergency_stop, overrun, zeroed, drive_fault, on, zero_lost, supply, temperature } =
                     *lines;
                 self.supervisor.lines(&Lines { emergency_stop, supply, temperature });
@@ -242,7 +246,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         Ok(match pacing {
             Pacing::Timer | Pacing::Live => Outcome::None,
             Pacing::LockStep if self.reference.is_none() => return Err(Refusal::NoReference),
-            Pacing::LockStep | Pacing::Drill => Outcome::Tick,
+            Pacing::LockStep | Pacing::DryRun => Outcome::Tick,
         })
     }
 }

@@ -1,7 +1,7 @@
 //! Reports out.
 
 use super::{Buffers, Session};
-use crate::black_box::{Beside, Report};
+use crate::black_box::{LiveContext, Report};
 use core::borrow::BorrowMut;
 use dynamics_core::control::{ArmBuild, Protection as _};
 use dynamics_core::safety;
@@ -41,13 +41,13 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         self.past.is_some()
     }
 
-    fn beside(&self, parts: Parts) -> Beside<N> {
+    fn beside(&self, parts: Parts) -> LiveContext<N> {
         let failed = matches!(self.supervisor.state(), safety::State::Fault(_));
         let Buffers { trajectory, black_box } = self.buffers.borrow();
-        Beside {
+        LiveContext {
             kept: black_box.keeps(),
             room: u8::try_from(trajectory.room()).unwrap_or(u8::MAX),
-            trouble: self.trouble.filter(|_| failed),
+            drive_fault: self.drive_fault.filter(|_| failed),
             external: self.controller.protection().external().copied().filter(|_| parts.contains(Parts::EXTERNAL)),
         }
     }

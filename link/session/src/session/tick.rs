@@ -5,7 +5,7 @@ use super::waiting::Change;
 use super::{Buffers, Session};
 use crate::meter::{Counter, Meter};
 use core::borrow::BorrowMut;
-use dynamics_core::control::{ArmBuild, Ask, Controller, ControllerConfig, Fault, LimitFlags};
+use dynamics_core::control::{ArmBuild, Controller, ControllerConfig, Fault, LimitFlags, TorqueRequest};
 use dynamics_core::safety::{self, Actuation, SafeAction};
 use link::{Cost, Frame, Pacing, TickCost};
 
@@ -64,7 +64,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         let Buffers { trajectory, black_box } = buffers.borrow_mut();
         let Some(record) = black_box.begin(supervisor.state()) else { return safe };
         let (mut alone, mut jumps) = (None, None);
-        let led = controller.config().law.is_led();
+        let led = controller.config().law.is_hand_guided();
         let ((), all) = meter.measure(|| {
             supervisor.tick(&mut record.output, led, |ask, torque, limits| {
                 let then = change.as_ref().map(|change| tried(controller, change, ask));
@@ -84,7 +84,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         record.cost = all.map(|all: Cost| TickCost { all, controller: alone });
         record.inputs = *supervisor.inputs();
         let drives = match record.output.actuation {
-            // In a drill no drive is driven: the host simulates the arm.
+            // In a dry run no drive is driven: the host simulates the arm.
             Actuation::Safe(action) => Drives::Safe(action),
             _ if pacing != Pacing::Live => safe,
             Actuation::Drive { torque, .. } => Drives::Drive(torque),
@@ -115,7 +115,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
 fn tried<const N: usize, A: ArmBuild<f32, N>>(
     controller: &Controller<f32, N, A>,
     change: &Change<N>,
-    ask: &Ask<'_, f32, N>,
+    ask: &TorqueRequest<'_, f32, N>,
 ) -> Result<Torques<N>, Fault> {
     let mut trial = controller.clone();
     change.make(&mut trial);

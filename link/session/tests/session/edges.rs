@@ -5,12 +5,12 @@
 use super::supervised::{Arm, answers, set};
 use super::{Looks, OWN, UnitMasses, config, protected, soft};
 use dynamics_core::control::{
-    Controller, ControllerConfig, Encoder, Law, Measurement, Reference, Sensed, TrackingObserver,
+    ControlLaw, Controller, ControllerConfig, Encoder, Measurement, Reference, Sensed, TrackingObserver,
 };
 use dynamics_core::safety::{self, HoldCause, Protected};
 use dynamics_core::trig::Polynomial;
 use link::codec::Received;
-use link::{Answer, Frame, Hello, Pacing, Parts, Point, Refusal, Request, Verdict, Watch};
+use link::{Answer, Frame, Hello, Pacing, Parts, Point, Refusal, Request, StateCode, Verdict, Watch};
 use newtau_session::meter::Meter;
 use newtau_session::parameters::LAW;
 use newtau_session::readings::{JointFaults, Lines, Readings};
@@ -157,9 +157,9 @@ fn a_change_of_law_and_a_request_in_one_tick_never_make_torque_jump() {
     for requests in ALL.iter().filter(|request| **request != Request::Stop) {
         for change_first in [false, true] {
             let mut arm = Arm::with(soft(), true).arm();
-            answers(&mut arm, set(LAW, f32::from(Law::Teach.code())));
+            answers(&mut arm, set(LAW, f32::from(ControlLaw::Teach.code())));
             arm.point(0, arm.q.map(|q| q + 0.4));
-            let change = set(LAW, f32::from(Law::ComputedTorque.code()));
+            let change = set(LAW, f32::from(ControlLaw::ComputedTorque.code()));
             if change_first {
                 arm.receive(change.clone());
             }
@@ -220,7 +220,7 @@ fn a_board_that_measures_takes_no_measurement_from_the_host() {
 
 #[test]
 fn the_black_box_of_a_fault_survives_the_hello_of_somebody_who_comes_to_look() {
-    let past = |arm: &mut Arm| -> Vec<(u8, u8)> {
+    let past = |arm: &mut Arm| -> Vec<(StateCode, u8)> {
         arm.receive(Frame::Dump);
         let past = arm.said().into_iter().filter_map(|frame| match frame {
             Frame::Past(Some(status)) => Some((status.state, status.cause)),
@@ -245,18 +245,18 @@ fn the_black_box_of_a_fault_survives_the_hello_of_somebody_who_comes_to_look() {
         }
     }
     let status = arm.watched();
-    assert!(status.kept && status.state == 0, "{status:?}");
+    assert!(status.kept && status.state == StateCode::Idle, "{status:?}");
     // Nobody has read it: it is not released.
     let (_, verdicts) = collide_one(&mut arm, Request::Release);
     assert!(matches!(verdicts, Verdict::Rejected(denial) if denial.code == 14), "{verdicts:?}");
     let kept = past(&mut arm);
-    assert!(kept.contains(&(5, 11)) && kept.len() > 30, "{kept:?}");
+    assert!(kept.contains(&(StateCode::Fault, 11)) && kept.len() > 30, "{kept:?}");
     let (_, verdict) = collide_one(&mut arm, Request::Release);
     assert_eq!(verdict, Verdict::Accepted);
     for _ in 0..60 {
         arm.tick();
     }
-    assert!(!arm.watched().kept && !past(&mut arm).contains(&(5, 11)));
+    assert!(!arm.watched().kept && !past(&mut arm).contains(&(StateCode::Fault, 11)));
 }
 
 fn collide_one(arm: &mut Arm, request: Request) -> (safety::State, Verdict) {

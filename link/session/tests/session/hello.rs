@@ -4,7 +4,7 @@ use super::OWN;
 use super::supervised::Arm;
 use dynamics_core::control::Fault;
 use dynamics_core::safety;
-use link::{Frame, Hello, Pacing, Request, Status};
+use link::{Frame, Hello, Pacing, Request, StateCode, Status};
 use newtau_session::black_box::{TICKS, TICKS_AFTER};
 use newtau_session::readings::JointFaults;
 
@@ -69,10 +69,11 @@ fn keeps(arm: &mut Arm, fault: Fault, after: u32, name: &str) {
     assert!(status.kept, "{name}: it is not kept");
     let past = past(arm);
     assert_eq!(past.len(), TICKS, "{name}");
-    let first = past.iter().position(|status| status.state == 5).unwrap_or_else(|| panic!("{name}: no fault"));
+    let first =
+        past.iter().position(|status| status.state == StateCode::Fault).unwrap_or_else(|| panic!("{name}: no fault"));
     assert_eq!((past[first].cause, past[first].joint), (fault.code(), fault.joint()), "{name}");
     assert_eq!(past.len() - 1 - first, after as usize, "{name}: ticks after it");
-    assert!(past[..first].iter().all(|status| status.state == 3), "{name}: ticks before it");
+    assert!(past[..first].iter().all(|status| status.state == StateCode::Running), "{name}: ticks before it");
     arm.asked(Request::Release);
     assert!(!arm.watched().kept, "{name}: released");
 }
@@ -104,7 +105,8 @@ fn a_hello_in_the_tick_of_a_fault_or_in_those_after_it_keeps_the_fault_and_its_t
 
 #[test]
 fn a_fault_is_kept_through_a_session_without_the_machine_and_through_a_stranger_s_hello() {
-    for between in [|arm: &mut Arm| hello(arm, Pacing::LockStep), |arm: &mut Arm| hello(arm, Pacing::Drill), stranger] {
+    for between in [|arm: &mut Arm| hello(arm, Pacing::LockStep), |arm: &mut Arm| hello(arm, Pacing::DryRun), stranger]
+    {
         for after in [0, 3, 20] {
             let mut arm = long_running();
             arm.lines.emergency_stop = true;
@@ -173,6 +175,6 @@ fn a_hello_does_not_bring_back_a_fault_that_was_released() {
         }
         ticks(&mut arm, 3);
         assert!(!arm.watched().kept);
-        assert!(past(&mut arm).iter().all(|status| status.state == 0));
+        assert!(past(&mut arm).iter().all(|status| status.state == StateCode::Idle));
     }
 }

@@ -8,7 +8,7 @@ mod supervised;
 mod trajectory;
 
 use dynamics_core::control::{
-    BuildOf, ControllerConfig, Encoder, Gains, Guard, Law, Teach, TrackingObserver, Unprotected,
+    BuildOf, ControlLaw, ControllerConfig, Encoder, Gains, Guard, Teach, TrackingObserver, Unprotected,
 };
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::{JointRules, Protected, Rules, SafeAction};
@@ -61,7 +61,7 @@ const OWN: Hello = Hello { robot: 7, joints: 2, rate_hz: 500.0, pacing: Pacing::
 fn config() -> ControllerConfig<f32, 2> {
     let limits = Limits { position: (-3.0, 3.0), velocity: 5.0, torque: 50.0, torque_rate: 1e6 };
     ControllerConfig {
-        law: Law::ComputedTorque,
+        law: ControlLaw::ComputedTorque,
         gains: [Gains { position: 100.0, velocity: 20.0, inertia: 1.0 }; 2],
         friction: None,
         limits: [limits; 2],

@@ -8,7 +8,8 @@ use dynamics_core::safety::{self, HoldCause, Protected, SafeAction};
 use dynamics_core::trig::Polynomial;
 use link::codec::Received;
 use link::{
-    Actuation, Cost, Denial, Frame, Hello, Pacing, Parts, Point, Refusal, Request, Setting, Status, Value, Watch,
+    Actuation, Cost, Denial, Frame, Hello, Pacing, Parts, Point, Refusal, Request, Setting, StateCode, Status, Value,
+    Watch,
 };
 use newtau_session::black_box::{Report, TICKS, TICKS_AFTER};
 use newtau_session::meter::Meter;
@@ -284,9 +285,13 @@ fn a_fault_is_left_by_clear_alone_and_the_black_box_has_what_was_before_and_behi
     }
     assert_eq!(past.len(), TICKS);
     assert!(past.windows(2).all(|two| two[1].tick == two[0].tick + 1));
-    let first = past.iter().position(|status| status.state == 5).unwrap();
+    let first = past.iter().position(|status| status.state == StateCode::Fault).unwrap();
     assert_eq!(past.len() - first, usize::from(TICKS_AFTER) + 1);
-    assert!(past[..first].iter().all(|s| s.state == 3 && matches!(s.actuation, Some(Actuation::Drive { .. }))));
+    assert!(
+        past[..first]
+            .iter()
+            .all(|s| s.state == StateCode::Running && matches!(s.actuation, Some(Actuation::Drive { .. })))
+    );
     assert_eq!((past[first].cause, past[first].actuation.clone()), (9, Some(Actuation::DampedStop)));
 
     arm.asked(Request::Arm);
@@ -303,7 +308,7 @@ fn a_status_has_the_parts_that_were_asked_for_at_the_rate_that_was_asked_for() {
     assert_eq!(arm.reports(), []);
     let status = arm.watched();
     let Some(Actuation::Drive { torque, .. }) = &status.actuation else { panic!("{status:?}") };
-    assert_eq!((torque.as_slice(), status.state, status.homed), ([0.0; 2].as_slice(), 2, true));
+    assert_eq!((torque.as_slice(), status.state, status.homed), ([0.0; 2].as_slice(), StateCode::Armed, true));
     assert!(status.sensed.unwrap().lines.zeroed);
     assert!(matches!(status.cost.unwrap().all, Cost::Instructions(_)));
     assert_eq!(status.room, 16);
@@ -357,7 +362,7 @@ fn a_stop_is_taken_even_where_frames_were_lost_before_it_and_nothing_else_is() {
 fn a_status_follows_a_hello_that_ends_a_live_session() {
     let safe = link::Actuation::new(&safety::Actuation::<f32, 2>::Safe(SafeAction::DampedStop));
     let other = Hello { robot: OWN.robot + 1, pacing: Pacing::Live, ..OWN };
-    for theirs in [Pacing::Drill, Pacing::LockStep, Pacing::Timer]
+    for theirs in [Pacing::DryRun, Pacing::LockStep, Pacing::Timer]
         .map(|pacing| Hello { pacing, ..OWN })
         .into_iter()
         .chain([other])
@@ -367,7 +372,11 @@ fn a_status_follows_a_hello_that_ends_a_live_session() {
         arm.receive(Frame::Hello(theirs));
         let said = arm.said();
         let [Frame::Status(status)] = &said[..] else { panic!("{theirs:?}: {said:?}") };
-        assert_eq!((status.state, status.homed, &status.actuation), (0, false, &Some(safe.clone())), "{theirs:?}");
+        assert_eq!(
+            (status.state, status.homed, &status.actuation),
+            (StateCode::Idle, false, &Some(safe.clone())),
+            "{theirs:?}"
+        );
         // Only the first hello has ended it.
         arm.receive(Frame::Hello(theirs));
         assert_eq!(arm.said(), []);
@@ -379,9 +388,9 @@ fn a_status_follows_a_hello_that_ends_a_live_session() {
 }
 
 #[test]
-fn a_drill_is_the_same_with_the_host_in_the_place_of_board_and_joints_and_drives_nothing() {
+fn a_dry_run_is_the_same_with_the_host_in_the_place_of_board_and_joints_and_drives_nothing() {
     let mut arm = Arm::live();
-    let hello = Hello { pacing: Pacing::Drill, ..OWN };
+    let hello = Hello { pacing: Pacing::DryRun, ..OWN };
     arm.receive(Frame::Hello(hello));
     assert_eq!(arm.said().len(), 1, "the end of the live session");
     let lines = link::Lines::CALM;
@@ -396,7 +405,7 @@ fn a_drill_is_the_same_with_the_host_in_the_place_of_board_and_joints_and_drives
         statuses.extend(arm.reports());
     }
     let Some(Frame::Status(status)) = statuses.last() else { panic!("{statuses:?}") };
-    assert_eq!((statuses.len(), status.state, status.tick), (3, 2, 3));
+    assert_eq!((statuses.len(), status.state, status.tick), (3, StateCode::Armed, 3));
     assert!(matches!(status.actuation, Some(Actuation::Drive { .. })));
 }
 
@@ -470,7 +479,7 @@ fn a_motion_that_waits_does_not_begin_for_another_host() {
 #[test]
 fn no_other_hello_counts_while_the_arm_is_driven() {
     let strangers = [
-        Hello { pacing: Pacing::Drill, ..OWN },
+        Hello { pacing: Pacing::DryRun, ..OWN },
         Hello { pacing: Pacing::LockStep, ..OWN },
         Hello { pacing: Pacing::Timer, ..OWN },
         Hello { robot: 8, pacing: Pacing::Live, ..OWN },
@@ -634,18 +643,18 @@ fn a_change_is_made_while_torque_acts_only_where_no_torque_jumps() {
 
 #[test]
 fn another_law_is_taken_where_no_torque_jumps_the_arm_stands_and_the_scene_has_all_of_it() {
-    use dynamics_core::control::{Gains, Law};
-    let number = |law: Law| f32::from(law.code());
+    use dynamics_core::control::{ControlLaw, Gains};
+    let number = |law: ControlLaw| f32::from(law.code());
     let soft = soft();
     let mut arm = Arm::with(soft, true).arm();
     assert!(arm.session.springs().is_none());
-    for law in [Law::Impedance, Law::PdGravity, Law::Teach, Law::ComputedTorque] {
+    for law in [ControlLaw::Impedance, ControlLaw::PdGravity, ControlLaw::Teach, ControlLaw::ComputedTorque] {
         let answer = answers(&mut arm, set(LAW, number(law)));
         let value = number(law);
         assert_eq!(answer, [Frame::Value(Value { index: LAW, value, low: 0.0, high: 7.0 })], "{law:?}");
     }
     // What no law has; a law whose drives were not built for it; a moving arm.
-    for value in [0.5, 8.0, -1.0, f32::NAN, number(Law::Split)] {
+    for value in [0.5, 8.0, -1.0, f32::NAN, number(ControlLaw::Split)] {
         assert_eq!(answers(&mut arm, set(LAW, value)), [Frame::Refusal(Refusal::OutOfBounds)], "{value}");
     }
     arm.point(0, arm.q);
@@ -658,19 +667,19 @@ fn another_law_is_taken_where_no_torque_jumps_the_arm_stands_and_the_scene_has_a
     arm.q[1] += 0.02;
     arm.tick();
     let jumps = [Frame::Refusal(Refusal::WouldJump { joint: 1 })];
-    assert_eq!(answers(&mut arm, set(LAW, number(Law::PdGravity))), jumps);
-    assert_eq!(answers(&mut arm, set(LAW, number(Law::Teach))), [Frame::Refusal(Refusal::OutOfBounds)]);
+    assert_eq!(answers(&mut arm, set(LAW, number(ControlLaw::PdGravity))), jumps);
+    assert_eq!(answers(&mut arm, set(LAW, number(ControlLaw::Teach))), [Frame::Refusal(Refusal::OutOfBounds)]);
     // Where nothing can be tuned, nothing of it.
     let mut fixed = Arm::with(soft, false).arm();
     assert_eq!(answers(&mut fixed, set(LAW, 1.0)), [Frame::Refusal(Refusal::Fixed)]);
     // The springs of a law that has them.
-    let split = Arm::with(ControllerConfig { law: Law::Split, ..soft }, true);
+    let split = Arm::with(ControllerConfig { law: ControlLaw::Split, ..soft }, true);
     assert_eq!(split.session.springs(), Some(soft.gains.map(|gains| gains.spring())));
 }
 
 #[test]
 fn an_arm_whose_law_became_teach_is_led_and_its_reference_is_where_it_is() {
-    use dynamics_core::control::{Law, Teach};
+    use dynamics_core::control::{ControlLaw, Teach};
     let (none, wall) = (0.0, (-3.0, 3.0));
     let teach = Teach {
         friction: none,
@@ -687,7 +696,7 @@ fn an_arm_whose_law_became_teach_is_led_and_its_reference_is_where_it_is() {
     };
     let config = ControllerConfig { teach: Some([teach; 2]), ..config() };
     let mut arm = Arm::with(config, true).arm();
-    answers(&mut arm, set(LAW, f32::from(Law::Teach.code())));
+    answers(&mut arm, set(LAW, f32::from(ControlLaw::Teach.code())));
     arm.point(0, arm.q);
     arm.asked(Request::Run);
     // Further than any reach of a reference, slowly.
@@ -703,13 +712,13 @@ fn an_arm_whose_law_became_teach_is_led_and_its_reference_is_where_it_is() {
 #[test]
 fn a_fault_of_a_drive_is_told_with_the_drive_s_own_code_until_it_is_left() {
     let mut arm = Arm::armed();
-    let trouble = |arm: &mut Arm| match arm.watched().aside {
-        link::Aside::Trouble(trouble) => Some(trouble),
+    let trouble = |arm: &mut Arm| match arm.watched().extra {
+        link::ExtraFields::DriveFault(trouble) => Some(trouble),
         _ => None,
     };
     assert_eq!(trouble(&mut arm), None);
     (arm.faults[1], arm.errors[1]) = (JointFaults::DRIVE, 0xb);
-    let told = Some(link::Trouble { joint: 1, faults: JointFaults::DRIVE.bits(), error: 0xb });
+    let told = Some(link::DriveFaultReport { joint: 1, faults: JointFaults::DRIVE.bits(), error: 0xb });
     assert_eq!(trouble(&mut arm), told);
     assert_eq!(arm.state(), safety::State::Fault(Fault::DriveFault { joint: 1 }));
     // The drive has forgotten it; the board has not.
@@ -861,7 +870,7 @@ fn no_report_of_before_follows_a_hello() {
     let said = arm.said();
     let [Frame::Status(status)] = &said[..] else { panic!("{said:?}") };
     // The watch, and the sign of life before the tick.
-    assert_eq!((status.state, status.taken), (4, 2));
+    assert_eq!((status.state, status.taken), (StateCode::Holding, 2));
 }
 
 /// A host whose hello was refused is no host: its frames do not keep a motion alive. A stop counts from anybody who has the key.

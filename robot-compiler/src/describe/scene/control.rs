@@ -2,7 +2,7 @@
 
 use crate::describe::robot::{Robot, RobotJoint};
 use dynamics_core::JointKind;
-use dynamics_core::control::{Between, Law, Reaction};
+use dynamics_core::control::{Between, CollisionReaction, ControlLaw};
 use dynamics_core::trig::Method;
 
 /// Settings of the controller.
@@ -11,7 +11,7 @@ pub struct ControlSpec {
     /// Control rate, Hz.
     pub rate: f64,
     /// The law.
-    pub law: Law,
+    pub law: ControlLaw,
     /// The model is evaluated in every tick whose number is a multiple of this one; 1 means in every tick.
     pub model_every: u32,
     /// Behaviour of the model's torque in the ticks between.
@@ -35,7 +35,7 @@ pub struct ControlSpec {
     pub observer_bandwidth: f64,
     /// Integral action, if the law has any.
     pub integral: Option<IntegralSpec>,
-    /// Feel of an arm that is led by hand; given if the law is [`Law::Teach`].
+    /// Feel of a hand-guided arm; given if the law is [`ControlLaw::Teach`].
     pub teach: Option<TeachSpec>,
     /// Which inertia the damping of a spring is for.
     pub damping_at: DampingAt,
@@ -60,7 +60,7 @@ pub struct IntegralSpec {
     pub dead_band: Vec<f64>,
 }
 
-/// Feel of an arm that is led by hand, per joint.
+/// Feel of a hand-guided arm, per joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TeachSpec {
     /// Share of the robot file's friction that is made up for where the joint moves.
@@ -89,7 +89,7 @@ pub struct CollisionSpec {
     /// Time for which every joint must feel less than half its threshold before the contact counts as ended, s.
     pub release: f64,
     /// The reaction.
-    pub reaction: Reaction,
+    pub reaction: CollisionReaction,
 }
 
 /// The inverse dynamics that the chip runs.
@@ -129,7 +129,7 @@ impl ControlSpec {
     pub(crate) fn default_for(robot: &Robot) -> Self {
         Self {
             rate: 1000.0,
-            law: Law::ComputedTorque,
+            law: ControlLaw::ComputedTorque,
             model_every: 1,
             model_between: Between::Hold,
             natural_frequency: vec![30.0; robot.dof()],

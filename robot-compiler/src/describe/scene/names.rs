@@ -2,10 +2,10 @@
 
 use super::control::{ControlSpec, KernelChoice, KernelMemory, ScalarChoice};
 use crate::names::{Named, name, named};
-use dynamics_core::control::{Between, Law};
+use dynamics_core::control::{Between, ControlLaw};
 use dynamics_core::trig::Method;
 
-impl Named for Law {
+impl Named for ControlLaw {
     const NAMES: &'static [(&'static str, &'static str, Self)] = &[
         (
             "computed-torque",

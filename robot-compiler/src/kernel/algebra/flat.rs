@@ -1,6 +1,6 @@
 //! From a tape to sums and products: an item with a single user is merged into that user.
 
-use super::items::{Algebra, Id, Item, Part, pairs_of_places};
+use super::items::{Addend, Algebra, AlgebraItem, Id, pairs_of_places};
 use crate::kernel::arena::{Arena, Expr, Node, Precision};
 use crate::kernel::program::needed;
 use std::collections::HashMap;
@@ -12,16 +12,16 @@ impl Algebra {
         let mut place: HashMap<Expr, Id> = HashMap::new();
         for expr in needed(arena, outputs) {
             let at = |e: Expr| place.get(&e).copied().unwrap_or(Id(0));
-            let plus = |e| Part { minus: false, id: at(e) };
-            let minus = |e| Part { minus: true, id: at(e) };
+            let plus = |e| Addend { minus: false, id: at(e) };
+            let minus = |e| Addend { minus: true, id: at(e) };
             let item = match arena.node(expr) {
-                Node::Constant(bits) => Item::Number(bits),
-                Node::Input(_) => Item::Leaf(expr),
-                Node::Add(a, b) => Item::Sum(vec![plus(a), plus(b)]),
-                Node::Sub(a, b) => Item::Sum(vec![plus(a), minus(b)]),
-                Node::Neg(a) => Item::Sum(vec![minus(a)]),
-                Node::Mul(a, b) => Item::Product(vec![at(a), at(b)]),
-                Node::Div(a, b) => Item::Quotient(at(a), at(b)),
+                Node::Constant(bits) => AlgebraItem::Number(bits),
+                Node::Input(_) => AlgebraItem::Leaf(expr),
+                Node::Add(a, b) => AlgebraItem::Sum(vec![plus(a), plus(b)]),
+                Node::Sub(a, b) => AlgebraItem::Sum(vec![plus(a), minus(b)]),
+                Node::Neg(a) => AlgebraItem::Sum(vec![minus(a)]),
+                Node::Mul(a, b) => AlgebraItem::Product(vec![at(a), at(b)]),
+                Node::Div(a, b) => AlgebraItem::Quotient(at(a), at(b)),
             };
             let id = algebra.push(item);
             place.insert(expr, id);
@@ -42,24 +42,24 @@ impl Algebra {
             let mut changed = false;
             for i in (0..self.items.len()).filter(|&i| uses[i] > 0) {
                 match self.items[i].clone() {
-                    Item::Leaf(_) | Item::Number(_) | Item::Quotient(..) => {}
-                    Item::Sum(parts) => {
+                    AlgebraItem::Leaf(_) | AlgebraItem::Number(_) | AlgebraItem::Quotient(..) => {}
+                    AlgebraItem::Sum(parts) => {
                         let flat = parts.iter().flat_map(|&part| self.spread(part, &uses)).collect();
                         let flat = without_opposites(flat);
                         if flat.is_empty() {
-                            self.items[i] = Item::Number(0.0_f64.to_bits());
+                            self.items[i] = AlgebraItem::Number(0.0_f64.to_bits());
                             changed = true;
                         } else if flat != parts {
-                            self.items[i] = Item::Sum(flat);
+                            self.items[i] = AlgebraItem::Sum(flat);
                             changed = true;
                         }
                     }
-                    Item::Product(factors) => {
+                    AlgebraItem::Product(factors) => {
                         let flat: Vec<Id> =
                             factors.iter().flat_map(|&factor| self.spread_factor(factor, &uses)).collect();
                         let flat = self.one_number(flat);
                         if flat != factors {
-                            self.items[i] = Item::Product(flat);
+                            self.items[i] = AlgebraItem::Product(flat);
                             changed = true;
                         }
                     }
@@ -71,20 +71,20 @@ impl Algebra {
         }
     }
 
-    fn spread(&self, part: Part, uses: &[usize]) -> Vec<Part> {
+    fn spread(&self, part: Addend, uses: &[usize]) -> Vec<Addend> {
         match &self.items[part.id.0] {
-            Item::Sum(inner) if inner.len() == 1 || uses.get(part.id.0) == Some(&1) => {
-                inner.iter().map(|p| Part { minus: p.minus != part.minus, id: p.id }).collect()
+            AlgebraItem::Sum(inner) if inner.len() == 1 || uses.get(part.id.0) == Some(&1) => {
+                inner.iter().map(|p| Addend { minus: p.minus != part.minus, id: p.id }).collect()
             }
-            Item::Product(inner) if inner.len() == 1 => vec![Part { id: inner[0], ..part }],
+            AlgebraItem::Product(inner) if inner.len() == 1 => vec![Addend { id: inner[0], ..part }],
             _ => vec![part],
         }
     }
 
     fn spread_factor(&self, factor: Id, uses: &[usize]) -> Vec<Id> {
         match &self.items[factor.0] {
-            Item::Product(inner) if inner.len() == 1 || uses.get(factor.0) == Some(&1) => inner.clone(),
-            Item::Sum(inner) if matches!(inner[..], [Part { minus: false, .. }]) => vec![inner[0].id],
+            AlgebraItem::Product(inner) if inner.len() == 1 || uses.get(factor.0) == Some(&1) => inner.clone(),
+            AlgebraItem::Sum(inner) if matches!(inner[..], [Addend { minus: false, .. }]) => vec![inner[0].id],
             _ => vec![factor],
         }
     }
@@ -92,7 +92,7 @@ impl Algebra {
     /// The same factors with their numbers multiplied into one.
     fn one_number(&mut self, factors: Vec<Id>) -> Vec<Id> {
         let number = |id: &Id| match self.items[id.0] {
-            Item::Number(bits) => Some(f64::from_bits(bits)),
+            AlgebraItem::Number(bits) => Some(f64::from_bits(bits)),
             _ => None,
         };
         let numbers: Vec<f64> = factors.iter().filter_map(number).collect();
@@ -101,7 +101,7 @@ impl Algebra {
         }
         let product = self.precision.round(numbers.iter().product());
         let mut left: Vec<Id> = factors.iter().copied().filter(|id| number(id).is_none()).collect();
-        let product = Item::Number(product.to_bits());
+        let product = AlgebraItem::Number(product.to_bits());
         let place = self.items.iter().position(|item| *item == product).map_or_else(|| self.push(product), Id);
         left.insert(0, place);
         left
@@ -109,8 +109,8 @@ impl Algebra {
 }
 
 /// The parts without those that cancel, `x - x`.
-fn without_opposites(mut parts: Vec<Part>) -> Vec<Part> {
-    let opposite = |parts: &[Part]| {
+fn without_opposites(mut parts: Vec<Addend>) -> Vec<Addend> {
+    let opposite = |parts: &[Addend]| {
         pairs_of_places(parts.len()).find(|&(i, j)| parts[i].id == parts[j].id && parts[i].minus != parts[j].minus)
     };
     while let Some((i, j)) = opposite(&parts) {

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 /// A sum, a product, or an operand of these.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Item {
+pub(super) enum AlgebraItem {
     /// An input.
     Leaf(Expr),
     /// A number, by its bits.
@@ -13,7 +13,7 @@ pub(super) enum Item {
     /// The quotient of the first and the second.
     Quotient(Id, Id),
     /// Signed parts; a sum with one part stands for that part.
-    Sum(Vec<Part>),
+    Sum(Vec<Addend>),
     /// Factors, one number at most.
     Product(Vec<Id>),
 }
@@ -24,7 +24,7 @@ pub(in crate::kernel) struct Id(pub(super) usize);
 
 /// A term of a sum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::kernel) struct Part {
+pub(in crate::kernel) struct Addend {
     /// True if it is subtracted.
     pub(in crate::kernel) minus: bool,
     /// The item.
@@ -34,14 +34,14 @@ pub(in crate::kernel) struct Part {
 /// Sums and products that lead to the outputs.
 #[derive(Clone, Debug)]
 pub(super) struct Algebra {
-    pub(super) items: Vec<Item>,
+    pub(super) items: Vec<AlgebraItem>,
     pub(super) outputs: Vec<Id>,
     pub(super) names: HashMap<Id, Expr>,
     pub(super) precision: Precision,
 }
 
 impl Algebra {
-    pub(super) fn push(&mut self, item: Item) -> Id {
+    pub(super) fn push(&mut self, item: AlgebraItem) -> Id {
         self.items.push(item);
         Id(self.items.len() - 1)
     }
@@ -49,10 +49,10 @@ impl Algebra {
     /// Operands of an item.
     pub(super) fn operands(&self, id: Id) -> Vec<Id> {
         match &self.items[id.0] {
-            Item::Leaf(_) | Item::Number(_) => Vec::new(),
-            Item::Quotient(a, b) => vec![*a, *b],
-            Item::Sum(parts) => parts.iter().map(|part| part.id).collect(),
-            Item::Product(factors) => factors.clone(),
+            AlgebraItem::Leaf(_) | AlgebraItem::Number(_) => Vec::new(),
+            AlgebraItem::Quotient(a, b) => vec![*a, *b],
+            AlgebraItem::Sum(parts) => parts.iter().map(|part| part.id).collect(),
+            AlgebraItem::Product(factors) => factors.clone(),
         }
     }
 

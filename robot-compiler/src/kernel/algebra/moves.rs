@@ -1,6 +1,6 @@
 //! The three moves, and the choice of the next one.
 
-use super::items::{Algebra, Id, Item, Part, pairs};
+use super::items::{Addend, Algebra, AlgebraItem, Id, pairs};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A way to save operations.
@@ -18,11 +18,11 @@ enum Move {
 #[derive(Clone, Copy)]
 pub(in crate::kernel) struct Moves {
     /// True if the shared sum is subtracted, from the sign of its first part in a sum.
-    pub(in crate::kernel) shared_sum: fn(Part) -> bool,
+    pub(in crate::kernel) shared_sum: fn(Addend) -> bool,
     /// The rest of a product without one factor.
     pub(in crate::kernel) without: fn(&[Id], Id) -> Vec<Id>,
     /// The sign inside the bracket.
-    pub(in crate::kernel) inside: fn(Part) -> bool,
+    pub(in crate::kernel) inside: fn(Addend) -> bool,
 }
 
 /// The correct moves.
@@ -60,18 +60,18 @@ impl Algebra {
         };
         for i in (0..self.items.len()).filter(|&i| uses[i] > 0) {
             match &self.items[i] {
-                Item::Leaf(_) | Item::Number(_) | Item::Quotient(..) => {}
-                Item::Product(factors) => {
+                AlgebraItem::Leaf(_) | AlgebraItem::Number(_) | AlgebraItem::Quotient(..) => {}
+                AlgebraItem::Product(factors) => {
                     count(pairs(factors).map(|(a, b)| Move::ShareProduct(a.min(b), a.max(b))).collect());
                 }
-                Item::Sum(parts) => {
+                AlgebraItem::Sum(parts) => {
                     let two = pairs(parts).filter(|(a, b)| a.id != b.id).map(|(a, b)| {
                         let (first, second) = if a.id < b.id { (a, b) } else { (b, a) };
                         Move::ShareSum(first.id, second.id, a.minus != b.minus)
                     });
                     count(two.collect());
                     for part in parts.iter().filter(|part| uses[part.id.0] == 1) {
-                        if let Item::Product(factors) = &self.items[part.id.0] {
+                        if let AlgebraItem::Product(factors) = &self.items[part.id.0] {
                             count(factors.iter().map(|&factor| Move::TakeOut(factor, Id(i))).collect());
                         }
                     }
@@ -101,23 +101,23 @@ impl Algebra {
     }
 
     fn share_sum(&mut self, a: Id, b: Id, differ: bool, moves: Moves) {
-        let shared = vec![Part { minus: false, id: a }, Part { minus: differ, id: b }];
-        let shared = self.push(Item::Sum(shared));
+        let shared = vec![Addend { minus: false, id: a }, Addend { minus: differ, id: b }];
+        let shared = self.push(AlgebraItem::Sum(shared));
         for i in 0..shared.0 {
-            let Item::Sum(parts) = &mut self.items[i] else { continue };
+            let AlgebraItem::Sum(parts) = &mut self.items[i] else { continue };
             let find = |id: Id| parts.iter().position(|part| part.id == id);
             let (Some(at), Some(other)) = (find(a), find(b)) else { continue };
             if (parts[at].minus != parts[other].minus) == differ {
-                parts[at] = Part { minus: (moves.shared_sum)(parts[at]), id: shared };
+                parts[at] = Addend { minus: (moves.shared_sum)(parts[at]), id: shared };
                 parts.remove(other);
             }
         }
     }
 
     fn share_product(&mut self, a: Id, b: Id, moves: Moves) {
-        let shared = self.push(Item::Product(vec![a, b]));
+        let shared = self.push(AlgebraItem::Product(vec![a, b]));
         for i in 0..shared.0 {
-            let Item::Product(factors) = &mut self.items[i] else { continue };
+            let AlgebraItem::Product(factors) = &mut self.items[i] else { continue };
             let without = |from: &[Id], id| from.contains(&id).then(|| (moves.without)(from, id));
             // A square needs its factor twice.
             if let Some(mut left) = without(factors, a).and_then(|left| without(&left, b)) {
@@ -129,13 +129,13 @@ impl Algebra {
 
     fn take_out(&mut self, factor: Id, sum: Id, moves: Moves) {
         let uses = self.uses();
-        let Item::Sum(parts) = self.items[sum.0].clone() else { return };
+        let AlgebraItem::Sum(parts) = self.items[sum.0].clone() else { return };
         let (mut inside, mut outside) = (Vec::new(), Vec::new());
         for part in parts {
             match &self.items[part.id.0] {
-                Item::Product(factors) if uses[part.id.0] == 1 && factors.contains(&factor) => {
-                    let left = Item::Product((moves.without)(factors, factor));
-                    inside.push(Part { minus: (moves.inside)(part), id: self.push(left) });
+                AlgebraItem::Product(factors) if uses[part.id.0] == 1 && factors.contains(&factor) => {
+                    let left = AlgebraItem::Product((moves.without)(factors, factor));
+                    inside.push(Addend { minus: (moves.inside)(part), id: self.push(left) });
                 }
                 _ => outside.push(part),
             }
@@ -143,9 +143,9 @@ impl Algebra {
         // A bracket of subtracted terms is subtracted as a whole.
         let minus = inside.iter().all(|part| part.minus);
         inside.iter_mut().for_each(|part| part.minus &= !minus);
-        let bracket = self.push(Item::Sum(inside));
-        let product = self.push(Item::Product(vec![factor, bracket]));
-        outside.push(Part { minus, id: product });
-        self.items[sum.0] = Item::Sum(outside);
+        let bracket = self.push(AlgebraItem::Sum(inside));
+        let product = self.push(AlgebraItem::Product(vec![factor, bracket]));
+        outside.push(Addend { minus, id: product });
+        self.items[sum.0] = AlgebraItem::Sum(outside);
     }
 }

@@ -1,6 +1,6 @@
 //! From sums and products back to a tape.
 
-use super::items::{Algebra, Id, Item};
+use super::items::{Algebra, AlgebraItem, Id};
 use crate::kernel::arena::{Arena, Expr, Node};
 use crate::kernel::rules::RuleSet;
 use std::collections::HashMap;
@@ -38,14 +38,14 @@ impl Algebra {
     fn write_item(&self, id: Id, old: &Arena, arena: &mut Arena, at: &dyn Fn(Id) -> Option<Expr>) -> Expr {
         let zero = arena.constant(0.0);
         match &self.items[id.0] {
-            Item::Leaf(expr) => arena.write(old.node(*expr)),
-            Item::Number(bits) => arena.constant(f64::from_bits(*bits)),
-            Item::Quotient(a, b) => arena.make(Node::Div(at(*a).unwrap_or(zero), at(*b).unwrap_or(zero))),
-            Item::Product(factors) => {
+            AlgebraItem::Leaf(expr) => arena.write(old.node(*expr)),
+            AlgebraItem::Number(bits) => arena.constant(f64::from_bits(*bits)),
+            AlgebraItem::Quotient(a, b) => arena.make(Node::Div(at(*a).unwrap_or(zero), at(*b).unwrap_or(zero))),
+            AlgebraItem::Product(factors) => {
                 let factors: Vec<Expr> = factors.iter().filter_map(|&f| at(f)).collect();
                 factors.into_iter().reduce(|a, b| arena.make(Node::Mul(a, b))).unwrap_or(zero)
             }
-            Item::Sum(parts) => {
+            AlgebraItem::Sum(parts) => {
                 // Added parts come first; otherwise the first part would have to be negated.
                 let first = parts.iter().position(|part| !part.minus).unwrap_or(0);
                 let others = parts.iter().enumerate().filter(|(i, _)| *i != first).map(|(_, part)| part);

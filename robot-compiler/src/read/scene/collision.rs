@@ -5,7 +5,7 @@ use crate::describe::diagnostics::FileError;
 use crate::describe::robot::Robot;
 use crate::describe::scene::{CollisionSpec, ControlSpec};
 use crate::read::table::Table;
-use dynamics_core::control::Reaction;
+use dynamics_core::control::CollisionReaction;
 
 pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> Result<CollisionSpec, FileError> {
     const THRESHOLD: &str = "an external torque above zero, N m or N";
@@ -15,17 +15,17 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> R
     let expected = format!("a bandwidth in rad/s, above zero and at most {most}, 5 times the rate");
     let bandwidth = table.get("bandwidth").map_or(Ok(50.0), |value| value.positive_up_to(most, &expected))?;
     let reactions = [
-        ("stop", Reaction::Stop),
-        ("hold", Reaction::Hold),
-        ("comply", Reaction::Comply),
-        ("report", Reaction::Report),
+        ("stop", CollisionReaction::Stop),
+        ("hold", CollisionReaction::Hold),
+        ("comply", CollisionReaction::Comply),
+        ("report", CollisionReaction::Report),
     ];
-    let reaction = table.get("reaction").map_or(Ok(Reaction::Stop), |value| value.choice(&reactions))?;
-    if let Some(problem) = control.law.traits().watch_only_reports.filter(|_| reaction != Reaction::Report) {
+    let reaction = table.get("reaction").map_or(Ok(CollisionReaction::Stop), |value| value.choice(&reactions))?;
+    if let Some(problem) = control.law.traits().watch_only_reports.filter(|_| reaction != CollisionReaction::Report) {
         let key = if table.get("reaction").is_some() { "reaction" } else { "threshold" };
         return Err(table.error(key, problem, "`reaction = \"report\"` beside this law"));
     }
-    let threshold = if reaction == Reaction::Report {
+    let threshold = if reaction == CollisionReaction::Report {
         if let Some(value) = table.get("threshold") {
             return Err(value.error("nothing acts on it", "no `threshold` beside `reaction = \"report\"`"));
         }

@@ -6,7 +6,7 @@ use crate::describe::robot::{Robot, RobotJoint};
 use crate::describe::scene::{ControlSpec, DampingAt, IntegralSpec, KernelChoice, KernelMemory, TeachSpec};
 use crate::names::name;
 use crate::read::table::{Table, Value};
-use dynamics_core::control::{Law, SpringOwner};
+use dynamics_core::control::{ControlLaw, SpringOwner};
 
 pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, FileError> {
     table.only(&[
@@ -94,15 +94,15 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, File
     if let Some(table) = table.table("integral")? {
         control.integral = Some(integral(&table, robot, &control)?);
     }
-    let changes = control.law.is_led() || control.tunable;
+    let changes = control.law.is_hand_guided() || control.tunable;
     if let Some(value) = table.get("teach").filter(|_| !changes) {
         let expected = "`law = \"teach\"`, `tunable = true`, or no such table";
         return Err(value.error(format!("given beside the law {:?}", name(control.law)), expected));
     }
-    if let Some(value) = table.get("integral").filter(|_| control.law.is_led()) {
-        return Err(value.error("an arm that is led by hand has no error to remove", "no `integral` beside this law"));
+    if let Some(value) = table.get("integral").filter(|_| control.law.is_hand_guided()) {
+        return Err(value.error("a hand-guided arm has no error to remove", "no `integral` beside this law"));
     }
-    if control.law.is_led() || table.get("teach").is_some() {
+    if control.law.is_hand_guided() || table.get("teach").is_some() {
         control.teach = Some(teach(table.table("teach")?.as_ref(), robot)?);
     }
     if let Some(value) = table.get("age_max") {
@@ -122,12 +122,12 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, File
 }
 
 /// The first joint whose drive cannot do its part of the law.
-fn without_loop(robot: &Robot, law: Law) -> Option<&RobotJoint> {
+fn without_loop(robot: &Robot, law: ControlLaw) -> Option<&RobotJoint> {
     robot.joints.iter().find(|joint| law.traits().spring == SpringOwner::Drive && !joint.has_own_loop())
 }
 
 /// Stiffness of the joints, for the laws in which a joint's spring is its own.
-fn stiffness(table: &Table<'_>, value: &Value<'_>, robot: &Robot, law: Law) -> Result<Vec<f64>, FileError> {
+fn stiffness(table: &Table<'_>, value: &Value<'_>, robot: &Robot, law: ControlLaw) -> Result<Vec<f64>, FileError> {
     if law.feeds_back_through_model() {
         let expected = "`law = \"impedance\"`, or `natural_frequency` in its place";
         return Err(value.error(format!("given beside the law {:?}", name(law)), expected));

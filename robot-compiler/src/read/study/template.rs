@@ -41,12 +41,12 @@ struct Gapped {
     file: String,
     head: String,
     /// Each gap, and the text behind it.
-    gaps: Vec<(Gap, String)>,
+    gaps: Vec<(TemplateGap, String)>,
 }
 
 /// A gap: which varied key fills it, and the number that the file itself has there.
 #[derive(Clone, Copy, Debug)]
-struct Gap {
+struct TemplateGap {
     key: usize,
     relative: Relative,
     own: f64,
@@ -239,7 +239,7 @@ impl Gapped {
                 _ => Relative::Value,
             };
             let own = f64::from_bits(words.next()?.parse().ok()?);
-            Some((Gap { key, relative, own }, text.to_owned()))
+            Some((TemplateGap { key, relative, own }, text.to_owned()))
         });
         Self { file: file.to_owned(), head, gaps: gaps.collect() }
     }
@@ -262,7 +262,7 @@ impl Gapped {
     }
 }
 
-impl Gap {
+impl TemplateGap {
     fn write(&self, text: &mut String, value: Drawn<'_>) {
         let number = match value {
             Drawn::Number(x) => Some(x),

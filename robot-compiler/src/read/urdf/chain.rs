@@ -1,6 +1,6 @@
 //! Choice of the joints that form the arm.
 
-use super::description::{Description, Joint, Kind};
+use super::description::{Description, UrdfJoint, UrdfJointKind};
 use super::markup::{Markup, child};
 use crate::describe::cut::Ends;
 use crate::describe::diagnostics::{FileError, listed, one_of};
@@ -82,7 +82,7 @@ impl Chain {
         joint: usize,
         depth: usize,
     ) -> Result<f64, FileError> {
-        let Joint { node, name, .. } = &urdf.joints[joint];
+        let UrdfJoint { node, name, .. } = &urdf.joints[joint];
         let Some(mimic) = child(node, "mimic") else { return Ok(0.0) };
         let label = format!("joint {name}");
         let error =
@@ -280,7 +280,7 @@ impl Chain {
 }
 
 fn moves(urdf: &Description<'_>, joint: usize) -> bool {
-    urdf.joints[joint].kind != Kind::Fixed
+    urdf.joints[joint].kind != UrdfJointKind::Fixed
 }
 
 /// Refuses joints other than those with one free variable of their own.
@@ -288,7 +288,7 @@ fn supported(markup: &Markup<'_>, urdf: &Description<'_>, index: usize) -> Resul
     let joint = &urdf.joints[index];
     let node = &urdf.joints[index].node;
     let kind = match joint.kind {
-        Kind::Revolute | Kind::Continuous | Kind::Prismatic | Kind::Fixed => {
+        UrdfJointKind::Revolute | UrdfJointKind::Continuous | UrdfJointKind::Prismatic | UrdfJointKind::Fixed => {
             if child(node, "mimic").is_none() {
                 return Ok(());
             }
@@ -296,9 +296,9 @@ fn supported(markup: &Markup<'_>, urdf: &Description<'_>, index: usize) -> Resul
             let problem = "the joint follows another one";
             return Err(markup.error_in(node, "mimic", field, problem, "joints that move on their own"));
         }
-        Kind::Floating => "floating",
-        Kind::Planar => "planar",
-        Kind::Spherical => "spherical",
+        UrdfJointKind::Floating => "floating",
+        UrdfJointKind::Planar => "planar",
+        UrdfJointKind::Spherical => "spherical",
     };
     let field = format!("joint {}.type", joint.name);
     let problem = format!("a {kind} joint is in the chain");

@@ -17,7 +17,7 @@ const LINKS_MAX: usize = 10_000;
 pub(super) struct Description<'a> {
     pub(super) name: &'a str,
     pub(super) links: Vec<Link<'a>>,
-    pub(super) joints: Vec<Joint<'a>>,
+    pub(super) joints: Vec<UrdfJoint<'a>>,
 }
 
 pub(super) struct Link<'a> {
@@ -26,21 +26,21 @@ pub(super) struct Link<'a> {
     /// The body in the link's frame; massless without an `<inertial>`.
     pub(super) body: Body,
     /// Gap of its `<inertial>`.
-    pub(super) gap: Option<Gap>,
+    pub(super) gap: Option<MissingNumber>,
 }
 
 /// A number that is missing from an `<inertial>`.
-pub(super) struct Gap {
+pub(super) struct MissingNumber {
     /// The element or attribute, and the value that is taken in its place.
     pub(super) reason: String,
     /// The same as an error, for the commands that compute with the number.
     pub(super) error: FileError,
 }
 
-pub(super) struct Joint<'a> {
+pub(super) struct UrdfJoint<'a> {
     pub(super) node: Node<'a, 'a>,
     pub(super) name: &'a str,
-    pub(super) kind: Kind,
+    pub(super) kind: UrdfJointKind,
     /// `parent_from_joint` at `q = 0`.
     pub(super) origin: Placement<f64>,
     pub(super) parent: &'a str,
@@ -53,14 +53,14 @@ pub(super) struct Joint<'a> {
     pub(super) friction: f64,
 }
 
-impl Joint<'_> {
+impl UrdfJoint<'_> {
     /// `parent_from_child` at a position, rad or m.
     pub(super) fn at(&self, q: f64) -> Placement<f64> {
         let Some(axis) = self.axis.try_normalize(f64::MIN_POSITIVE).filter(|_| q != 0.0) else { return self.origin };
         let Placement { rotation, translation } = self.origin;
         match self.kind {
-            Kind::Prismatic => Placement { rotation, translation: translation + rotation * axis * q },
-            Kind::Revolute | Kind::Continuous => {
+            UrdfJointKind::Prismatic => Placement { rotation, translation: translation + rotation * axis * q },
+            UrdfJointKind::Revolute | UrdfJointKind::Continuous => {
                 let (sin, cos) = libm::sincos(q);
                 let k = axis.cross_matrix();
                 Placement { rotation: rotation * (Matrix3::identity() + k * sin + k * k * (1.0 - cos)), translation }
@@ -79,7 +79,7 @@ pub(super) struct Limit {
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum UrdfJointKind {
     Revolute,
     Continuous,
     Prismatic,
@@ -89,14 +89,14 @@ pub(super) enum Kind {
     Spherical,
 }
 
-const KINDS: [(&str, Kind); 7] = [
-    ("revolute", Kind::Revolute),
-    ("continuous", Kind::Continuous),
-    ("prismatic", Kind::Prismatic),
-    ("fixed", Kind::Fixed),
-    ("floating", Kind::Floating),
-    ("planar", Kind::Planar),
-    ("spherical", Kind::Spherical),
+const KINDS: [(&str, UrdfJointKind); 7] = [
+    ("revolute", UrdfJointKind::Revolute),
+    ("continuous", UrdfJointKind::Continuous),
+    ("prismatic", UrdfJointKind::Prismatic),
+    ("fixed", UrdfJointKind::Fixed),
+    ("floating", UrdfJointKind::Floating),
+    ("planar", UrdfJointKind::Planar),
+    ("spherical", UrdfJointKind::Spherical),
 ];
 
 impl<'a> Description<'a> {
@@ -127,12 +127,16 @@ fn link<'a>(markup: &Markup<'a>, node: Node<'a, 'a>) -> Result<Link<'a>, FileErr
 const NOTHING: f64 = 1e-12;
 
 /// An `<inertial>`, converted to the link's frame: its own origin has a position and an orientation.
-fn body<'a>(markup: &Markup<'a>, inertial: &Node<'a, 'a>, link: &str) -> Result<(Body, Option<Gap>), FileError> {
+fn body<'a>(
+    markup: &Markup<'a>,
+    inertial: &Node<'a, 'a>,
+    link: &str,
+) -> Result<(Body, Option<MissingNumber>), FileError> {
     let label = format!("{link}.inertial");
     let mut gap = None;
     let mut missing = |reason: String, node: &Node<'a, 'a>, field: String, expected: &str| {
         let error = || markup.error(node, field, "missing", expected);
-        gap.get_or_insert_with(|| Gap { reason, error: error() });
+        gap.get_or_insert_with(|| MissingNumber { reason, error: error() });
     };
     let place = origin(markup, markup.only_child(inertial, "origin", &label)?.as_ref(), link)?;
     let mass = markup.only_child(inertial, "mass", &label)?;
@@ -187,7 +191,7 @@ fn body<'a>(markup: &Markup<'a>, inertial: &Node<'a, 'a>, link: &str) -> Result<
     Ok((Body { mass, com: place.translation, inertia: (turned + turned.transpose()) * 0.5 }, gap))
 }
 
-fn joint<'a>(markup: &Markup<'a>, node: Node<'a, 'a>) -> Result<Joint<'a>, FileError> {
+fn joint<'a>(markup: &Markup<'a>, node: Node<'a, 'a>) -> Result<UrdfJoint<'a>, FileError> {
     let name = markup.name(&node, "joint")?;
     let label = format!("joint {name}");
     let part = |name: &str| markup.only_child(&node, name, &label);
@@ -209,10 +213,10 @@ fn joint<'a>(markup: &Markup<'a>, node: Node<'a, 'a>) -> Result<Joint<'a>, FileE
     part("mimic")?;
     let origin = origin(markup, part("origin")?.as_ref(), &label)?;
     let axis = Vector3::from(axis.unwrap_or([1.0, 0.0, 0.0]));
-    Ok(Joint { node, name, kind, origin, parent, child, axis, limit, damping, friction })
+    Ok(UrdfJoint { node, name, kind, origin, parent, child, axis, limit, damping, friction })
 }
 
-fn kind<'a>(markup: &Markup<'a>, node: &Node<'a, 'a>, label: &str) -> Result<Kind, FileError> {
+fn kind<'a>(markup: &Markup<'a>, node: &Node<'a, 'a>, label: &str) -> Result<UrdfJointKind, FileError> {
     let words = KINDS.map(|(word, _)| word);
     let Some(found) = node.attribute_node("type") else {
         return Err(markup.error(node, format!("{label}.type"), "missing", one_of("", &words)));

@@ -1,7 +1,7 @@
 //! Places of an arm's numbers in a URDF file, and its links before fixed ones are merged.
 
 use super::chain::Chain;
-use super::description::{Description, Kind};
+use super::description::{Description, UrdfJointKind};
 use super::markup::{Markup, child};
 use super::merge;
 use crate::describe::draft::{DraftBody, JointPlaces, Place, own_joint};
@@ -62,7 +62,7 @@ pub(super) fn joint(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, 
     let none = |field: &str| of("", field);
     JointPlaces {
         position: limit(&["lower", "upper"]),
-        turns_on: joint.kind == Kind::Continuous,
+        turns_on: joint.kind == UrdfJointKind::Continuous,
         velocity: limit(&["velocity"]),
         torque: limit(&["effort"]),
         rotor: none("rotor"),

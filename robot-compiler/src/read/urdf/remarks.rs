@@ -1,7 +1,7 @@
 //! Assumptions about an arm that is cut out of a URDF file.
 
 use super::chain::Chain;
-use super::description::{Description, Kind};
+use super::description::{Description, UrdfJointKind};
 use super::markup::{Markup, child};
 use super::{merge, names};
 use crate::describe::draft::{Remark, RemarkKind};
@@ -27,7 +27,7 @@ pub(super) fn all(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain) ->
     for &index in &chain.held {
         let (joint, q) = (&urdf.joints[index], chain.position[index]);
         let place = |element| markup.place(&joint.node, element, format!("joint {}.{element}", joint.name));
-        let unit = if joint.kind == Kind::Prismatic { "m" } else { "rad" };
+        let unit = if joint.kind == UrdfJointKind::Prismatic { "m" } else { "rad" };
         if let Some(leader) = child(&joint.node, "mimic").and_then(|mimic| mimic.attribute("joint"))
             && chain.moving.iter().any(|&moving| urdf.joints[moving].name == leader)
         {
@@ -43,7 +43,7 @@ pub(super) fn all(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain) ->
                     .to_owned(),
             });
         }
-        let limit = joint.limit.as_ref().filter(|_| joint.kind != Kind::Continuous);
+        let limit = joint.limit.as_ref().filter(|_| joint.kind != UrdfJointKind::Continuous);
         let Some((low, high)) = limit.and_then(|limit| Some((limit.lower?, limit.upper?))) else { continue };
         if low < high && !(low..=high).contains(&q) {
             found.push(Remark {
@@ -64,7 +64,7 @@ pub(super) fn all(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain) ->
     let mut link = chain.base;
     while let Some(above) = chain.above[link] {
         let joint = &urdf.joints[above];
-        if matches!(joint.kind, Kind::Floating | Kind::Planar | Kind::Spherical) {
+        if matches!(joint.kind, UrdfJointKind::Floating | UrdfJointKind::Planar | UrdfJointKind::Spherical) {
             found.push(Remark {
                 kind: RemarkKind::Base,
                 place: markup.place(&joint.node, "origin", format!("joint {}", joint.name)),

@@ -1,6 +1,6 @@
 //! The report of a board on a serial port.
 
-use super::report::{Report, Row};
+use super::report::{Report, StretchRow};
 use anyhow::Result;
 use firmware_image::BadInput;
 use std::io::{ErrorKind, Read as _};
@@ -19,11 +19,11 @@ const READING: Duration = Duration::from_millis(100);
 ///
 /// # Errors
 /// [`BadInput`]: the port cannot be opened, or gives no report in time. The port fails.
-pub(super) fn read(name: &str) -> Result<Vec<Row>> {
+pub(super) fn read(name: &str) -> Result<Vec<StretchRow>> {
     read_within(name, TIMEOUT)
 }
 
-fn read_within(name: &str, timeout: Duration) -> Result<Vec<Row>> {
+fn read_within(name: &str, timeout: Duration) -> Result<Vec<StretchRow>> {
     let open = serialport::new(name, BAUD).timeout(READING).open();
     let mut port = open.map_err(|error| BadInput(format!("--port {name}: {error}")))?;
     let end = Instant::now() + timeout;
@@ -56,7 +56,7 @@ fn read_within(name: &str, timeout: Duration) -> Result<Vec<Row>> {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
-    use super::{BadInput, Row, read_within};
+    use super::{BadInput, StretchRow, read_within};
     use serialport::{SerialPort as _, TTYPort};
     use std::io::Write as _;
     use std::sync::Arc;
@@ -64,7 +64,7 @@ mod tests {
     use std::time::Duration;
 
     /// A board that says the same again and again, read for a time.
-    fn said(text: &'static str, timeout: Duration) -> anyhow::Result<Vec<Row>> {
+    fn said(text: &'static str, timeout: Duration) -> anyhow::Result<Vec<StretchRow>> {
         let (mut board, host) = TTYPort::pair().unwrap();
         let name = host.name().unwrap();
         // It holds the lock that keeps others out.
@@ -90,7 +90,7 @@ mod tests {
             "o 7\r\nmicro end 2\r\nmicro begin\r\nmicro nothing_flash 9\r\nmicro vldr_flash 2057\r\nmicro end 2\r\n";
         let rows = said(text, Duration::from_secs(10)).unwrap();
         let expected =
-            [("nothing_flash", 9), ("vldr_flash", 2057)].map(|(name, count)| Row { name: name.into(), count });
+            [("nothing_flash", 9), ("vldr_flash", 2057)].map(|(name, count)| StretchRow { name: name.into(), count });
         assert_eq!(rows, expected);
     }
 

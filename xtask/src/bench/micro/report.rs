@@ -2,13 +2,13 @@
 
 /// A stretch and its count: of instructions from the emulator, of cycles from a board.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Row {
+pub(super) struct StretchRow {
     pub(super) name: String,
     pub(super) count: u64,
 }
 
 /// Rows of the first whole report in a text; `None` if there is none.
-pub(super) fn rows(text: &str) -> Option<Vec<Row>> {
+pub(super) fn rows(text: &str) -> Option<Vec<StretchRow>> {
     let mut report = Report::default();
     text.lines().find_map(|line| report.line(line))
 }
@@ -17,13 +17,13 @@ pub(super) fn rows(text: &str) -> Option<Vec<Row>> {
 #[derive(Debug, Default)]
 pub(super) struct Report {
     /// Rows since the beginning; `None` before it, and behind a line that cannot be read.
-    rows: Option<Vec<Row>>,
+    rows: Option<Vec<StretchRow>>,
 }
 
 impl Report {
     /// Takes a line; returns the rows at the end of a report that lacks none. Other lines than the program's are left out; one
     /// of its own that cannot be read spoils the report, and the next one counts.
-    pub(super) fn line(&mut self, line: &str) -> Option<Vec<Row>> {
+    pub(super) fn line(&mut self, line: &str) -> Option<Vec<StretchRow>> {
         let mut words = line.split_ascii_whitespace();
         if words.next() != Some("micro") {
             return None;
@@ -35,7 +35,7 @@ impl Report {
             }
             (Some(name), Some(Ok(count)), None) => {
                 if let Some(rows) = &mut self.rows {
-                    rows.push(Row { name: name.to_owned(), count });
+                    rows.push(StretchRow { name: name.to_owned(), count });
                 }
             }
             _ => self.rows = None,
@@ -48,11 +48,11 @@ impl Report {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
-    use super::{Row, rows};
+    use super::{StretchRow, rows};
 
     #[test]
     fn the_first_whole_report_counts() {
-        let row = |name: &str, count| Row { name: name.into(), count };
+        let row = |name: &str, count| StretchRow { name: name.into(), count };
         let expected = Some(vec![row("a", 1), row("b", 23)]);
         let whole = "micro begin\nmicro a 1\r\nqemu: warning\nmicro b 23\nmicro end 2\n";
         assert_eq!(rows(whole), expected);

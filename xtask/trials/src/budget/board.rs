@@ -53,7 +53,7 @@ pub fn measure<const N: usize>(
     let live = simulate::live_inputs::<f32, N>(scene, &model);
     let mut desk = simulate::desk::<f32, N>(scene, &model);
     *desk.live_mut() = live;
-    let mut board = Wire::start(port, key, own)?;
+    let mut board = BoardWire::start(port, key, own)?;
     board.send(&Frame::Live(link::Live::new(&live).map_err(ChipError::from)?))?;
     let (mut cycles, mut differ, mut first) = (Vec::with_capacity(motion.len()), 0, 0);
     for (number, (reference, measurement)) in (1..).zip(motion) {
@@ -101,9 +101,9 @@ fn same_bits(a: &Frame, b: &Frame) -> Result<bool, FrameTooLong> {
 }
 
 /// A board that has agreed on robot, joints and rate.
-struct Wire(SerialLink);
+struct BoardWire(SerialLink);
 
-impl Wire {
+impl BoardWire {
     fn start(port: &str, key: Option<Key>, own: Hello) -> Result<Self, Failure> {
         let mut wire = Self(SerialLink::open(port, BAUD)?);
         wire.0.join(key)?;

@@ -5,8 +5,8 @@
 use crate::budget::Failure;
 use crate::budget::random_motion::{self, Tick};
 use crate::budget::report::Supervised;
-use ::board::session::drill::{Drill, OnChip, OnDesk};
-use link::{Actuation, Cost, Frame, Lines, Point, Request, Status, TickCost};
+use ::board::session::dry_run::{DryRun, OnChip, OnDesk};
+use link::{Actuation, Cost, Frame, Lines, Point, Request, StateCode, Status, TickCost};
 use robot_compiler::SceneFile;
 use sim::run::simulate;
 
@@ -45,7 +45,7 @@ pub fn undisturbed<const N: usize>(scene: &SceneFile, seed: u64, ticks: usize) -
 /// # Errors
 /// [`Failure::NotSeen`] where a tick does not drive; an unusable chip.
 pub fn drive<const N: usize>(
-    target: &mut impl Drill,
+    target: &mut impl DryRun,
     scene: &SceneFile,
     motion: &[Tick<N>],
     mut seen: impl FnMut(&Status),
@@ -57,7 +57,7 @@ pub fn drive<const N: usize>(
     let live = simulate::live_inputs::<f32, N>(scene, &model);
     target.send(&Frame::Live(link::Live::new(&live).map_err(|error| Failure::Scene(error.to_string()))?))?;
     let mut number = 0;
-    let mut tick = |target: &mut dyn Drill, of: &Tick<N>| {
+    let mut tick = |target: &mut dyn DryRun, of: &Tick<N>| {
         number += 1;
         let mut answers = target.tick(&link::Measurement::new(number, &of.1))?;
         answers.retain(|frame| !matches!(frame, Frame::Answer(_)));
@@ -89,7 +89,7 @@ pub fn drive<const N: usize>(
             target.send(&Frame::request(u8::MAX, Request::Run))?;
         }
         let status = tick(target, of)?;
-        if status.state != 3 || !matches!(status.actuation, Some(Actuation::Drive { .. })) {
+        if status.state != StateCode::Running || !matches!(status.actuation, Some(Actuation::Drive { .. })) {
             let Status { state, cause, joint, .. } = status;
             return Err(Failure::NotSeen(format!("a running tick {k}: state {state}, cause {cause}, joint {joint:?}")));
         }

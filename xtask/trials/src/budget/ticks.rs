@@ -4,7 +4,7 @@ use crate::budget::random_motion::Tick;
 use crate::budget::stack_paint::StackPaint;
 use crate::budget::{Failure, program, report, supervised};
 use ::board::chip::{self, Chip, Emulator, Timeouts};
-use ::board::session::drill::OnChip;
+use ::board::session::dry_run::OnChip;
 use chip_image::ImageError;
 use dynamics_core::Command;
 use link::{Hello, Pacing};

@@ -8,7 +8,7 @@ use crate::budget::supervised::TICKS_BEFORE;
 use crate::budget::ticks::{PATIENCE, QEMU, hello};
 use crate::budget::{Failure, program, supervised};
 use ::board::chip::{Carried, Chip, Emulator};
-use ::board::session::drill::OnChip;
+use ::board::session::dry_run::OnChip;
 use chip_image::Program;
 use chip_image::costs::Cycles;
 use chip_image::cycles::steps::{self, Detail, Event, Step};
@@ -28,7 +28,7 @@ pub fn trace<const N: usize>(scene: &SceneFile, elf: &Path, motion: &[Tick<N>]) 
     let stack = program.stack().map_err(|error| Failure::Program { path: elf.to_owned(), why: error.to_string() })?;
     let open = stack.open;
     let (found, carried) = follow(scene, elf, motion, move |log| {
-        let mut watch = Watch::new(&program);
+        let mut watch = TraceWatch::new(&program);
         steps::read(log, |event| watch.event(event)).map(|()| watch.found)
     })?;
     if u64::from(found.below_interrupts) > open {
@@ -97,7 +97,7 @@ impl Served {
 
 /// Findings of a trace.
 #[derive(Clone, Debug, Default)]
-struct Found {
+struct TraceFindings {
     byte: Served,
     tick: Served,
     serve: Served,
@@ -108,7 +108,7 @@ struct Found {
     estimates: Vec<Estimate>,
 }
 
-impl Found {
+impl TraceFindings {
     /// Compares the counts from both ends of the link, and makes one report.
     fn sum_up(self, to_chip: u64, from_chip: u64, ticks: u64) -> Result<Traced, Failure> {
         fn missing<T>(what: String) -> Result<T, Failure> {
@@ -144,7 +144,7 @@ impl Found {
 }
 
 /// Follows a trace.
-struct Watch<'a> {
+struct TraceWatch<'a> {
     program: &'a Program,
     estimator: Estimator<'a>,
     mask: Mask,
@@ -157,10 +157,10 @@ struct Watch<'a> {
     before: u16,
     /// The current tick so far; another interrupt may split it.
     tick: Option<Estimate>,
-    found: Found,
+    found: TraceFindings,
 }
 
-impl<'a> Watch<'a> {
+impl<'a> TraceWatch<'a> {
     fn new(program: &'a Program) -> Self {
         Self {
             program,
@@ -171,7 +171,7 @@ impl<'a> Watch<'a> {
             masked: 0,
             before: 0,
             tick: None,
-            found: Found::default(),
+            found: TraceFindings::default(),
         }
     }
 
@@ -254,16 +254,16 @@ fn add(sum: &mut Estimate, part: Estimate) {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
-    use super::{BYTE, Found, SERVE, Served, Step, TICK, TICKS_BEFORE, Watch};
+    use super::{BYTE, SERVE, Served, Step, TICK, TICKS_BEFORE, TraceFindings, TraceWatch};
     use chip_image::Program;
     use chip_image::cycles::steps::Event;
 
     /// `nop` eight times, with `cpsid i` third and `cpsie i` sixth.
     const HALVES: [u16; 8] = [0xbf00, 0xbf00, 0xb672, 0xbf00, 0xbf00, 0xb662, 0xbf00, 0xbf00];
 
-    fn watched(exceptions: &[(u16, u32)]) -> Found {
+    fn watched(exceptions: &[(u16, u32)]) -> TraceFindings {
         let program = Program::from_halves(0, &HALVES);
-        let mut watch = Watch::new(&program);
+        let mut watch = TraceWatch::new(&program);
         for (exception, priority) in [(BYTE, 0xd0), (TICK, 0xe0), (SERVE, 0xf0)] {
             watch.event(Event::Priority { exception, priority });
         }

@@ -9,7 +9,7 @@ use crate::budget::interrupts::{BYTE, HALF_FILLED, SENT, SERVE};
 use crate::budget::program;
 use crate::budget::random_motion::Tick;
 use crate::budget::traced::follow;
-use chip_image::costs::{Cycles, Runs, Way, Ways};
+use chip_image::costs::{Cycles, LinkInterrupts, Runs, Ways};
 use chip_image::cycles::steps::{self, Event, Step};
 use chip_image::cycles::{Estimate, Estimator, Memory, Placement};
 use chip_image::{Effect, Program};
@@ -40,7 +40,7 @@ pub fn measure<const N: usize>(
         handler(&own, exception).ok_or_else(|| Failure::Program { path: board.to_owned(), why: why() })
     };
     let way = with_stand_in.way;
-    let dma = Way {
+    let dma = LinkInterrupts {
         // As if the line fell idle behind every packet.
         receive: times(once(BYTE)?, with_stand_in.packets),
         half_filled: times(once(HALF_FILLED)?, way.half_filled.times),
@@ -53,10 +53,10 @@ pub fn measure<const N: usize>(
 }
 
 /// Traces one firmware.
-fn run<const N: usize>(scene: &SceneFile, elf: &Path, motion: &[Tick<N>]) -> Result<Found, Failure> {
+fn run<const N: usize>(scene: &SceneFile, elf: &Path, motion: &[Tick<N>]) -> Result<LinkFindings, Failure> {
     let program = program::read(elf)?;
     let (mut found, carried) = follow(scene, elf, motion, move |log| {
-        let mut watch = Watch::new(&program);
+        let mut watch = LinkWatch::new(&program);
         steps::read(log, |event| watch.event(event)).map(|()| watch.finish())
     })?;
     if found.way.receive.times != carried.to_chip {
@@ -70,8 +70,8 @@ fn run<const N: usize>(scene: &SceneFile, elf: &Path, motion: &[Tick<N>]) -> Res
 
 /// Findings of a trace.
 #[derive(Clone, Copy, Debug, Default)]
-struct Found {
-    way: Way,
+struct LinkFindings {
+    way: LinkInterrupts,
     /// Packets received.
     packets: u64,
     /// Pieces that the stand-in has sent.
@@ -79,7 +79,7 @@ struct Found {
 }
 
 /// Follows a trace.
-struct Watch<'a> {
+struct LinkWatch<'a> {
     estimator: Estimator<'a>,
     /// The stand-in's work in interrupts that are otherwise the link's.
     left_out: Option<Range<u32>>,
@@ -87,10 +87,10 @@ struct Watch<'a> {
     starts: BTreeMap<u16, u32>,
     /// The exception of the instruction before, and whether that was the link's own.
     before: (u16, bool),
-    found: Found,
+    found: LinkFindings,
 }
 
-impl<'a> Watch<'a> {
+impl<'a> LinkWatch<'a> {
     fn new(program: &'a Program) -> Self {
         let stand_in = program.address_of(|name| name.contains("dma_stand_in") && name.contains("transmit"));
         let left_out = stand_in.and_then(|start| {
@@ -101,7 +101,7 @@ impl<'a> Watch<'a> {
         let starts =
             starts.into_iter().filter_map(|exception| Some((exception, program.handler(usize::from(exception))?)));
         let estimator = Estimator::new(program, Memory::new(Placement::ByAddress));
-        Self { estimator, left_out, starts: starts.collect(), before: (0, false), found: Found::default() }
+        Self { estimator, left_out, starts: starts.collect(), before: (0, false), found: LinkFindings::default() }
     }
 
     fn event(&mut self, event: Event) {
@@ -134,14 +134,14 @@ impl<'a> Watch<'a> {
         }
     }
 
-    fn finish(mut self) -> Found {
+    fn finish(mut self) -> LinkFindings {
         self.cut();
         self.found
     }
 }
 
 /// The runs of an interrupt, if it is the link's.
-const fn of(way: &mut Way, exception: u16) -> Option<&mut Runs> {
+const fn of(way: &mut LinkInterrupts, exception: u16) -> Option<&mut Runs> {
     match exception {
         BYTE => Some(&mut way.receive),
         HALF_FILLED => Some(&mut way.half_filled),
@@ -187,13 +187,13 @@ fn handler(program: &Program, exception: u16) -> Option<Runs> {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
-    use super::{BYTE, Found, SENT, SERVE, Step, Watch, of};
+    use super::{BYTE, LinkFindings, LinkWatch, SENT, SERVE, Step, of};
     use chip_image::Program;
     use chip_image::cycles::steps::Event;
 
-    fn watched(events: &[(u16, u32)]) -> Found {
+    fn watched(events: &[(u16, u32)]) -> LinkFindings {
         let program = Program::from_halves(0, &[0xbf00; 16]);
-        let mut watch = Watch::new(&program);
+        let mut watch = LinkWatch::new(&program);
         watch.starts = [(BYTE, 0), (SERVE, 8), (SENT, 16)].into();
         watch.left_out = Some(12..16);
         for (exception, address) in events {

@@ -2,8 +2,8 @@
 
 use super::fault::FaultKind;
 use super::target::Target;
-use board::session::states;
 use dynamics_core::safety::SafeAction;
+use link::StateCode;
 use robot_compiler::SceneFile;
 use serde::Serialize;
 
@@ -64,17 +64,17 @@ impl Situation {
 
     /// Number of the machine's state.
     #[must_use]
-    pub const fn state(self) -> u8 {
+    pub const fn state(self) -> StateCode {
         match self {
-            Self::Idle | Self::Homed => states::IDLE,
-            Self::Homing => states::HOMING,
-            Self::Arming => states::ARMING,
-            Self::Armed => states::ARMED,
-            Self::Running => states::RUNNING,
-            Self::Holding => states::HOLDING,
-            Self::Lowering => states::LOWERING,
-            Self::Disarming => states::DISARMING,
-            Self::Fault => states::FAULT,
+            Self::Idle | Self::Homed => StateCode::Idle,
+            Self::Homing => StateCode::Homing,
+            Self::Arming => StateCode::Arming,
+            Self::Armed => StateCode::Armed,
+            Self::Running => StateCode::Running,
+            Self::Holding => StateCode::Holding,
+            Self::Lowering => StateCode::Lowering,
+            Self::Disarming => StateCode::Disarming,
+            Self::Fault => StateCode::Fault,
         }
     }
 

@@ -32,7 +32,7 @@ use super::fault::FaultKind;
 use super::machine::Desk;
 use super::outcome::{Finished, Number, Outcome};
 use super::script::{Script as _, finish};
-use bench::Bench;
+use bench::DriveRun;
 use board::chip::hello;
 use link::Pacing;
 use robot_compiler::SceneFile;
@@ -67,7 +67,7 @@ impl<const N: usize> DrivesStage<N> {
         let mut least = u32::MAX;
         for run in 0..8 {
             let number = Number { seed: 0, run };
-            let mut bench = Bench::new(self, &mut desk, number, None)?;
+            let mut bench = DriveRun::new(self, &mut desk, number, None)?;
             let armed = bench.approach(case.situation).map(|()| Outcome::Unaffected);
             least = least.min(bench.armed_in);
             let done = finish(&self.stage.scene, case, number, bench.tick, bench.judge.motion, armed)?;
@@ -90,7 +90,7 @@ pub fn run<const N: usize>(
     number: Number,
     breakage: Option<Breakage>,
 ) -> Result<Finished, Failure> {
-    let mut bench = Bench::new(stage, desk, number, breakage)?;
+    let mut bench = DriveRun::new(stage, desk, number, breakage)?;
     bench.pair = pair;
     let played = bench.play(case);
     let (tick, motion) = (bench.tick, bench.judge.motion);

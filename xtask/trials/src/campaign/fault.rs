@@ -219,13 +219,13 @@ impl FaultKind {
         all.find(|(kind, _)| *kind == self).map_or("", |(_, name)| name)
     }
 
-    /// True if the fault is possible in this scene. In a drill the host is never silent, because each measurement
+    /// True if the fault is possible in this scene. In a dry run the host is never silent, because each measurement
     /// counts as one of its messages.
     pub(super) fn is_possible(self, scene: &SceneFile, target: Target) -> bool {
-        let drill = target == Target::Qemu;
+        let dry_run = target == Target::Qemu;
         match self {
             Self::Position | Self::Velocity => !scene.sensors.encoder,
-            Self::HostSilent => !drill,
+            Self::HostSilent => !dry_run,
             Self::Payload | Self::Model => matches!(scene.model.payload, Term::Live),
             Self::Wrench => matches!(scene.model.tip_wrench, Term::Live),
             Self::Rotor => matches!(scene.model.rotor, Term::Live),

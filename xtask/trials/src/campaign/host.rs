@@ -1,7 +1,7 @@
 //! The host's side of the link: its packets in each tick, and the link's faults on them.
 
 use super::fault::FaultKind;
-use super::machine::Told;
+use super::machine::TickInputs;
 use super::random::Random;
 use dynamics_core::Reference;
 use link::codec::FrameTooLong;
@@ -18,7 +18,7 @@ const AHEAD: u32 = 30;
 const ALIVE: u32 = 20;
 
 /// Most bytes that the host sends in a tick. The chip's receive buffer holds three packets of unread bytes, and a
-/// drill's own frames follow.
+/// dry run's own frames follow.
 const BYTES: usize = 560;
 
 /// Traffic of one tick, as far as the judge may know it.
@@ -42,7 +42,7 @@ pub(super) struct Host<const N: usize> {
     number: u8,
     /// Ticks since the host last sent anything.
     quiet: u32,
-    /// Lines that it sent last in a drill.
+    /// Lines that it sent last in a dry run.
     lines: Option<link::Lines>,
     /// Point that it sent last.
     pub(super) last: Option<Reference<f64, N>>,
@@ -128,11 +128,11 @@ impl<const N: usize> Host<N> {
 
     /// End the tick: returns its bytes after the link's faults. A mute host sends nothing.
     ///
-    /// In a drill, of which it is given the readings, the lines (if they changed) and the measurement come last and undamaged, because without them there
+    /// In a dry run, of which it is given the readings, the lines (if they changed) and the measurement come last and undamaged, because without them there
     /// is no tick.
     pub(super) fn finish(
         &mut self,
-        drill: Option<&Told<N>>,
+        dry_run: Option<&TickInputs<N>>,
         wire: Option<(FaultKind, &mut Random)>,
         mute: bool,
     ) -> Result<Sent, FrameTooLong> {
@@ -157,7 +157,7 @@ impl<const N: usize> Host<N> {
             self.quiet = 0;
         }
         self.packets.clear();
-        if let Some(told) = drill {
+        if let Some(told) = dry_run {
             if harmed {
                 // A zero ends a truncated packet. The frame after it may be refused if frames before it were lost.
                 bytes.push(0);
@@ -172,7 +172,7 @@ impl<const N: usize> Host<N> {
             let measurement = dynamics_core::Measurement { sensed: told.sensed, age_ticks: told.oldest() };
             bytes.extend(self.encoder.encode(&Frame::Measurement(Measurement::new(told.tick, &measurement)))?);
         }
-        Ok(Sent { bytes, requests: core::mem::take(&mut self.requests), spoke: spoke || drill.is_some() })
+        Ok(Sent { bytes, requests: core::mem::take(&mut self.requests), spoke: spoke || dry_run.is_some() })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::fault::FaultKind;
 use super::host::Host;
-use super::machine::Told;
+use super::machine::TickInputs;
 use super::random::Random;
 use super::stage::{JointScale, Stage};
 use dynamics_core::{Inertia, Live, Reference, Sensed, Wrench};
@@ -43,7 +43,7 @@ impl<const N: usize> Injection<N> {
     }
 
     /// Apply the fault to readings and lines in its tick number `k`, counted from 0.
-    pub(super) fn tell(&mut self, k: u32, told: &mut Told<N>, random: &mut Random) {
+    pub(super) fn tell(&mut self, k: u32, told: &mut TickInputs<N>, random: &mut Random) {
         let (sensed, ages) = *self.before.get_or_insert((told.sensed, told.age_ticks));
         let bad = |low: f32, high: f32| [low, high, f32::NAN, f32::INFINITY][((self.share * 4.0) as usize).min(3)];
         match self.kind {
@@ -201,7 +201,7 @@ fn point_mass(mass: f32, at: f32) -> Inertia<f32> {
 }
 
 /// Move the reading of a joint by `way`, rad or m.
-fn move_by<const N: usize>(told: &mut Told<N>, joint: usize, way: f64, scale: &JointScale) {
+fn move_by<const N: usize>(told: &mut TickInputs<N>, joint: usize, way: f64, scale: &JointScale) {
     match &mut told.sensed {
         Sensed::State { q, .. } => q[joint] += way as f32,
         // The encoder's counter wraps around.
@@ -210,7 +210,7 @@ fn move_by<const N: usize>(told: &mut Told<N>, joint: usize, way: f64, scale: &J
 }
 
 /// Replace the reading of a joint by an earlier one.
-fn hold_still<const N: usize>(told: &mut Told<N>, joint: usize, before: &Sensed<f32, N>) {
+fn hold_still<const N: usize>(told: &mut TickInputs<N>, joint: usize, before: &Sensed<f32, N>) {
     match (&mut told.sensed, before) {
         (Sensed::State { q, qd }, Sensed::State { q: q_before, .. }) => (q[joint], qd[joint]) = (q_before[joint], 0.0),
         (Sensed::Counts(counts), Sensed::Counts(before)) => counts[joint] = before[joint],

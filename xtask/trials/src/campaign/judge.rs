@@ -17,13 +17,13 @@ mod torque;
 mod transition;
 
 pub(super) use law::broken;
-pub use law::{Law, Unsafe};
+pub use law::{SafetyProperty, Unsafe};
 
-use super::machine::{Said, Told};
-use board::session::states::IDLE;
+use super::machine::{TickInputs, TickOutput};
 use dynamics_core::ControllerConfig;
 use dynamics_core::safety::Rules;
 use link::Request;
+use link::StateCode;
 use observation::{Observation, torque};
 
 /// Trust in readings and model; each level includes the one before.
@@ -56,7 +56,7 @@ pub struct Judge<const N: usize> {
     observation: Observation<N>,
     now: i64,
     /// State and cause of the previous tick.
-    before: (u8, u8),
+    before: (StateCode, u8),
     homed: bool,
     /// Torque that acted in the previous tick, N m or N.
     torque: Option<[f64; N]>,
@@ -92,7 +92,7 @@ impl<const N: usize> Judge<N> {
             rules: *rules,
             observation: Observation::new(config),
             now: 0,
-            before: (IDLE, 0),
+            before: (StateCode::Idle, 0),
             homed: false,
             torque: None,
             acted: 0,
@@ -115,7 +115,7 @@ impl<const N: usize> Judge<N> {
     ///
     /// # Errors
     /// [`Unsafe`]: the first broken law.
-    pub fn watch(&mut self, told: &Told<N>, heard: &Heard<'_>, said: &Said<N>) -> Result<(), Unsafe> {
+    pub fn watch(&mut self, told: &TickInputs<N>, heard: &Heard<'_>, said: &TickOutput<N>) -> Result<(), Unsafe> {
         self.now += 1;
         self.silent = if heard.spoke { 0 } else { self.silent.saturating_add(1) };
         let acted = if self.trust >= Trust::Arm { Some(self.acted) } else { None };

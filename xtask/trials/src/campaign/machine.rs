@@ -2,7 +2,7 @@
 
 use super::frames::difference;
 use board::chip::{Chip, ChipError};
-use board::session::drill::{DeskSession, Uncounted, desk_session, without_cost};
+use board::session::dry_run::{DeskSession, Uncounted, desk_session, without_cost};
 use dynamics_core::safety::SafeAction;
 use dynamics_core::{Model, Sensed};
 use joint_io::{JointIo, run_tick};
@@ -17,7 +17,7 @@ use session::{Drives, Reaction};
 
 /// Sensor readings and lines of one tick.
 #[derive(Clone, Debug)]
-pub struct Told<const N: usize> {
+pub struct TickInputs<const N: usize> {
     /// Number of the tick.
     pub tick: u32,
     /// Reading of the sensors.
@@ -38,8 +38,8 @@ pub struct Told<const N: usize> {
     pub temperature: Option<f32>,
 }
 
-impl<const N: usize> Told<N> {
-    /// Lines for a drill, which the host sends.
+impl<const N: usize> TickInputs<N> {
+    /// Lines for a dry run, which the host sends.
     pub(super) fn lines(&self) -> link::Lines {
         link::Lines {
             emergency_stop: self.emergency_stop,
@@ -74,7 +74,7 @@ impl<const N: usize> Told<N> {
 
 /// Output of the machine in one tick.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Said<const N: usize> {
+pub struct TickOutput<const N: usize> {
     /// Command to the drives.
     pub drives: Drives<N>,
     /// Status that the machine reports.
@@ -83,7 +83,7 @@ pub struct Said<const N: usize> {
 
 /// Reason why a run cannot go on.
 #[derive(Debug, thiserror::Error)]
-pub enum Trouble {
+pub enum MachineError {
     /// The chip failed.
     #[error(transparent)]
     Chip(#[from] ChipError),
@@ -97,23 +97,23 @@ pub enum Trouble {
 
 /// A machine under test, tick by tick.
 pub trait Machine<const N: usize> {
-    /// Source of its ticks: [`Pacing::Live`] with the lines and readings of a board, or [`Pacing::Drill`].
+    /// Source of its ticks: [`Pacing::Live`] with the lines and readings of a board, or [`Pacing::DryRun`].
     fn pacing(&self) -> Pacing;
 
     /// Begin a run. Returns the key that the host's packets must be sealed with, where there is one.
     ///
     /// # Errors
-    /// [`Trouble`].
-    fn begin(&mut self) -> Result<Option<SealKey>, Trouble> {
+    /// [`MachineError`].
+    fn begin(&mut self) -> Result<Option<SealKey>, MachineError> {
         Ok(None)
     }
 
-    /// Run one tick after these bytes arrived over the link. In a drill the bytes contain `told`, and the measurement
+    /// Run one tick after these bytes arrived over the link. In a dry run the bytes contain `told`, and the measurement
     /// comes last.
     ///
     /// # Errors
-    /// [`Trouble`].
-    fn tick(&mut self, bytes: &[u8], told: &Told<N>) -> Result<Said<N>, Trouble>;
+    /// [`MachineError`].
+    fn tick(&mut self, bytes: &[u8], told: &TickInputs<N>) -> Result<TickOutput<N>, MachineError>;
 }
 
 /// The firmware's session on the desk.
@@ -161,7 +161,7 @@ impl<const N: usize> Desk<N> {
                     self.answers.push(frame)
                 }
                 Reaction::Stop(hello, refusal) => self.answers.extend([hello, refusal]),
-                // The tick follows in `answers`: a drill's measurement comes last.
+                // The tick follows in `answers`: a dry run's measurement comes last.
                 Reaction::Tick | Reaction::None => {}
             }
         }
@@ -177,7 +177,7 @@ impl<const N: usize> Desk<N> {
         joints: &mut impl JointIo<N>,
         lines: Lines,
         is_due: impl Fn() -> bool,
-    ) -> Result<Status, Trouble> {
+    ) -> Result<Status, MachineError> {
         self.receive(bytes);
         run_tick(&mut self.session, joints, &self.meter, || lines, is_due);
         self.answers.extend(core::iter::from_fn(|| self.session.say()).map(Report::frame));
@@ -185,7 +185,7 @@ impl<const N: usize> Desk<N> {
     }
 
     /// Runs a tick; returns all frames of the session and the command to the drives.
-    fn answers(&mut self, bytes: &[u8], told: &Told<N>) -> (Vec<Frame>, Drives<N>) {
+    fn answers(&mut self, bytes: &[u8], told: &TickInputs<N>) -> (Vec<Frame>, Drives<N>) {
         self.receive(bytes);
         let lines = Lines { emergency_stop: told.emergency_stop, supply: told.supply, temperature: told.temperature };
         self.session.sense(Some(&told.readings()), &lines);
@@ -203,21 +203,21 @@ impl<const N: usize> Machine<N> for Desk<N> {
         self.pacing
     }
 
-    fn begin(&mut self) -> Result<Option<SealKey>, Trouble> {
+    fn begin(&mut self) -> Result<Option<SealKey>, MachineError> {
         self.restart();
         Ok(None)
     }
 
-    fn tick(&mut self, bytes: &[u8], told: &Told<N>) -> Result<Said<N>, Trouble> {
+    fn tick(&mut self, bytes: &[u8], told: &TickInputs<N>) -> Result<TickOutput<N>, MachineError> {
         let (answers, drives) = self.answers(bytes, told);
         let status = status(answers, told.tick, self.pacing)?;
-        // A drill drives nothing: the status holds the command that would act.
+        // A dry run drives nothing: the status holds the command that would act.
         let drives = if self.pacing == Pacing::Live { drives } else { played(&status) };
-        Ok(Said { drives, status })
+        Ok(TickOutput { drives, status })
     }
 }
 
-/// The emulated chip in a drill, and the desk beside it on the same bytes.
+/// The emulated chip in a dry run, and the desk beside it on the same bytes.
 pub struct Both<const N: usize> {
     chip: Chip,
     desk: Desk<N>,
@@ -226,16 +226,16 @@ pub struct Both<const N: usize> {
 impl<const N: usize> Both<N> {
     /// Create a pair from a chip that runs the scene's firmware.
     pub fn new(chip: Chip, scene: &SceneFile, model: &Model<f64, N>) -> Self {
-        Self { chip, desk: Desk::new(scene, model, Pacing::Drill) }
+        Self { chip, desk: Desk::new(scene, model, Pacing::DryRun) }
     }
 }
 
 impl<const N: usize> Machine<N> for Both<N> {
     fn pacing(&self) -> Pacing {
-        Pacing::Drill
+        Pacing::DryRun
     }
 
-    fn begin(&mut self) -> Result<Option<SealKey>, Trouble> {
+    fn begin(&mut self) -> Result<Option<SealKey>, MachineError> {
         let key = self.chip.join_anew()?;
         if let Some(key) = &key {
             self.desk.decoder.seal_with(key.clone());
@@ -243,7 +243,7 @@ impl<const N: usize> Machine<N> for Both<N> {
         Ok(key)
     }
 
-    fn tick(&mut self, bytes: &[u8], told: &Told<N>) -> Result<Said<N>, Trouble> {
+    fn tick(&mut self, bytes: &[u8], told: &TickInputs<N>) -> Result<TickOutput<N>, MachineError> {
         self.chip.write(bytes)?;
         let (desk, _) = self.desk.answers(bytes, told);
         let mut chip = Vec::new();
@@ -259,25 +259,25 @@ impl<const N: usize> Machine<N> for Both<N> {
             }
         }
         if let Some(what) = difference(&chip, &desk) {
-            return Err(Trouble::Differs(format!("tick {}: {what}", told.tick)));
+            return Err(MachineError::Differs(format!("tick {}: {what}", told.tick)));
         }
-        let status = status(chip, told.tick, Pacing::Drill)?;
-        Ok(Said { drives: played(&status), status })
+        let status = status(chip, told.tick, Pacing::DryRun)?;
+        Ok(TickOutput { drives: played(&status), status })
     }
 }
 
 /// Finds the status of this tick among the answers.
-fn status(answers: Vec<Frame>, tick: u32, pacing: Pacing) -> Result<Status, Trouble> {
+fn status(answers: Vec<Frame>, tick: u32, pacing: Pacing) -> Result<Status, MachineError> {
     let statuses = answers.into_iter().filter_map(|frame| match frame {
         Frame::Status(status) => Some(status),
         _ => None,
     });
     // Without measurements over the link, the session counts its ticks itself.
     let mut statuses = statuses.filter(|status| pacing == Pacing::Live || status.tick == tick);
-    statuses.next_back().ok_or(Trouble::Unreported(tick))
+    statuses.next_back().ok_or(MachineError::Unreported(tick))
 }
 
-/// Command to the drives that would act outside a drill.
+/// Command to the drives that would act outside a dry run.
 pub(super) fn played<const N: usize>(status: &Status) -> Drives<N> {
     let all = |torque: &link::Joints<f32>| core::array::from_fn(|i| torque.get(i).copied().unwrap_or(f32::NAN));
     match &status.actuation {

@@ -1,7 +1,7 @@
 //! Outcome of a run.
 
 use super::case::Case;
-use super::judge::Law;
+use super::judge::SafetyProperty;
 use serde::Serialize;
 
 /// Effect of a fault.
@@ -32,7 +32,7 @@ pub struct Counterexample {
     /// The fault and the state.
     pub case: Case,
     /// The law that is broken; `None` if chip and desk differ.
-    pub law: Option<Law>,
+    pub law: Option<SafetyProperty>,
     /// Description of the violation.
     pub what: String,
     /// Inputs and outputs of the machine in that tick.

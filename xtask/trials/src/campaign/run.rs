@@ -4,8 +4,8 @@ use super::case::{Case, Situation};
 use super::fault::FaultKind;
 use super::host::Host;
 use super::injection::Injection;
-use super::judge::{Heard, Judge, Law, Trust, Unsafe};
-use super::machine::{Machine, Said, Told, Trouble};
+use super::judge::{Heard, Judge, SafetyProperty, Trust, Unsafe};
+use super::machine::{Machine, MachineError, TickInputs, TickOutput};
 use super::outcome::{Finished, Motion, Number};
 use super::random::Random;
 use super::script::{Script, Stop, finish};
@@ -31,7 +31,7 @@ pub fn run<const N: usize>(
     number: Number,
 ) -> Result<Finished, Failure> {
     let hello = Hello { pacing: machine.pacing(), ..stage.hello };
-    let seal = machine.begin().map_err(|trouble| Failure::Target(miette::Report::from_err(trouble)))?;
+    let seal = machine.begin().map_err(|error| Failure::Target(miette::Report::from_err(error)))?;
     let host = Host::new(hello, seal).map_err(|error| Failure::Target(miette::Report::from_err(error)))?;
     let trust = if case.fault.leaves_the_loop_intact() { Trust::Loop } else { Trust::Arm };
     let judge = Judge::new(&stage.config, &stage.rules, trust);
@@ -149,20 +149,20 @@ impl<const N: usize> Bench<'_, N> {
                 self.world.plant = self.world.plant.clone().with_push(Some(Push { at, duration, wrench }));
             }
         }
-        if self.machine.pacing() == link::Pacing::Drill {
+        if self.machine.pacing() == link::Pacing::DryRun {
             told.age_ticks = [told.oldest(); N];
         }
         if feeds {
             self.feed()?;
         }
-        let drill = self.machine.pacing() == link::Pacing::Drill;
-        let sent = self.host.finish(drill.then_some(&told), wire.map(|kind| (kind, &mut self.random)), mute)?;
+        let dry_run = self.machine.pacing() == link::Pacing::DryRun;
+        let sent = self.host.finish(dry_run.then_some(&told), wire.map(|kind| (kind, &mut self.random)), mute)?;
         let said = match self.machine.tick(&sent.bytes, &told) {
             Ok(said) => said,
-            Err(Trouble::Differs(what)) => {
+            Err(MachineError::Differs(what)) => {
                 return Err(Stop::Unsafe { broken: None, what, inputs: format!("{told:?}\n{sent:?}") });
             }
-            Err(trouble) => return Err(Stop::Trouble(trouble)),
+            Err(error) => return Err(Stop::Machine(error)),
         };
         let heard = Heard { requests: &sent.requests, spoke: sent.spoke, exact: false };
         if let Err(broken) = self.judge.watch(&told, &heard, &said) {
@@ -171,7 +171,7 @@ impl<const N: usize> Bench<'_, N> {
             return Err(Stop::Unsafe { broken: Some(broken), what, inputs });
         }
         self.move_arm(&said).map_err(|diverged| {
-            let broken = Unsafe { law: Law::RanAway, what: diverged.to_string() };
+            let broken = Unsafe { law: SafetyProperty::RanAway, what: diverged.to_string() };
             let inputs = format!("told {told:?}\nsaid {said:?}");
             Stop::Unsafe { what: broken.what.clone(), broken: Some(broken), inputs }
         })?;
@@ -183,9 +183,9 @@ impl<const N: usize> Bench<'_, N> {
     }
 
     /// Sensor readings and lines without a fault.
-    fn calm(&mut self) -> Told<N> {
+    fn calm(&mut self) -> TickInputs<N> {
         let measured = measurement::<f32, N>(&self.world.sensors.read(self.world.plant.measured()));
-        Told {
+        TickInputs {
             tick: self.tick,
             sensed: measured.sensed,
             age_ticks: [measured.age_ticks; N],
@@ -210,7 +210,7 @@ impl<const N: usize> Bench<'_, N> {
     }
 
     /// Move the arm as the drives command.
-    fn move_arm(&mut self, said: &Said<N>) -> Result<(), Diverged> {
+    fn move_arm(&mut self, said: &TickOutput<N>) -> Result<(), Diverged> {
         let plant = &mut self.world.plant;
         let torque = match &said.drives {
             Drives::Drive(torque) => torque.map(f64::from),

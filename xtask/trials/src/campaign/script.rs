@@ -4,10 +4,10 @@ use super::case::{Case, Situation};
 use super::fault::FaultKind;
 use super::host::Host;
 use super::judge::Unsafe;
-use super::machine::Trouble;
+use super::machine::MachineError;
 use super::outcome::{Counterexample, Finished, Motion, Number, Outcome};
 use super::random::Random;
-use board::session::states::{ARMING, DISARMING, FAULT, HOLDING, IDLE, LOWERING};
+use link::StateCode;
 use link::codec::FrameTooLong;
 use link::{Frame, Request, Status};
 use sim::failure::Failure;
@@ -21,14 +21,14 @@ pub(super) enum Stop {
         what: String,
         inputs: String,
     },
-    Trouble(Trouble),
+    Machine(MachineError),
     /// The machine did not reach the state of the case.
     NotReached(Box<Status>),
 }
 
 impl From<FrameTooLong> for Stop {
     fn from(error: FrameTooLong) -> Self {
-        Self::Trouble(Trouble::Chip(error.into()))
+        Self::Machine(MachineError::Chip(error.into()))
     }
 }
 
@@ -89,12 +89,12 @@ pub(super) trait Script<const N: usize> {
     }
 
     /// State of the machine.
-    fn state(&self) -> u8 {
-        self.status().map_or(IDLE, |status| status.state)
+    fn state(&self) -> StateCode {
+        self.status().map_or(StateCode::Idle, |status| status.state)
     }
 
     /// State and cause of the machine.
-    fn where_it_is(&self) -> (u8, u8) {
+    fn where_it_is(&self) -> (StateCode, u8) {
         (self.state(), self.status().map_or(0, |status| status.cause))
     }
 
@@ -104,7 +104,7 @@ pub(super) trait Script<const N: usize> {
         let before = self.where_it_is();
         if before.0 != case.situation.state() {
             let status = self.status().cloned();
-            return Err(status.map_or(Stop::Trouble(Trouble::Unreported(0)), |s| Stop::NotReached(Box::new(s))));
+            return Err(status.map_or(Stop::Machine(MachineError::Unreported(0)), |s| Stop::NotReached(Box::new(s))));
         }
         let ticks = self.begin_fault(case)?;
         let mut outcome = Outcome::Unaffected;
@@ -114,12 +114,12 @@ pub(super) trait Script<const N: usize> {
                 self.host().ask(Request::Clear)?;
             }
             self.disturbed(k)?;
-            outcome = self.came_of(outcome, before);
+            outcome = self.observed_outcome(outcome, before);
         }
         self.end_fault();
         for _ in 0..self.random().whole(5, 40) {
             self.step()?;
-            outcome = self.came_of(outcome, before);
+            outcome = self.observed_outcome(outcome, before);
         }
         if case.fault != FaultKind::Nothing && self.random().chance(0.5) {
             self.recover()?;
@@ -128,13 +128,13 @@ pub(super) trait Script<const N: usize> {
     }
 
     /// Effect of the fault so far: the first fault counts, otherwise the first hold.
-    fn came_of(&self, so_far: Outcome, before: (u8, u8)) -> Outcome {
+    fn observed_outcome(&self, so_far: Outcome, before: (StateCode, u8)) -> Outcome {
         let now = self.where_it_is();
         match (so_far, now) {
             (Outcome::Fault(_), _) => so_far,
-            (_, (FAULT, code)) if before.0 != FAULT => Outcome::Fault(code),
+            (_, (StateCode::Fault, code)) if before.0 != StateCode::Fault => Outcome::Fault(code),
             (Outcome::Held(_), _) => so_far,
-            (_, (HOLDING, cause)) if before.0 != HOLDING => Outcome::Held(cause),
+            (_, (StateCode::Holding, cause)) if before.0 != StateCode::Holding => Outcome::Held(cause),
             _ if now != before => Outcome::Asked,
             _ => so_far,
         }
@@ -159,7 +159,7 @@ pub(super) trait Script<const N: usize> {
                 let most = self.arming().saturating_sub(3);
                 return self.wait(0, most);
             }
-            while self.state() == ARMING {
+            while self.state() == StateCode::Arming {
                 self.step()?;
             }
         }
@@ -186,7 +186,7 @@ pub(super) trait Script<const N: usize> {
             for _ in 0..PATIENCE {
                 self.host().ask(Request::Disarm)?;
                 self.step()?;
-                if self.state() == DISARMING {
+                if self.state() == StateCode::Disarming {
                     break;
                 }
             }
@@ -196,7 +196,7 @@ pub(super) trait Script<const N: usize> {
         if situation == Situation::Lowering {
             self.lose_host();
             for _ in 0..PATIENCE {
-                if self.state() == LOWERING {
+                if self.state() == StateCode::Lowering {
                     break;
                 }
                 self.step()?;
@@ -215,7 +215,7 @@ pub(super) trait Script<const N: usize> {
             self.host().ask(request)?;
             self.wait(1, 8)?;
             self.lift_limits_after(request)?;
-            while self.state() == ARMING {
+            while self.state() == StateCode::Arming {
                 self.step()?;
             }
         }
@@ -254,7 +254,7 @@ pub(super) fn finish(
 ) -> Result<Finished, Failure> {
     let (outcome, counterexample) = match played {
         Ok(outcome) => (outcome, None),
-        Err(Stop::Trouble(trouble)) => return Err(Failure::Target(miette::Report::from_err(trouble))),
+        Err(Stop::Machine(error)) => return Err(Failure::Target(miette::Report::from_err(error))),
         Err(Stop::NotReached(status)) => {
             return Err(Failure::Input(miette::miette!(
                 help = "expected a scene whose arm stands at the start of its motion and can be driven from there",

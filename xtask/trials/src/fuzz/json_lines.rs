@@ -1,6 +1,6 @@
 //! Fuzz target: any bytes as states for `newtau model dynamics`, one JSON object per line.
 
-use crate::fuzz::Target;
+use crate::fuzz::FuzzTarget;
 use crate::fuzz::examples::{files, top};
 use dynamics_core::trig::Libm;
 use dynamics_core::{Model, Real, Trig};
@@ -12,7 +12,8 @@ use std::sync::LazyLock;
 use studies::dynamics::answer_all;
 
 /// Lines for arms with one, two, four and six joints.
-pub const TARGET: Target = Target { name: "json_lines", check, examples, words: include_str!("../../words/json.dict") };
+pub const TARGET: FuzzTarget =
+    FuzzTarget { name: "json_lines", check, examples, words: include_str!("../../words/json.dict") };
 
 fn examples() -> Vec<Vec<u8>> {
     let mut all = files(&["scenes"], "jsonl");

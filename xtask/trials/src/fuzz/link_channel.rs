@@ -1,11 +1,11 @@
 //! Fuzz target: a sealed session, and a stranger on its wire.
 
-use crate::fuzz::Target;
+use crate::fuzz::FuzzTarget;
 use crate::fuzz::packets::{all_bits, frame};
 use link::{Access, BoardChannel, Encoder, Frame, Hello, HostChannel, Key, NonceSource, Pacing};
 
 /// Sessions in which the stranger does each thing once, and often.
-pub const TARGET: Target = Target { name: "link_channel", check, examples, words: "" };
+pub const TARGET: FuzzTarget = FuzzTarget { name: "link_channel", check, examples, words: "" };
 
 const KEY: [u8; 32] = [0x4e; 32];
 const OWN: Hello = Hello { robot: 1, joints: 2, rate_hz: 1000.0, pacing: Pacing::LockStep };
@@ -23,7 +23,7 @@ fn examples() -> Vec<Vec<u8>> {
 }
 
 /// A board with a key, its host, and all that went over the wire.
-struct Wire {
+struct HostAndBoard {
     board: BoardChannel,
     host: HostChannel,
     nonces: u8,
@@ -36,7 +36,7 @@ struct Wire {
     said: Vec<u8>,
 }
 
-impl Wire {
+impl HostAndBoard {
     fn new() -> Self {
         let mut wire = Self {
             board: BoardChannel::new(Access::Key(&KEY)),
@@ -112,7 +112,7 @@ impl Wire {
 /// Whatever a stranger sends between the host's packets, no frame counts that the host has not sent, none twice, and none out of
 /// its order; and the host's next whole packet counts.
 pub fn check(mut bytes: &[u8]) {
-    let mut wire = Wire::new();
+    let mut wire = HostAndBoard::new();
     let mut open = Encoder::new();
     for count in 0..PACKETS_MAX {
         let Some(&kind) = bytes.split_off_first() else { break };

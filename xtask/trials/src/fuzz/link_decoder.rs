@@ -1,12 +1,12 @@
 //! Fuzz target: any bytes into the link's decoder, as they are, and as the contents of a packet with a valid check sum.
 
-use crate::fuzz::Target;
+use crate::fuzz::FuzzTarget;
 use crate::fuzz::packets::{PAYLOAD_MAX, all_bits, decode, expected, frame, taken, whole};
 use link::{DecodeError, Decoder, Encoder, Frame, Hello, PACKET_MAX, Pacing, Received};
 
 /// Payloads of every kind of frame, packets of them, and a flood of bytes without an end.
-pub const TARGET: Target =
-    Target { name: "link_decoder", check, examples, words: include_str!("../../words/link.dict") };
+pub const TARGET: FuzzTarget =
+    FuzzTarget { name: "link_decoder", check, examples, words: include_str!("../../words/link.dict") };
 
 fn examples() -> Vec<Vec<u8>> {
     let mut all = vec![vec![0x55; 1000]];
@@ -53,7 +53,7 @@ fn check_comes_back(received: &Received) {
 
 /// The next packet is read after any bytes, behind a hello that begins the count anew.
 fn check_next_is_read(decoder: &mut Decoder, frame: &Frame) {
-    let hello = Frame::Hello(Hello { robot: 0, joints: 0, rate_hz: 0.0, pacing: Pacing::Drill });
+    let hello = Frame::Hello(Hello { robot: 0, joints: 0, rate_hz: 0.0, pacing: Pacing::DryRun });
     let mut encoder = Encoder::new();
     check_reads(decoder, &mut encoder, &hello);
     check_reads(decoder, &mut encoder, frame);

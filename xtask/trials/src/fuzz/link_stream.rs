@@ -1,11 +1,11 @@
 //! Fuzz target: a stream of good packets, and events on the link.
 
-use crate::fuzz::Target;
+use crate::fuzz::FuzzTarget;
 use crate::fuzz::packets::{Taken, all_bits, begins, decode, expected, frame, taken};
 use link::{Decoder, Encoder, Frame, Packet};
 
 /// Streams in which each event happens once, and often.
-pub const TARGET: Target = Target { name: "link_stream", check, examples, words: "" };
+pub const TARGET: FuzzTarget = FuzzTarget { name: "link_stream", check, examples, words: "" };
 
 fn examples() -> Vec<Vec<u8>> {
     let mut all: Vec<Vec<u8>> = (0..Event::KINDS).map(|event| vec![0, event, 3, 40, 7, 0, 0, 0]).collect();
@@ -53,7 +53,7 @@ impl Event {
 
 /// Bytes on the link, and the packets that must arrive.
 #[derive(Default)]
-struct Wire {
+struct ByteStream {
     bytes: Vec<u8>,
     /// Whole packets that begin at the start or after a zero, and must therefore be read.
     whole: Vec<Vec<u8>>,
@@ -64,7 +64,7 @@ struct Wire {
     last: Option<usize>,
 }
 
-impl Wire {
+impl ByteStream {
     fn put(&mut self, number: usize, packet: &Packet, frame: &Frame) {
         let new = begins(frame) || self.last.is_none_or(|last| number > last);
         if new && self.bytes.last().is_none_or(|&byte| byte == 0) {
@@ -80,7 +80,7 @@ impl Wire {
 /// link. If packets were only lost, the number of missing ones is right.
 pub fn check(mut bytes: &[u8]) {
     let mut encoder = Encoder::new();
-    let mut wire = Wire { only_loss: true, ..Wire::default() };
+    let mut wire = ByteStream { only_loss: true, ..ByteStream::default() };
     let mut late: Option<(usize, Packet, Frame)> = None;
     let mut number = 0;
     while number < PACKETS_MAX
@@ -131,7 +131,7 @@ pub fn check(mut bytes: &[u8]) {
     }
 }
 
-fn check_only_loss(read: &[Taken], wire: &Wire) {
+fn check_only_loss(read: &[Taken], wire: &ByteStream) {
     assert_eq!(read.iter().map(|taken| &taken.bits).collect::<Vec<_>>(), wire.whole.iter().collect::<Vec<_>>());
     for (pair, taken) in wire.numbers.windows(2).zip(read.iter().skip(1)) {
         // A hello (tag 0) and a handshake (tags 15 to 17) restart the count.

@@ -1,6 +1,6 @@
 //! Fuzz target: any text as a robot file, and as a linkage file.
 
-use crate::fuzz::Target;
+use crate::fuzz::FuzzTarget;
 use crate::fuzz::damage::nested;
 use crate::fuzz::examples::{files, invalid};
 use crate::fuzz::files::{check_robot, read};
@@ -10,7 +10,8 @@ use dynamics_core::trig::Libm;
 use robot_compiler::{LinkageFile, Robot};
 
 /// All shipped robots and linkages, and the invalid ones of the compiler's tests.
-pub const TARGET: Target = Target { name: "robot_file", check, examples, words: include_str!("../../words/toml.dict") };
+pub const TARGET: FuzzTarget =
+    FuzzTarget { name: "robot_file", check, examples, words: include_str!("../../words/toml.dict") };
 
 /// Name of the text in errors.
 const NAME: &str = "any.toml";

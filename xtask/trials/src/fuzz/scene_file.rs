@@ -1,13 +1,14 @@
 //! Fuzz target: any text as a scene file in the folder of the shipped scenes, so that it can name their robots.
 
-use crate::fuzz::Target;
+use crate::fuzz::FuzzTarget;
 use crate::fuzz::damage::nested;
 use crate::fuzz::examples::{files, invalid, top};
 use crate::fuzz::files::{check_scene, read};
 use robot_compiler::SceneFile;
 
 /// All shipped scenes, and the invalid ones of the compiler's tests.
-pub const TARGET: Target = Target { name: "scene_file", check, examples, words: include_str!("../../words/toml.dict") };
+pub const TARGET: FuzzTarget =
+    FuzzTarget { name: "scene_file", check, examples, words: include_str!("../../words/toml.dict") };
 
 fn examples() -> Vec<Vec<u8>> {
     let mut all = files(&["scenes"], "toml");

@@ -1,4 +1,4 @@
-//! Fuzz target: any packets, damage, readings and ticks into the firmware's session, on the bench, in a drill and live.
+//! Fuzz target: any packets, damage, readings and ticks into the firmware's session, on the bench, in a dry run and live.
 //!
 //! A second session runs beside the one on the link. It receives only the frames that must be accepted, and reports
 //! every tick. A refused input must leave no trace: both sessions must give the same results to the last bit. The
@@ -8,13 +8,13 @@ mod events;
 mod ticks;
 mod wire;
 
-use crate::campaign::Told;
+use crate::campaign::TickInputs;
 use crate::campaign::judge::{Judge, Trust};
-use crate::fuzz::Target;
+use crate::fuzz::FuzzTarget;
 use crate::fuzz::examples::top;
 use crate::fuzz::packets::{expected, taken};
 use board::chip::hello;
-use board::session::drill::{DeskSession, Uncounted, desk_session};
+use board::session::dry_run::{DeskSession, Uncounted, desk_session};
 use dynamics_core::control::Sensed;
 use dynamics_core::{ControllerConfig, Model};
 use link::{DecodeError, Decoder, Encoder, Frame, Hello, Pacing, Packet, Parts, Received, Request, Watch};
@@ -24,7 +24,7 @@ use session::readings::{JointFaults, Lines};
 use std::sync::LazyLock;
 
 /// Sessions that reach each state and then meet each event.
-pub const TARGET: Target = Target { name: "session", check, examples, words: "" };
+pub const TARGET: FuzzTarget = FuzzTarget { name: "session", check, examples, words: "" };
 
 /// Number of kinds of events.
 const KINDS: u8 = 23;
@@ -85,13 +85,13 @@ pub fn ticks_of_states(mut bytes: &[u8]) -> [u32; 9] {
     let arm = bytes.split_off_first().copied().unwrap_or_default();
     let scene = &ARMS[usize::from(arm) % ARMS.len()];
     match scene.robot.dof() {
-        2 => Bench::<2>::new(scene).run(bytes),
-        _ => Bench::<6>::new(scene).run(bytes),
+        2 => Comparison::<2>::new(scene).run(bytes),
+        _ => Comparison::<6>::new(scene).run(bytes),
     }
 }
 
 /// Both sessions, the link to the first one, and the arm.
-struct Bench<const N: usize> {
+struct Comparison<const N: usize> {
     own: Hello,
     config: ControllerConfig<f32, N>,
     session: DeskSession<N>,
@@ -99,7 +99,7 @@ struct Bench<const N: usize> {
     twin: DeskSession<N>,
     meter: Meter<Uncounted>,
     judge: Judge<N>,
-    told: Told<N>,
+    told: TickInputs<N>,
     /// The strongest request since the previous tick.
     asked: Option<Request>,
     /// Number of the last request.
@@ -140,7 +140,7 @@ struct Bench<const N: usize> {
 /// Watch of every part in every tick.
 const EVERYTHING: Frame = Frame::Watch(Watch { every: 1, parts: Parts::ALL });
 
-impl<const N: usize> Bench<N> {
+impl<const N: usize> Comparison<N> {
     fn new(scene: &SceneFile) -> Self {
         let model: Model<f64, N> = scene.robot.model().unwrap();
         let config = scene.controller_config(&model);
@@ -198,8 +198,8 @@ impl<const N: usize> Bench<N> {
 }
 
 /// Inputs of a tick when nothing has been measured or heard yet.
-const fn nothing<const N: usize>() -> Told<N> {
-    Told {
+const fn nothing<const N: usize>() -> TickInputs<N> {
+    TickInputs {
         tick: 0,
         sensed: Sensed::State { q: [0.0; N], qd: [0.0; N] },
         age_ticks: [u32::MAX; N],

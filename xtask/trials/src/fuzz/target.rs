@@ -2,7 +2,7 @@
 
 /// A fuzz target.
 #[derive(Clone, Copy, Debug)]
-pub struct Target {
+pub struct FuzzTarget {
     /// Name for `cargo fuzz run`.
     pub name: &'static str,
     /// Function that panics if a property does not hold.

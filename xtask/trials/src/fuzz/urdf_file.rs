@@ -1,13 +1,14 @@
 //! Fuzz target: any text as a URDF file.
 
-use crate::fuzz::Target;
+use crate::fuzz::FuzzTarget;
 use crate::fuzz::damage::nested;
 use crate::fuzz::examples::{files, invalid};
 use crate::fuzz::files::{check_robot, read};
 use robot_compiler::{Ends, Robot};
 
 /// The valid and invalid arms of the compiler's tests, and nested elements.
-pub const TARGET: Target = Target { name: "urdf_file", check, examples, words: include_str!("../../words/urdf.dict") };
+pub const TARGET: FuzzTarget =
+    FuzzTarget { name: "urdf_file", check, examples, words: include_str!("../../words/urdf.dict") };
 
 /// Name of the text in errors.
 const NAME: &str = "any.urdf";

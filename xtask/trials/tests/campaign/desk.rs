@@ -5,14 +5,14 @@ use dynamics_core::Sensed;
 use dynamics_core::safety::SafeAction;
 use indicatif::ProgressBar;
 use link::seal::SealKey;
-use link::{Actuation, Encoder, Frame, Pacing};
+use link::{Actuation, Encoder, Frame, Pacing, StateCode};
 use robot_compiler::SceneFile;
 use session::Drives;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use trials::campaign::{
-    Campaign, Case, Desk, FaultKind, Law, Machine, Number, Outcome, Report, Said, Situation, Stage, Target, Told,
-    Trouble, run,
+    Campaign, Case, Desk, FaultKind, Machine, MachineError, Number, Outcome, Report, SafetyProperty, Situation, Stage,
+    Target, TickInputs, TickOutput, run,
 };
 
 pub(super) const N: usize = 6;
@@ -25,13 +25,13 @@ pub(super) fn scene(name: &str) -> SceneFile {
 struct Broken<F> {
     desk: Desk<N>,
     breaks: F,
-    said: Option<Said<N>>,
+    said: Option<TickOutput<N>>,
 }
 
 /// Falsification of the machine's inputs, or of its outputs. The latter also receives the outputs of the previous tick.
 pub(super) enum Moment<'a> {
-    Told(&'a mut Told<N>, &'a mut Vec<u8>),
-    Said(&'a mut Said<N>, Option<&'a Said<N>>),
+    Inputs(&'a mut TickInputs<N>, &'a mut Vec<u8>),
+    Output(&'a mut TickOutput<N>, Option<&'a TickOutput<N>>),
 }
 
 impl<F: FnMut(Moment<'_>)> Machine<N> for Broken<F> {
@@ -39,22 +39,27 @@ impl<F: FnMut(Moment<'_>)> Machine<N> for Broken<F> {
         Pacing::Live
     }
 
-    fn begin(&mut self) -> Result<Option<SealKey>, Trouble> {
+    fn begin(&mut self) -> Result<Option<SealKey>, MachineError> {
         self.desk.begin()
     }
 
-    fn tick(&mut self, bytes: &[u8], told: &Told<N>) -> Result<Said<N>, Trouble> {
+    fn tick(&mut self, bytes: &[u8], told: &TickInputs<N>) -> Result<TickOutput<N>, MachineError> {
         let (mut bytes, mut hears) = (bytes.to_vec(), told.clone());
-        (self.breaks)(Moment::Told(&mut hears, &mut bytes));
+        (self.breaks)(Moment::Inputs(&mut hears, &mut bytes));
         let mut said = self.desk.tick(&bytes, &hears)?;
-        (self.breaks)(Moment::Said(&mut said, self.said.as_ref()));
+        (self.breaks)(Moment::Output(&mut said, self.said.as_ref()));
         self.said = Some(said.clone());
         Ok(said)
     }
 }
 
 /// The law that the judge finds broken in some of these runs of a broken machine; panics if it finds none.
-pub(super) fn found(scene_name: &str, fault: FaultKind, situation: Situation, breaks: impl FnMut(Moment<'_>)) -> Law {
+pub(super) fn found(
+    scene_name: &str,
+    fault: FaultKind,
+    situation: Situation,
+    breaks: impl FnMut(Moment<'_>),
+) -> SafetyProperty {
     let scene = scene(scene_name);
     let stage = Stage::<N>::new(&scene).unwrap();
     let model = scene.robot.model::<N>().unwrap();
@@ -72,19 +77,19 @@ pub(super) fn found(scene_name: &str, fault: FaultKind, situation: Situation, br
 }
 
 /// Let this torque act, and report it.
-fn drive(said: &mut Said<N>, torque: [f32; N]) {
+fn drive(said: &mut TickOutput<N>, torque: [f32; N]) {
     said.drives = Drives::Drive(torque);
     said.status.actuation =
         Some(link::Actuation::Drive { torque: link::convert::joints(&torque), limits: link::convert::joints(&[0; N]) });
 }
 
 /// Let the brake hold, and report it.
-pub(super) fn brake(said: &mut Said<N>) {
+pub(super) fn brake(said: &mut TickOutput<N>) {
     said.drives = Drives::Safe(SafeAction::Brake);
     said.status.actuation = Some(Actuation::Brake);
 }
 
-fn acting(said: Option<&Said<N>>) -> Option<[f32; N]> {
+fn acting(said: Option<&TickOutput<N>>) -> Option<[f32; N]> {
     match said?.drives {
         Drives::Drive(torque) => Some(torque),
         Drives::Safe(_) | Drives::Enable(_) | Drives::Preload(_) => None,
@@ -94,24 +99,27 @@ fn acting(said: Option<&Said<N>>) -> Option<[f32; N]> {
 #[test]
 fn a_torque_that_acts_a_tick_too_long_is_found() {
     let law = found("states.toml", FaultKind::EmergencyStop, Situation::Running, |moment| {
-        if let Moment::Said(said, before) = moment
-            && said.status.state == 5
+        if let Moment::Output(said, before) = moment
+            && said.status.state == StateCode::Fault
             && let Some(torque) = acting(before)
         {
             drive(said, torque);
         }
     });
-    assert_eq!(law, Law::SafeAction);
+    assert_eq!(law, SafetyProperty::SafeAction);
 }
 
 #[test]
 fn a_torque_above_its_limit_at_a_rate_too_high_or_no_number_is_found() {
-    let cases =
-        [("encoders.toml", 1e4, Law::Limit), ("states.toml", 5.0, Law::Rate), ("states.toml", f32::NAN, Law::Finite)];
+    let cases = [
+        ("encoders.toml", 1e4, SafetyProperty::Limit),
+        ("states.toml", 5.0, SafetyProperty::Rate),
+        ("states.toml", f32::NAN, SafetyProperty::Finite),
+    ];
     for (name, more, law) in cases {
         let mut ticks = 0;
         let by = found(name, FaultKind::Nothing, Situation::Running, |moment| {
-            if let Moment::Said(said, ..) = moment
+            if let Moment::Output(said, ..) = moment
                 && let Drives::Drive(mut torque) = said.drives
             {
                 ticks += 1;
@@ -127,13 +135,13 @@ fn a_torque_above_its_limit_at_a_rate_too_high_or_no_number_is_found() {
 fn a_torque_in_a_state_that_has_none_is_found() {
     for (situation, torque) in [(Situation::Idle, 0.0), (Situation::Homing, 1e-3), (Situation::Fault, 1.0)] {
         let law = found("states.toml", FaultKind::Nothing, situation, |moment| {
-            if let Moment::Said(said, ..) = moment
+            if let Moment::Output(said, ..) = moment
                 && said.status.state == situation.state()
             {
                 drive(said, [torque; N]);
             }
         });
-        assert_eq!(law, Law::SafeAction, "{situation:?}");
+        assert_eq!(law, SafetyProperty::SafeAction, "{situation:?}");
     }
 }
 
@@ -141,32 +149,32 @@ fn a_torque_in_a_state_that_has_none_is_found() {
 fn a_fault_that_does_not_stay_or_changes_its_number_is_found() {
     let mut fault = 0;
     let law = found("states.toml", FaultKind::Nothing, Situation::Fault, |moment| {
-        if let Moment::Said(said, ..) = moment
-            && said.status.state == 5
+        if let Moment::Output(said, ..) = moment
+            && said.status.state == StateCode::Fault
         {
             fault += 1;
             if fault > 3 {
-                (said.status.state, said.status.cause) = (0, 0);
+                (said.status.state, said.status.cause) = (StateCode::Idle, 0);
             }
         }
     });
-    assert_eq!(law, Law::Latched);
+    assert_eq!(law, SafetyProperty::Latched);
     let mut fault = 0;
     let law = found("states.toml", FaultKind::Nothing, Situation::Fault, |moment| {
-        if let Moment::Said(said, ..) = moment
-            && said.status.state == 5
+        if let Moment::Output(said, ..) = moment
+            && said.status.state == StateCode::Fault
         {
             fault += 1;
             said.status.cause += u8::from(fault > 3);
         }
     });
-    assert_eq!(law, Law::Latched);
+    assert_eq!(law, SafetyProperty::Latched);
 }
 
 /// Hide a part of the machine's inputs.
-fn hide(fault: FaultKind, scene: &str, mut from: impl FnMut(&mut Told<N>)) -> Law {
+fn hide(fault: FaultKind, scene: &str, mut from: impl FnMut(&mut TickInputs<N>)) -> SafetyProperty {
     found(scene, fault, Situation::Running, |moment| {
-        if let Moment::Told(told, _) = moment {
+        if let Moment::Inputs(told, _) = moment {
             from(told);
         }
     })
@@ -174,7 +182,7 @@ fn hide(fault: FaultKind, scene: &str, mut from: impl FnMut(&mut Told<N>)) -> La
 
 #[test]
 fn a_machine_that_does_not_look_at_one_of_its_inputs_is_found() {
-    type Hidden = (FaultKind, fn(&mut Told<N>));
+    type Hidden = (FaultKind, fn(&mut TickInputs<N>));
     let all: [Hidden; 5] = [
         (FaultKind::EmergencyStop, |told| told.emergency_stop = false),
         (FaultKind::Overrun, |told| told.overrun = false),
@@ -183,12 +191,12 @@ fn a_machine_that_does_not_look_at_one_of_its_inputs_is_found() {
         (FaultKind::Temperature, |told| told.temperature = None),
     ];
     for (fault, hides) in all {
-        assert_eq!(hide(fault, "states.toml", hides), Law::Fault, "{fault:?}");
-        assert_eq!(hide(fault, "encoders.toml", hides), Law::Fault, "{fault:?}");
+        assert_eq!(hide(fault, "states.toml", hides), SafetyProperty::Fault, "{fault:?}");
+        assert_eq!(hide(fault, "encoders.toml", hides), SafetyProperty::Fault, "{fault:?}");
     }
     // A reading older than its stated age has moved too far for that age; this also cancels the homing.
     let law = hide(FaultKind::Stale, "states.toml", |told| told.age_ticks = [0; N]);
-    assert!(matches!(law, Law::Fault | Law::Homed), "{law:?}");
+    assert!(matches!(law, SafetyProperty::Fault | SafetyProperty::Homed), "{law:?}");
 }
 
 #[test]
@@ -208,7 +216,7 @@ fn a_machine_that_does_not_look_at_a_wild_reading_is_found() {
             told.sensed = *last;
         });
         // A jump also cancels the homing.
-        assert!(matches!(law, Law::Fault | Law::Homed), "{fault:?}, {name}: {law:?}");
+        assert!(matches!(law, SafetyProperty::Fault | SafetyProperty::Homed), "{fault:?}, {name}: {law:?}");
     }
 }
 
@@ -232,15 +240,15 @@ fn smoothed(last: Sensed<f32, N>, sensed: Sensed<f32, N>) -> Sensed<f32, N> {
 /// A payload that is not there pushes the arm away, and the machine believes that it stands.
 #[test]
 fn an_armed_arm_that_leaves_its_place_is_found() {
-    let (mut stood, mut state) = (None, 0);
+    let (mut stood, mut state) = (None, StateCode::Idle);
     let law = found("states.toml", FaultKind::Model, Situation::Armed, |moment| match moment {
-        Moment::Told(told, _) => {
-            stood = if state == 2 { stood } else { None };
+        Moment::Inputs(told, _) => {
+            stood = if state == StateCode::Armed { stood } else { None };
             told.sensed = *stood.get_or_insert(told.sensed);
         }
-        Moment::Said(said, _) => state = said.status.state,
+        Moment::Output(said, _) => state = said.status.state,
     });
-    assert!(matches!(law, Law::Standing | Law::Fault), "{law:?}");
+    assert!(matches!(law, SafetyProperty::Standing | SafetyProperty::Fault), "{law:?}");
 }
 
 #[test]
@@ -248,7 +256,7 @@ fn a_host_that_is_never_missed_is_found() {
     for situation in [Situation::Armed, Situation::Running, Situation::Holding] {
         let (mut encoder, mut quiet) = (Encoder::new(), 0);
         let law = found("states.toml", FaultKind::HostSilent, situation, |moment| {
-            if let Moment::Told(_, bytes) = moment {
+            if let Moment::Inputs(_, bytes) = moment {
                 quiet = if bytes.is_empty() { quiet + 1 } else { 0 };
                 // The host itself is never silent for so long.
                 if quiet > 25 {
@@ -256,7 +264,7 @@ fn a_host_that_is_never_missed_is_found() {
                 }
             }
         });
-        assert_eq!(law, Law::Silence, "{situation:?}");
+        assert_eq!(law, SafetyProperty::Silence, "{situation:?}");
     }
 }
 
@@ -265,7 +273,7 @@ fn an_arm_that_holds_and_creeps_is_found() {
     // The machine reads a wrong position, from which it drives away at 0.1 rad/s, twice the speed of rest.
     let mut held = 0_u16;
     let law = found("states.toml", FaultKind::HostSilent, Situation::Holding, |moment| match moment {
-        Moment::Told(told, _) => {
+        Moment::Inputs(told, _) => {
             if let Sensed::State { q, qd } = &mut told.sensed
                 && held > 0
             {
@@ -273,93 +281,97 @@ fn an_arm_that_holds_and_creeps_is_found() {
                 qd[0] -= 0.1;
             }
         }
-        Moment::Said(said, ..) => held = if said.status.state == 4 { held + 1 } else { 0 },
+        Moment::Output(said, ..) => held = if said.status.state == StateCode::Holding { held + 1 } else { 0 },
     });
-    assert_eq!(law, Law::Rest);
+    assert_eq!(law, SafetyProperty::Rest);
 }
 
 /// Without a host: the torque of disarming ends before the brakes have engaged, is left out, or goes on.
 #[test]
 fn torque_that_ends_before_the_brakes_have_engaged_or_goes_on_after_is_found() {
-    let fault = |said: &mut Said<N>| {
+    let fault = |said: &mut TickOutput<N>| {
         brake(said);
-        (said.status.state, said.status.cause) = (5, 10);
+        (said.status.state, said.status.cause) = (StateCode::Fault, 10);
     };
     for ticks in [0, 1, 50] {
         let mut disarms = 0;
         let law = found("states.toml", FaultKind::HostSilent, Situation::Holding, |moment| {
-            if let Moment::Said(said, before) = moment {
-                disarms = if before.is_none() { 0 } else { disarms + u32::from(said.status.state == 8) };
-                if disarms > ticks && matches!(said.status.state, 5 | 8) {
+            if let Moment::Output(said, before) = moment {
+                disarms =
+                    if before.is_none() { 0 } else { disarms + u32::from(said.status.state == StateCode::Disarming) };
+                if disarms > ticks && matches!(said.status.state, StateCode::Fault | StateCode::Disarming) {
                     fault(said);
                 }
             }
         });
-        assert_eq!(law, Law::Disarmed, "{ticks}");
+        assert_eq!(law, SafetyProperty::Disarmed, "{ticks}");
     }
     let law = found("states.toml", FaultKind::HostSilent, Situation::Holding, |moment| {
-        if let Moment::Said(said, Some(before)) = moment
-            && before.status.state == 8
+        if let Moment::Output(said, Some(before)) = moment
+            && before.status.state == StateCode::Disarming
         {
             let tick = said.status.tick;
             *said = before.clone();
             said.status.tick = tick;
         }
     });
-    assert_eq!(law, Law::Disarmed);
+    assert_eq!(law, SafetyProperty::Disarmed);
 }
 
 #[test]
 fn a_state_without_a_request_a_homing_that_never_was_and_a_false_report_are_found() {
-    let jump_to = |state: u8| {
+    let jump_to = |state: StateCode| {
         move |moment: Moment<'_>| {
-            if let Moment::Said(said, ..) = moment
+            if let Moment::Output(said, ..) = moment
                 && said.status.tick > 5
             {
                 said.status.state = state;
             }
         }
     };
-    assert_eq!(found("states.toml", FaultKind::Nothing, Situation::Idle, jump_to(1)), Law::Transition);
+    assert_eq!(
+        found("states.toml", FaultKind::Nothing, Situation::Idle, jump_to(StateCode::Homing)),
+        SafetyProperty::Transition
+    );
     let law = found("states.toml", FaultKind::Nothing, Situation::Idle, |moment| {
-        if let Moment::Said(said, ..) = moment {
+        if let Moment::Output(said, ..) = moment {
             said.status.homed = true;
         }
     });
-    assert_eq!(law, Law::Homed);
+    assert_eq!(law, SafetyProperty::Homed);
     let law = found("states.toml", FaultKind::Nothing, Situation::Armed, |moment| {
-        if let Moment::Said(said, ..) = moment
-            && said.status.state == 2
+        if let Moment::Output(said, ..) = moment
+            && said.status.state == StateCode::Armed
         {
             let drives = said.drives;
             brake(said);
             said.drives = drives;
         }
     });
-    assert_eq!(law, Law::Reported);
+    assert_eq!(law, SafetyProperty::Reported);
     let law = found("states.toml", FaultKind::Nothing, Situation::Idle, |moment| {
-        if let Moment::Said(said, ..) = moment {
+        if let Moment::Output(said, ..) = moment {
             said.drives = Drives::Safe(SafeAction::Off);
             said.status.actuation = Some(Actuation::Off);
         }
     });
-    assert_eq!(law, Law::SafeAction);
+    assert_eq!(law, SafetyProperty::SafeAction);
 }
 
 #[test]
 fn a_wrong_name_and_a_reference_that_is_followed_anywhere_are_found() {
     let law = found("states.toml", FaultKind::EmergencyStop, Situation::Armed, |moment| {
-        if let Moment::Said(said, ..) = moment
-            && said.status.state == 5
+        if let Moment::Output(said, ..) = moment
+            && said.status.state == StateCode::Fault
         {
             said.status.cause = 11;
         }
     });
-    assert_eq!(law, Law::Named);
-    for (value, law) in [(f32::NAN, Law::Reference), (2.5, Law::Reference)] {
+    assert_eq!(law, SafetyProperty::Named);
+    for (value, law) in [(f32::NAN, SafetyProperty::Reference), (2.5, SafetyProperty::Reference)] {
         let by = found("states.toml", FaultKind::Nothing, Situation::Running, |moment| {
-            if let Moment::Said(said, ..) = moment
-                && let link::Aside::Reference(reference) = &mut said.status.aside
+            if let Moment::Output(said, ..) = moment
+                && let link::ExtraFields::Reference(reference) = &mut said.status.extra
             {
                 reference.q[1] = value;
             }
@@ -368,13 +380,13 @@ fn a_wrong_name_and_a_reference_that_is_followed_anywhere_are_found() {
     }
     // Remove the flag of a held velocity.
     let by = found("states.toml", FaultKind::Nothing, Situation::Running, |moment| {
-        if let Moment::Said(said, ..) = moment
-            && let link::Aside::Reference(reference) = &mut said.status.aside
+        if let Moment::Output(said, ..) = moment
+            && let link::ExtraFields::Reference(reference) = &mut said.status.extra
         {
             reference.qd[5] = 8.5;
         }
     });
-    assert_eq!(by, Law::Held);
+    assert_eq!(by, SafetyProperty::Held);
 }
 
 /// Two scenes in turn, and every fault in every state of the one that has more.

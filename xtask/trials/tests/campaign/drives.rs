@@ -6,7 +6,9 @@ use robot_compiler::SceneFile;
 use std::collections::BTreeSet;
 use std::sync::atomic::AtomicBool;
 use trials::campaign::drives::{Breakage, DrivesStage, run};
-use trials::campaign::{Campaign, Case, Desk, FaultKind, Law, Number, Outcome, Report, Situation, Span, Target};
+use trials::campaign::{
+    Campaign, Case, Desk, FaultKind, Number, Outcome, Report, SafetyProperty, Situation, Span, Target,
+};
 
 const N: usize = 6;
 
@@ -79,7 +81,7 @@ impl Broken {
 }
 
 /// Laws that a broken board breaks in a scene, in runs with these faults, up to the run in which it breaks `law`.
-fn found(name: &str, broken: Broken, faults: &[FaultKind], law: Law) -> BTreeSet<Law> {
+fn found(name: &str, broken: Broken, faults: &[FaultKind], law: SafetyProperty) -> BTreeSet<SafetyProperty> {
     let scene = scene(name);
     let board = broken.board(scene.clone());
     let stage = DrivesStage::<N>::new(&scene).unwrap().with_board_of(&board).unwrap();
@@ -101,7 +103,7 @@ fn found(name: &str, broken: Broken, faults: &[FaultKind], law: Law) -> BTreeSet
 }
 
 /// All of these are found, each under its law.
-fn all_found(cases: &[(&str, Broken, &[FaultKind], Law)]) {
+fn all_found(cases: &[(&str, Broken, &[FaultKind], SafetyProperty)]) {
     let mut missed = Vec::new();
     for (name, broken, faults, law) in cases {
         let laws = found(name, *broken, faults, *law);
@@ -117,26 +119,31 @@ fn all_found(cases: &[(&str, Broken, &[FaultKind], Law)]) {
 fn a_board_that_is_broken_on_purpose_is_found() {
     use FaultKind::{EnableIgnored, HostSilent, Nothing};
     let power = FaultKind::Power(Span::Long);
-    let cases: [(&str, Breakage, &[FaultKind], Law); 19] = [
-        ("mini_cheetah_brakes", Breakage::EnableCountsAsSent, &[EnableIgnored], Law::BrakesOpen),
-        ("damiao_brakes", Breakage::EnableCountsAsSent, &[EnableIgnored], Law::BrakesOpen),
-        ("robstride_brakes", Breakage::NoPreload, &[Nothing], Law::Carried),
-        ("mini_cheetah_brakes", Breakage::NoPreload, &[Nothing], Law::Carried),
-        ("mini_cheetah_brakes", Breakage::ZeroNeverLost, &[FaultKind::PowerOfAll(Span::Long)], Law::Carried),
-        ("mini_cheetah", Breakage::ZeroNeverLost, &[FaultKind::PowerOfAll(Span::Long)], Law::ZeroMoved),
-        ("damiao_brakes", Breakage::BrakesOpenEarly, &[Nothing], Law::BrakesOpen),
-        ("robstride_brakes", Breakage::BrakesStayOpen, &[FaultKind::EmergencyStop], Law::BrakesOpen),
-        ("damiao", Breakage::HoldLost, &[FaultKind::RequestPair, Nothing], Law::Strongest),
-        ("robstride", Breakage::HostNeverMissed, &[HostSilent], Law::Silence),
-        ("damiao_brakes", Breakage::OffUnnoticed, &[power], Law::OffUnnoticed),
-        ("mini_cheetah_brakes", Breakage::OffUnnoticed, &[FaultKind::PowerOfAll(Span::Long)], Law::OffUnnoticed),
-        ("robstride", Breakage::NoDamping, &[FaultKind::EmergencyStop], Law::Damped),
-        ("mini_cheetah", Breakage::NoDamping, &[FaultKind::EmergencyStop], Law::Damped),
-        ("damiao", Breakage::TorqueGoesOn, &[FaultKind::EmergencyStop], Law::Damped),
-        ("damiao_brakes", Breakage::HalfTorque, &[Nothing], Law::Fell),
-        ("robstride", Breakage::HalfTorque, &[Nothing], Law::Fell),
-        ("damiao_brakes", Breakage::NoBrakeDelay, &[Nothing], Law::Fell),
-        ("robstride_brakes", Breakage::NoBrakeDelay, &[Nothing], Law::Fell),
+    let cases: [(&str, Breakage, &[FaultKind], SafetyProperty); 19] = [
+        ("mini_cheetah_brakes", Breakage::EnableCountsAsSent, &[EnableIgnored], SafetyProperty::BrakesOpen),
+        ("damiao_brakes", Breakage::EnableCountsAsSent, &[EnableIgnored], SafetyProperty::BrakesOpen),
+        ("robstride_brakes", Breakage::NoPreload, &[Nothing], SafetyProperty::Carried),
+        ("mini_cheetah_brakes", Breakage::NoPreload, &[Nothing], SafetyProperty::Carried),
+        ("mini_cheetah_brakes", Breakage::ZeroNeverLost, &[FaultKind::PowerOfAll(Span::Long)], SafetyProperty::Carried),
+        ("mini_cheetah", Breakage::ZeroNeverLost, &[FaultKind::PowerOfAll(Span::Long)], SafetyProperty::ZeroMoved),
+        ("damiao_brakes", Breakage::BrakesOpenEarly, &[Nothing], SafetyProperty::BrakesOpen),
+        ("robstride_brakes", Breakage::BrakesStayOpen, &[FaultKind::EmergencyStop], SafetyProperty::BrakesOpen),
+        ("damiao", Breakage::HoldLost, &[FaultKind::RequestPair, Nothing], SafetyProperty::Strongest),
+        ("robstride", Breakage::HostNeverMissed, &[HostSilent], SafetyProperty::Silence),
+        ("damiao_brakes", Breakage::OffUnnoticed, &[power], SafetyProperty::OffUnnoticed),
+        (
+            "mini_cheetah_brakes",
+            Breakage::OffUnnoticed,
+            &[FaultKind::PowerOfAll(Span::Long)],
+            SafetyProperty::OffUnnoticed,
+        ),
+        ("robstride", Breakage::NoDamping, &[FaultKind::EmergencyStop], SafetyProperty::Damped),
+        ("mini_cheetah", Breakage::NoDamping, &[FaultKind::EmergencyStop], SafetyProperty::Damped),
+        ("damiao", Breakage::TorqueGoesOn, &[FaultKind::EmergencyStop], SafetyProperty::Damped),
+        ("damiao_brakes", Breakage::HalfTorque, &[Nothing], SafetyProperty::Fell),
+        ("robstride", Breakage::HalfTorque, &[Nothing], SafetyProperty::Fell),
+        ("damiao_brakes", Breakage::NoBrakeDelay, &[Nothing], SafetyProperty::Fell),
+        ("robstride_brakes", Breakage::NoBrakeDelay, &[Nothing], SafetyProperty::Fell),
     ];
     all_found(&cases.map(|(name, breakage, faults, law)| (name, Broken::Joints(breakage), faults, law)));
 }
@@ -146,16 +153,16 @@ fn brakes_timeouts_holds_and_lowering_that_are_broken_on_purpose_are_found() {
     use FaultKind::{Burst, EmergencyStop, HostGone, Nothing};
     let joints = Broken::Joints;
     all_found(&[
-        ("damiao_brakes", joints(Breakage::BrakesSlip), &[Nothing], Law::Stopped),
-        ("mini_cheetah_brakes", joints(Breakage::BrakesLate), &[EmergencyStop], Law::Stopped),
-        ("damiao", joints(Breakage::TimeoutNeverActs), &[Burst], Law::OldTorque),
-        ("robstride", joints(Breakage::TimeoutNeverActs), &[Burst], Law::OldTorque),
-        ("mini_cheetah", joints(Breakage::TimeoutNeverActs), &[Burst], Law::OldTorque),
-        ("robstride", joints(Breakage::HoldCreeps), &[Nothing], Law::Rest),
-        ("damiao_brakes", joints(Breakage::HoldCreeps), &[Nothing], Law::Rest),
-        ("damiao", Broken::LoweredFast(3.0), &[HostGone], Law::Lowered),
-        ("mini_cheetah", Broken::LoweredFast(3.0), &[HostGone], Law::Lowered),
-        ("damiao", Broken::LetGoAbove(0.1), &[HostGone], Law::Lowered),
+        ("damiao_brakes", joints(Breakage::BrakesSlip), &[Nothing], SafetyProperty::Stopped),
+        ("mini_cheetah_brakes", joints(Breakage::BrakesLate), &[EmergencyStop], SafetyProperty::Stopped),
+        ("damiao", joints(Breakage::TimeoutNeverActs), &[Burst], SafetyProperty::OldTorque),
+        ("robstride", joints(Breakage::TimeoutNeverActs), &[Burst], SafetyProperty::OldTorque),
+        ("mini_cheetah", joints(Breakage::TimeoutNeverActs), &[Burst], SafetyProperty::OldTorque),
+        ("robstride", joints(Breakage::HoldCreeps), &[Nothing], SafetyProperty::Rest),
+        ("damiao_brakes", joints(Breakage::HoldCreeps), &[Nothing], SafetyProperty::Rest),
+        ("damiao", Broken::LoweredFast(3.0), &[HostGone], SafetyProperty::Lowered),
+        ("mini_cheetah", Broken::LoweredFast(3.0), &[HostGone], SafetyProperty::Lowered),
+        ("damiao", Broken::LetGoAbove(0.1), &[HostGone], SafetyProperty::Lowered),
     ]);
 }
 
@@ -174,7 +181,7 @@ fn a_scene_that_gives_its_brakes_too_little_time_is_found() {
             let done = run(&stage, &mut desk, (case, pair), number, None).unwrap();
             laws.extend(done.counterexample.and_then(|found| found.law));
         }
-        let expected = if sags { BTreeSet::from([Law::Stopped]) } else { BTreeSet::new() };
+        let expected = if sags { BTreeSet::from([SafetyProperty::Stopped]) } else { BTreeSet::new() };
         assert_eq!(laws, expected, "{delay}");
     }
 }

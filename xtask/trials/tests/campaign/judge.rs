@@ -4,23 +4,23 @@
 use super::desk::{Moment, N, brake, found, scene};
 use dynamics_core::Sensed;
 use dynamics_core::safety::SafeAction;
-use link::{Actuation, Denial, Pacing, Request, Status};
+use link::{Actuation, Denial, Pacing, Request, StateCode, Status};
 use session::Drives;
 use trials::campaign::judge::{Heard, Judge, Trust};
-use trials::campaign::{FaultKind, Law, Said, Situation, Told};
+use trials::campaign::{FaultKind, SafetyProperty, Situation, TickInputs, TickOutput};
 
 #[test]
 fn a_fault_out_of_nothing_is_found() {
     for cause in [1, 3, 6, 9, 11, 12, 13] {
         let law = found("states.toml", FaultKind::Nothing, Situation::Armed, |moment| {
-            if let Moment::Said(said, before) = moment
-                && before.is_some_and(|before| matches!(before.status.state, 2 | 5))
+            if let Moment::Output(said, before) = moment
+                && before.is_some_and(|before| matches!(before.status.state, StateCode::Armed | StateCode::Fault))
             {
                 brake(said);
-                (said.status.state, said.status.cause) = (5, cause);
+                (said.status.state, said.status.cause) = (StateCode::Fault, cause);
             }
         });
-        assert_eq!(law, Law::Named, "fault {cause}");
+        assert_eq!(law, SafetyProperty::Named, "fault {cause}");
     }
 }
 
@@ -29,7 +29,7 @@ fn idle() -> Status {
     Status {
         tick: 1,
         taken: 0,
-        state: 0,
+        state: StateCode::Idle,
         cause: 0,
         joint: None,
         homed: false,
@@ -38,17 +38,17 @@ fn idle() -> Status {
         room: 16,
         actuation: Some(Actuation::Brake),
         sensed: None,
-        aside: link::Aside::Nothing,
+        extra: link::ExtraFields::Nothing,
         cost: None,
     }
 }
 
 /// Law that a first tick breaks for a judge with knowledge of every accepted message, and for one without.
-fn first_tick(requests: &[Request], spoke: bool, status: &Status) -> [Option<Law>; 2] {
+fn first_tick(requests: &[Request], spoke: bool, status: &Status) -> [Option<SafetyProperty>; 2] {
     let scene = scene("states.toml");
     let model = scene.robot.model::<N>().unwrap();
     let (config, rules) = (scene.controller_config(&model), scene.safety_rules(&model));
-    let told = Told {
+    let told = TickInputs {
         tick: 1,
         sensed: Sensed::State { q: [0.0; N], qd: [0.0; N] },
         age_ticks: [0; N],
@@ -61,7 +61,7 @@ fn first_tick(requests: &[Request], spoke: bool, status: &Status) -> [Option<Law
     };
     [true, false].map(|exact| {
         let mut judge = Judge::new(&config, &rules, Trust::Nothing);
-        let said = Said { drives: Drives::Safe(SafeAction::Brake), status: status.clone() };
+        let said = TickOutput { drives: Drives::Safe(SafeAction::Brake), status: status.clone() };
         judge.watch(&told, &Heard { requests, spoke, exact }, &said).err().map(|broken| broken.law)
     })
 }
@@ -70,9 +70,9 @@ fn first_tick(requests: &[Request], spoke: bool, status: &Status) -> [Option<Law
 fn who_knows_each_word_finds_a_wrong_answer_and_a_host_that_is_missed_too_early() {
     let idle = idle();
     let refused = Status { refused: Some(Denial { code: 1, fault: 0, joint: None, input: 0 }), ..idle.clone() };
-    let homing = Status { state: 1, ..refused.clone() };
-    let lost = Status { state: 5, cause: 10, ..idle.clone() };
-    let (answered, silence) = ([Some(Law::Answered), None], [Some(Law::Silence), None]);
+    let homing = Status { state: StateCode::Homing, ..refused.clone() };
+    let lost = Status { state: StateCode::Fault, cause: 10, ..idle.clone() };
+    let (answered, silence) = ([Some(SafetyProperty::Answered), None], [Some(SafetyProperty::Silence), None]);
     assert_eq!(first_tick(&[], true, &idle), [None; 2]);
     assert_eq!(first_tick(&[Request::Run], true, &refused), [None; 2]);
     assert_eq!(first_tick(&[], false, &lost), [None; 2]);
@@ -83,14 +83,14 @@ fn who_knows_each_word_finds_a_wrong_answer_and_a_host_that_is_missed_too_early(
 }
 
 #[test]
-fn a_drill_that_drives_is_found() {
+fn a_dry_run_that_drives_is_found() {
     let scene = scene("states.toml");
     let model = scene.robot.model::<N>().unwrap();
     let judge = Judge::new(&scene.controller_config(&model), &scene.safety_rules(&model), Trust::Nothing);
     let (driven, wrong) = (Drives::Drive([0.0; N]), Drives::Safe(SafeAction::Off));
     let law = |pacing, drives| judge.acts(pacing, drives, &idle()).err().map(|broken| broken.law);
     assert_eq!(law(Pacing::Live, &driven), None);
-    assert_eq!(law(Pacing::Drill, &driven), Some(Law::SafeAction));
-    assert_eq!(law(Pacing::Drill, &wrong), Some(Law::SafeAction));
-    assert_eq!(law(Pacing::Drill, &Drives::Safe(SafeAction::Brake)), None);
+    assert_eq!(law(Pacing::DryRun, &driven), Some(SafetyProperty::SafeAction));
+    assert_eq!(law(Pacing::DryRun, &wrong), Some(SafetyProperty::SafeAction));
+    assert_eq!(law(Pacing::DryRun, &Drives::Safe(SafeAction::Brake)), None);
 }

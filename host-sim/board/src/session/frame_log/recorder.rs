@@ -1,7 +1,7 @@
 //! A record of a session while it is written, in either format; the file's ending chooses.
 
 use super::viewer::{Recorded, SessionFile};
-use super::{Way, Writer};
+use super::{Direction, Writer};
 use link::Frame;
 use std::fs::File;
 use std::io::{self, BufWriter};
@@ -36,7 +36,7 @@ impl Recorder {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn push(&mut self, way: Way, missed: u8, at: Duration, frame: &Frame) -> io::Result<()> {
+    pub fn push(&mut self, way: Direction, missed: u8, at: Duration, frame: &Frame) -> io::Result<()> {
         match self {
             Self::Frames(writer) => writer.push(way, missed, at, frame),
             Self::Viewer(file) => file.push(way, missed, at, frame),

@@ -1,7 +1,7 @@
 //! Every written frame is read back, to the last bit; an error names the place of the damage.
 #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
-use super::{Entry, Head, Log, LogError, Way, Writer};
+use super::{Direction, Entry, Head, Log, LogError, Writer};
 use link::convert::joints;
 use link::{Frame, Request, Sensed};
 use std::time::Duration;
@@ -19,8 +19,8 @@ fn odd() -> Frame {
 fn bytes() -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut writer = Writer::new(&mut bytes, &head()).unwrap();
-    writer.push(Way::Sent, 0, Duration::from_micros(5), &odd()).unwrap();
-    writer.push(Way::Received, 3, Duration::from_secs(7200), &Frame::request(1, Request::Hold)).unwrap();
+    writer.push(Direction::Sent, 0, Duration::from_micros(5), &odd()).unwrap();
+    writer.push(Direction::Received, 3, Duration::from_secs(7200), &Frame::request(1, Request::Hold)).unwrap();
     bytes
 }
 
@@ -34,8 +34,8 @@ fn every_frame_comes_back_with_its_bits_its_time_and_what_was_lost_before_it() {
         panic!("{first:?}")
     };
     assert_eq!(q.iter().map(|x| x.to_bits()).collect::<Vec<_>>(), [0x7fc0_1234, 0x8000_0000]);
-    assert_eq!((first.way, first.missed, first.at.as_micros()), (Way::Sent, 0, 5));
-    assert_eq!((second.way, second.missed, second.at.as_secs()), (Way::Received, 3, 7200));
+    assert_eq!((first.way, first.missed, first.at.as_micros()), (Direction::Sent, 0, 5));
+    assert_eq!((second.way, second.missed, second.at.as_secs()), (Direction::Received, 3, 7200));
     assert_eq!(second.frame, Frame::request(1, Request::Hold));
 }
 

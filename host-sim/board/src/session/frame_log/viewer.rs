@@ -1,9 +1,9 @@
 //! Record of a session as MCAP: the frames to the last bit, and beside them what viewers show.
 
-use super::{ENTRY, Head, Log, LogError, VERSION, Way, encoded, entry};
+use super::{Direction, ENTRY, Head, Log, LogError, VERSION, encoded, entry};
 use crate::session::operate::messages;
-use crate::session::states::FAULT;
 use dynamics_core::control::Encoder;
+use link::StateCode;
 use link::{Actuation, Frame, PROTOCOL_VERSION, Sensed, Status};
 use robot_compiler::Robot;
 use sim::run::mcap_file::arm::ArmChannels;
@@ -39,7 +39,7 @@ pub struct SessionFile<W: Write> {
     ticks: Channel<Tick>,
     arm: ArmChannels,
     encoders: Vec<Encoder<f64>>,
-    /// Tick and readings that the host sent last; in a drill the next status answers them.
+    /// Tick and readings that the host sent last; in a dry run the next status answers them.
     told: Option<(u32, Sensed)>,
     /// When the next chunk is to end.
     chunk_end: Duration,
@@ -63,18 +63,18 @@ impl<W: Write> SessionFile<W> {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn push(&mut self, way: Way, missed: u8, at: Duration, frame: &Frame) -> io::Result<()> {
+    pub fn push(&mut self, way: Direction, missed: u8, at: Duration, frame: &Frame) -> io::Result<()> {
         let micros = u64::try_from(at.as_micros()).unwrap_or(u64::MAX);
         let nanos = micros.saturating_mul(1000);
-        let text = |way| if way == Way::Sent { "sent" } else { "received" };
+        let text = |way| if way == Direction::Sent { "sent" } else { "received" };
         let hex = encoded(frame, |bytes| bytes.iter().map(|byte| format!("{byte:02x}")).collect())?;
         let message = LinkFrame { way: text(way).to_owned(), missed, micros, frame: hex };
         self.file.write(&self.frames, nanos, &message)?;
         match (way, frame) {
-            (Way::Sent, Frame::Measurement(measurement)) => {
+            (Direction::Sent, Frame::Measurement(measurement)) => {
                 self.told = Some((measurement.tick, measurement.sensed.clone()));
             }
-            (Way::Received, Frame::Status(status)) => self.tick(nanos, status)?,
+            (Direction::Received, Frame::Status(status)) => self.tick(nanos, status)?,
             _ => {}
         }
         if at >= self.chunk_end {
@@ -115,14 +115,14 @@ impl<W: Write> SessionFile<W> {
             external: of(&external, i),
             terms: None,
         };
-        let fault = if status.state == FAULT { status.cause } else { 0 };
+        let fault = if status.state == StateCode::Fault { status.cause } else { 0 };
         let message = Tick {
             timestamp: Time::from_nanos(at),
             tick: status.tick.into(),
             joints: self.arm.names().iter().enumerate().map(joint).collect(),
             fault,
             fault_text: (fault != 0).then(|| messages::fault(fault, status.joint)),
-            state: Some(status.state),
+            state: Some(status.state.code()),
             tip_wrench: None,
         };
         self.file.write(&self.ticks, at, &message)

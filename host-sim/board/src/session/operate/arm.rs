@@ -1,16 +1,16 @@
 //! An operator's data about a scene's arm.
 //!
-//! The operator's code is the same for every arm: only [`Joints`] and [`Course`] depend on the number of joints, and
+//! The operator's code is the same for every arm: only [`ArmModel`] and [`PlannedMotion`] depend on the number of joints, and
 //! are compiled for each number.
 
-use super::course::Course;
 use super::motion_queue::way;
+use super::planned_motion::PlannedMotion;
 use super::reason::Stop;
 use super::torque_cause::DriveNumbers;
 use crate::session::frame_log::Head;
 use crate::session::frame_log::viewer::Recorded;
 use dynamics_core::control::trajectory::{Bounds, MotionError};
-use dynamics_core::control::{ControllerConfig, Encoder, Law};
+use dynamics_core::control::{ControlLaw, ControllerConfig, Encoder};
 use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
 use dynamics_core::safety::SafeAction;
 use dynamics_core::trig::Libm;
@@ -40,7 +40,7 @@ const TORQUE_DEVIATION: f64 = 0.02;
 const NOISE: f64 = 0.005;
 
 /// Operations that depend on the number of joints.
-pub(super) trait Joints: fmt::Debug {
+pub(super) trait ArmModel: fmt::Debug {
     /// Positions in rad or m; `None` for another number of joints.
     fn positions(&self, sensed: &Sensed) -> Option<Vec<f64>>;
 
@@ -48,7 +48,7 @@ pub(super) trait Joints: fmt::Debug {
     fn at_rest(&self, q: &[f64]) -> link::Reference;
 
     /// Motion from rest to rest: in this time, s, or as fast as the bounds allow.
-    fn way(&self, from: &[f64], to: &[f64], time: Option<f64>) -> Result<Rc<dyn Course>, MotionError>;
+    fn way(&self, from: &[f64], to: &[f64], time: Option<f64>) -> Result<Rc<dyn PlannedMotion>, MotionError>;
 
     /// Live inputs of the arm, with another payload (in the tip frame) if one is given. This is the one place where a payload is
     /// moved from the tip frame to the last link's frame, which the board uses.
@@ -75,7 +75,7 @@ pub(super) trait Joints: fmt::Debug {
 }
 
 #[derive(Debug)]
-struct OfScene<const N: usize> {
+struct SceneArm<const N: usize> {
     /// Live inputs of the arm, as sent to the board: the payload is in the last link's frame.
     live: Live<f32, N>,
     /// The scene's payload, in the tip frame.
@@ -86,7 +86,7 @@ struct OfScene<const N: usize> {
     dynamics: Dynamics<f64, N>,
 }
 
-impl<const N: usize> OfScene<N> {
+impl<const N: usize> SceneArm<N> {
     /// Live inputs with this payload, given in the tip frame; with the scene's for `None`.
     fn live_with(&self, payload: Option<Inertia<f32>>) -> Live<f32, N> {
         // Symmetric to the bit: the link carries six entries of the tensor.
@@ -95,7 +95,7 @@ impl<const N: usize> OfScene<N> {
     }
 }
 
-impl<const N: usize> Joints for OfScene<N> {
+impl<const N: usize> ArmModel for SceneArm<N> {
     fn positions(&self, sensed: &Sensed) -> Option<Vec<f64>> {
         match sensed {
             Sensed::State { q, .. } => array::<f32, N>(q).ok().map(|q| q.map(f64::from).to_vec()),
@@ -110,7 +110,7 @@ impl<const N: usize> Joints for OfScene<N> {
         link::Reference::new(&Reference::<f64, N>::at_rest(joints(q)).cast::<f32>())
     }
 
-    fn way(&self, from: &[f64], to: &[f64], time: Option<f64>) -> Result<Rc<dyn Course>, MotionError> {
+    fn way(&self, from: &[f64], to: &[f64], time: Option<f64>) -> Result<Rc<dyn PlannedMotion>, MotionError> {
         let from: [f64; N] = joints(from);
         // An arm that was armed beyond a limit may move inward from there.
         let position = core::array::from_fn(|i| {
@@ -194,10 +194,10 @@ pub(super) struct Arm {
     pub(super) payload_bounds: InertiaBounds<f64>,
     /// True if the scene lets gains, frictions and the control law be changed.
     pub(super) tunable: bool,
-    pub(super) motion: Rc<dyn Course>,
+    pub(super) motion: Rc<dyn PlannedMotion>,
     /// Number of repetitions of the motion.
     pub(super) times: u32,
-    pub(super) limbs: Box<dyn Joints>,
+    pub(super) model: Box<dyn ArmModel>,
     /// Names of the joints, and the units of position and force.
     pub(super) joints: Vec<(String, &'static str, &'static str)>,
     pub(super) period: f64,
@@ -216,7 +216,7 @@ pub(super) struct Arm {
     /// Share of velocity and torque limits that the board allows between homing and `full-range`, if it limits the first motion.
     pub(super) first_motion: Option<f64>,
     /// The control law, as last set by this operator.
-    pub(super) law: Law,
+    pub(super) law: ControlLaw,
     /// Velocity limit of each joint, rad/s or m/s.
     pub(super) velocity: Vec<f64>,
     /// Torque limit of each joint, N m or N.
@@ -276,7 +276,7 @@ impl Arm {
             tunable: scene.control.tunable,
             motion: Rc::new(motion),
             times,
-            limbs: Box::new(OfScene {
+            model: Box::new(SceneArm {
                 live: declared,
                 payload: scene.plant.payload.map_or_else(Inertia::zero, |body| {
                     Inertia::from_mass_centre(body.mass, &body.com, &body.inertia).cast().symmetric()

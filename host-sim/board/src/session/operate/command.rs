@@ -3,7 +3,7 @@
 use super::device::Cut;
 use super::feel::{SOFT, STIFF};
 use super::parameters;
-use dynamics_core::control::Law;
+use dynamics_core::control::ControlLaw;
 use link::{Request, Setting};
 use robot_compiler::names::named;
 use std::path::PathBuf;
@@ -40,7 +40,7 @@ pub enum Command {
     /// Set the payload: a mass, kg, with its centre at a point of the tip frame, m.
     Payload(f64, [f64; 3]),
     /// Take another control law.
-    Law(Law),
+    Law(ControlLaw),
     /// So many times the scene's stiffness.
     Stiffness(f64),
     /// Say what the arm holds, and tell it to the board.
@@ -49,7 +49,7 @@ pub enum Command {
     CheckTorque(Option<usize>),
     /// Cut a simulated cable (`true`) or plug it in again.
     Cut(Cut, bool),
-    /// Press or release the emergency stop of a drill.
+    /// Press or release the emergency stop of a dry run.
     EmergencyStop(bool),
     /// Remove the torque; with `true` although joints sink.
     Disarm(bool),
@@ -107,7 +107,7 @@ pub const HELP: [(&str, &str); 37] = [
     ("full-range", "show what was seen in the first motion after homing, and lift its limits"),
     ("record FILE", "keep every frame from here on, for `newtau connect replay`; begins a new session"),
     ("record off", "end the record"),
-    ("press, release", "the emergency stop, in a drill"),
+    ("press, release", "the emergency stop, in a dry run"),
     ("cut host", "cut a simulated cable, with --simulate-link: to the host; `bus 1` and `drive JOINT` work too"),
     ("plug host", "plug it in again"),
     ("help", "this"),
@@ -172,7 +172,7 @@ pub fn parse(line: &str, joints: &[String]) -> Result<Command, String> {
         }
         ("weigh", _) => none(name, arguments, Command::Weigh),
         ("law", [law]) => named(law).map(Command::Law).map_err(|expected| format!("law: {expected}")),
-        ("teach", _) => none(name, arguments, Command::Law(Law::Teach)),
+        ("teach", _) => none(name, arguments, Command::Law(ControlLaw::Teach)),
         ("soft", _) => none(name, arguments, Command::Stiffness(SOFT)),
         ("stiff", _) => none(name, arguments, Command::Stiffness(STIFF)),
         ("stiffness", [factor]) => match number(name, "FACTOR", factor)? {

@@ -16,7 +16,7 @@ enum Pending {
 
 /// Executes commands line by line, until the end. The arm is left as `docs/operate/README.md` says: see `Operator::release`.
 pub fn converse(operator: &mut Operator, console: &mut Console) -> Result<(), Stop> {
-    // In a drill, time stands still while a pipe is silent: the result does not depend on the speed of the writer.
+    // In a dry run, time stands still while a pipe is silent: the result does not depend on the speed of the writer.
     const PATIENCE: Duration = Duration::from_millis(20);
     let person = console.is_a_person();
     let consent = if person { Consent::Ask } else { Consent::Rule };
@@ -101,11 +101,11 @@ fn release(operator: &mut Operator, pending: Pending, consent: Consent) -> Resul
 #[cfg(test)]
 mod tests {
     use super::converse;
-    use crate::session::drill::OnDesk;
+    use crate::session::dry_run::OnDesk;
     use crate::session::frame_log::Head;
     use crate::session::operate::console::Console;
     use crate::session::operate::device::Pace;
-    use crate::session::operate::drill_device::DrillDevice;
+    use crate::session::operate::dry_run_device::DryRunDevice;
     use crate::session::operate::report::Report;
     use crate::session::operate::{Operator, Presses};
     use robot_compiler::SceneFile;
@@ -118,7 +118,7 @@ mod tests {
         let scene = SceneFile::load(&path).unwrap();
         let model = scene.robot.model::<6>().unwrap();
         let device =
-            DrillDevice::new(OnDesk::start(&scene, &model), simulate::world::<6>(&scene).unwrap(), Pace::default());
+            DryRunDevice::new(OnDesk::start(&scene, &model), simulate::world::<6>(&scene).unwrap(), Pace::default());
         let head = Head { hash: scene.hash(&model), scene: path, text: String::new() };
         let report = Report::new(false);
         let mut operator =

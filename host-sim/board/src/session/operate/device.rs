@@ -1,11 +1,11 @@
 //! Destination of an operator's frames. This interface holds the differences between a board on a serial port and a
-//! drill.
+//! dry run.
 
 use crate::chip::ChipError;
-use crate::session::frame_log::Way;
+use crate::session::frame_log::Direction;
 use crate::session::frame_log::recorder::Recorder;
 use crate::session::serial::SerialError;
-use link::{Frame, Pacing, Sensed, Trouble};
+use link::{DriveFaultReport, Frame, Pacing, Sensed};
 use sim::plant::Diverged;
 use std::io;
 use std::time::{Duration, Instant};
@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 /// Timeout for an answer or a status of the board.
 pub const SILENCE: Duration = Duration::from_secs(2);
 
-/// A board, or a drill in its place.
+/// A board, or a dry run in its place.
 pub trait Device {
     /// The pacing: the event that starts a tick.
     fn pacing(&self) -> Pacing;
@@ -24,7 +24,7 @@ pub trait Device {
     /// The board cannot be reached, or a record cannot be written.
     fn send(&mut self, frame: &Frame) -> Result<(), DeviceError>;
 
-    /// Let time pass, and show the board that the host is alive. Returns the frames received meanwhile. In a drill one
+    /// Let time pass, and show the board that the host is alive. Returns the frames received meanwhile. In a dry run one
     /// tick passes; on a wire it takes a few milliseconds at most.
     ///
     /// # Errors
@@ -32,7 +32,7 @@ pub trait Device {
     fn pass(&mut self) -> Result<Vec<Frame>, DeviceError>;
 
     /// Report of the first simulated drive with a fault, if this program simulates them.
-    fn trouble(&self) -> Option<Trouble> {
+    fn drive_fault(&self) -> Option<DriveFaultReport> {
         None
     }
 
@@ -46,7 +46,7 @@ pub trait Device {
 
     /// True if arm and time are simulated.
     fn is_simulated(&self) -> bool {
-        self.pacing() == Pacing::Drill
+        self.pacing() == Pacing::DryRun
     }
 
     /// True if the cable between host and board is cut, in a simulation.
@@ -175,7 +175,7 @@ impl Tap {
     pub(super) fn hear_sent(&mut self, at: Duration, frame: &Frame) -> io::Result<()> {
         // A board restarts its count after a hello.
         self.sent = if matches!(frame, Frame::Hello(_)) { 0 } else { self.sent.wrapping_add(1) };
-        self.keep(Way::Sent, 0, at, frame)
+        self.keep(Direction::Sent, 0, at, frame)
     }
 
     /// Number of frames that the board reported as lost on the way to it, and of the board's frames that were lost.
@@ -197,10 +197,10 @@ impl Tap {
             self.lost_more |= *missed == u8::MAX;
         }
         self.lost.1 += u64::from(missed);
-        self.keep(Way::Received, u8::try_from(missed).unwrap_or(u8::MAX), at, frame)
+        self.keep(Direction::Received, u8::try_from(missed).unwrap_or(u8::MAX), at, frame)
     }
 
-    fn keep(&mut self, way: Way, missed: u8, at: Duration, frame: &Frame) -> io::Result<()> {
+    fn keep(&mut self, way: Direction, missed: u8, at: Duration, frame: &Frame) -> io::Result<()> {
         match &mut self.log {
             Some(log) => log.push(way, missed, at, frame),
             None => Ok(()),

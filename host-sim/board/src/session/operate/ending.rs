@@ -8,8 +8,8 @@
 //! | joints sink, and there is none | asks: disarm, or keep holding | holds until `disarm!`, `quit!` or Ctrl-C |
 
 use super::{Operator, Stop};
-use crate::session::states::{ARMED, HOLDING, HOMING, LOWERING, RUNNING};
 use link::Request;
+use link::StateCode;
 use robot_compiler::check::on_stop_distance;
 use std::sync::atomic::Ordering;
 
@@ -105,7 +105,7 @@ impl Operator {
         let still = vec![0.0; q.len()];
         let friction: Vec<f64> = self.arm.friction.iter().map(|(_, coulomb)| *coulomb).collect();
         let mut all = sinking(q, &self.arm.range, &friction, |q| {
-            self.arm.limbs.inverse_dynamics(q, &still, &still, self.arm.payload)
+            self.arm.model.inverse_dynamics(q, &still, &still, self.arm.payload)
         });
         // A joint that lies on its stop, as in most rest poses, falls no farther.
         all.retain(|sinking| {
@@ -159,7 +159,7 @@ impl Operator {
 
     /// Stops an arm that runs, and waits until it rests.
     pub(super) fn hold_if_running(&mut self) -> Result<(), Stop> {
-        if self.state() != Some(RUNNING) {
+        if self.state() != Some(StateCode::Running) {
             return Ok(());
         }
         let denial = self.request(Request::Hold)?;
@@ -174,21 +174,21 @@ impl Operator {
     /// The board can no longer be used; Ctrl-C or the stop key.
     pub(crate) fn release(&mut self, consent: Consent, stops: bool) -> Result<Released, Stop> {
         // An arm that is being lowered is held first: it may be anywhere.
-        let moves = self.state() == Some(RUNNING) && (stops || consent == Consent::Ask);
-        if moves || self.state() == Some(LOWERING) {
+        let moves = self.state() == Some(StateCode::Running) && (stops || consent == Consent::Ask);
+        if moves || self.state() == Some(StateCode::Lowering) {
             self.ask(Request::Hold)?;
         }
-        if self.state() == Some(HOMING) {
+        if self.state() == Some(StateCode::Homing) {
             self.ask(Request::Disarm)?;
         }
-        if !matches!(self.state(), Some(ARMED | HOLDING | RUNNING)) {
+        if !matches!(self.state(), Some(StateCode::Armed | StateCode::Holding | StateCode::Running)) {
             // `disarm` is answered in every state; the end of a session has nothing to do.
-            if !stops && self.state() != Some(HOMING) {
+            if !stops && self.state() != Some(StateCode::Homing) {
                 self.ask(Request::Disarm)?;
             }
             return Ok(Released::Done);
         }
-        if self.state() != Some(RUNNING) && consent != Consent::Given {
+        if self.state() != Some(StateCode::Running) && consent != Consent::Given {
             self.until_at_rest()?;
             let sinks = self.sinking();
             if !sinks.is_empty() {

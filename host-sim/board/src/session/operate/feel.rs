@@ -3,7 +3,7 @@
 use super::torque_check::GravityError;
 use super::{Operator, Stop};
 use crate::chip::ChipError;
-use dynamics_core::control::Law;
+use dynamics_core::control::ControlLaw;
 use dynamics_core::{Inertia, InertiaBounds};
 use link::{Frame, Refusal, Setting, Value};
 use nalgebra::{Matrix3, Vector3};
@@ -29,9 +29,9 @@ const VELOCITY_GAIN: u8 = 1;
 
 impl Operator {
     /// Another control law. A moving arm is stopped first; an arm whose law is `teach` is led from then on.
-    pub(super) fn law(&mut self, law: Law) -> Result<(), Stop> {
+    pub(super) fn law(&mut self, law: ControlLaw) -> Result<(), Stop> {
         self.hold_if_running()?;
-        if law.is_led() && self.drives() && !(self.is_guidable("teach")? && self.gravity_is_good_enough()?) {
+        if law.is_hand_guided() && self.drives() && !(self.is_guidable("teach")? && self.gravity_is_good_enough()?) {
             return Ok(());
         }
         let setting = Setting { index: LAW, value: f32::from(law.code()) };
@@ -45,7 +45,7 @@ impl Operator {
                 self.say("law", &format!("law: {}", name(law)))?;
             }
         }
-        if law.is_led() && self.drives() { self.lead() } else { Ok(()) }
+        if law.is_hand_guided() && self.drives() { self.lead() } else { Ok(()) }
     }
 
     /// Reports how good the gravity model is, before the arm is guided by hand. Returns false, and the arm stays as it is, if a
@@ -173,7 +173,7 @@ impl Operator {
     /// The same for any body in the tip frame, reported under the name of a command.
     pub(super) fn take_up(&mut self, name: &str, goal: &Inertia<f32>) -> Result<(), Stop> {
         let goal = *goal;
-        let from = self.arm.payload.unwrap_or_else(|| self.arm.limbs.payload());
+        let from = self.arm.payload.unwrap_or_else(|| self.arm.model.payload());
         let (mut done, mut part) = (0.0, 1.0);
         while done < 1.0 {
             let next = f64::min(done + part, 1.0);
@@ -222,7 +222,7 @@ impl Operator {
         let text = format!("{} kg{place} (0 to {} kg)", mass.value, mass.high);
         let Some(q) = &self.q else { return text };
         let still = vec![0.0; q.len()];
-        let torque = |payload: &Inertia<f32>| self.arm.limbs.inverse_dynamics(q, &still, &still, Some(*payload));
+        let torque = |payload: &Inertia<f32>| self.arm.model.inverse_dynamics(q, &still, &still, Some(*payload));
         let (before, after) = (torque(from), torque(to));
         let change = |(((name, _, unit), before), after): (((&String, &str, &str), &f64), &f64)| {
             format!("{name} {:+.2} {unit}", after - before)
@@ -235,7 +235,7 @@ impl Operator {
     /// Reason why the board rejects a payload, with the numbers.
     fn beyond_bounds(&self, payload: &Inertia<f32>) -> String {
         let InertiaBounds { mass, radius } = self.arm.payload_bounds;
-        let body = self.arm.limbs.in_last_link(&payload.cast());
+        let body = self.arm.model.in_last_link(&payload.cast());
         if !(0.0..=mass).contains(&body.mass) {
             return format!(": {:.3} kg, allowed 0 to {mass:.3} kg (`payload_mass` in [safety])", body.mass);
         }
@@ -254,7 +254,7 @@ impl Operator {
 
     /// Tell one payload; the refusal, if there is one.
     fn tell_payload(&mut self, payload: &Inertia<f32>) -> Result<Option<Refusal>, Stop> {
-        let frame = Frame::Live(self.arm.limbs.live(Some(*payload)).map_err(ChipError::from)?);
+        let frame = Frame::Live(self.arm.model.live(Some(*payload)).map_err(ChipError::from)?);
         // The board answers live inputs only by a refusal. While torque acts, the refusal comes from the tick after the
         // one that took them.
         self.expected = Some(Vec::new());

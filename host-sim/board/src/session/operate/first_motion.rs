@@ -1,10 +1,10 @@
 //! The first motion after homing: the board limits speed and torque until `full-range`, and the operator shows what was seen so far.
 
-use super::course::Course;
 use super::observed::{FirstMotion, Range};
+use super::planned_motion::PlannedMotion;
 use super::rejection::Rejection;
 use super::{Operator, Stop, messages};
-use link::{Request, Status};
+use link::{Request, StateCode, Status};
 use std::rc::Rc;
 
 /// Share of the board's limits that the operator's motions use while these are in force: the arm itself is a little faster than its
@@ -68,7 +68,7 @@ impl Operator {
     }
 
     /// The motion, slowed to the limits of the first motion if these are in force; and that in words.
-    pub(super) fn at_first_speed(&self, motion: Rc<dyn Course>) -> (Rc<dyn Course>, String) {
+    pub(super) fn at_first_speed(&self, motion: Rc<dyn PlannedMotion>) -> (Rc<dyn PlannedMotion>, String) {
         let slower = self.limit().and_then(|share| motion.slowed(self.first_factor(motion.as_ref(), SHARE * share)));
         match slower {
             Some(slower) => {
@@ -84,14 +84,14 @@ impl Operator {
 
     /// Factor by which a motion has to be slowed so that speed and torque beyond the weight stay within this share of the limits; up to 1 if it
     /// fits. Torque beyond the weight goes with the square of the speed, apart from friction.
-    fn first_factor(&self, motion: &dyn Course, share: f64) -> f64 {
+    fn first_factor(&self, motion: &dyn PlannedMotion, share: f64) -> f64 {
         let speed = |(peak, limit): (&f64, &f64)| peak / (share * limit);
         let mut factor = motion.peak_velocity().iter().zip(&self.arm.velocity).map(speed).fold(0.0, f64::max);
         for k in 0..=SAMPLES {
             let link::Reference { q, qd, qdd } = motion.at(motion.duration() * f64::from(k) / f64::from(SAMPLES));
             let [q, qd, qdd] = [q, qd, qdd].map(|list| list.iter().copied().map(f64::from).collect::<Vec<f64>>());
             let still = vec![0.0; q.len()];
-            let of = |qd: &[f64], qdd: &[f64]| self.arm.limbs.inverse_dynamics(&q, qd, qdd, self.arm.payload);
+            let of = |qd: &[f64], qdd: &[f64]| self.arm.model.inverse_dynamics(&q, qd, qdd, self.arm.payload);
             let (moving, weight) = (of(&qd, &qdd), of(&still, &still));
             let joints = self.arm.torque.iter().zip(&self.arm.friction).zip(&self.arm.velocity);
             for ((torque, weight), ((limit, (viscous, coulomb)), velocity)) in moving.iter().zip(weight).zip(joints) {
@@ -109,7 +109,7 @@ impl Operator {
         let Some(share) = self.limit() else { return Ok(true) };
         self.refused = true;
         let percent = 100.0 * share;
-        let what_to_do = match (self.arm.law.is_led(), self.arm.tunable) {
+        let what_to_do = match (self.arm.law.is_hand_guided(), self.arm.tunable) {
             (false, _) => "`jog` every joint a little, then lift the limits with `full-range`",
             (true, true) => {
                 "choose a law that follows a reference (`law computed-torque`), `jog` every joint a little, then lift the limits with `full-range`"
@@ -132,7 +132,7 @@ impl Operator {
 
     /// The same before a motion: only the law `teach` gives way to a hand.
     pub(super) fn may_be_guided(&mut self, name: &str) -> Result<bool, Stop> {
-        if self.arm.law.is_led() { self.is_guidable(name) } else { Ok(true) }
+        if self.arm.law.is_hand_guided() { self.is_guidable(name) } else { Ok(true) }
     }
 
     /// Observes a status in which torque acts.
@@ -142,7 +142,7 @@ impl Operator {
             return;
         };
         let still = vec![0.0; q.len()];
-        let gravity = self.arm.limbs.inverse_dynamics(q, &still, &still, self.arm.payload);
+        let gravity = self.arm.model.inverse_dynamics(q, &still, &still, self.arm.payload);
         let first = Range {
             position: (f64::INFINITY, f64::NEG_INFINITY),
             speed: 0.0,
@@ -159,7 +159,7 @@ impl Operator {
             range.torque = range.torque.max(torque.abs());
         }
         // The reference is where the arm is sent only while it runs.
-        if let Some(reference) = status.reference().filter(|_| status.state == crate::session::states::RUNNING) {
+        if let Some(reference) = status.reference().filter(|_| status.state == StateCode::Running) {
             for ((range, q), reference) in self.first_motion.joints.iter_mut().zip(q).zip(&reference.q) {
                 let error = (q - f64::from(*reference)).abs();
                 range.error = Some(range.error.map_or(error, |before| before.max(error)));

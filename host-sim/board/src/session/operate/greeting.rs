@@ -4,7 +4,7 @@ use super::device::{DeviceError, SILENCE};
 use super::session::PARTS;
 use super::{Operator, Stop};
 use crate::chip::ChipError;
-use crate::session::states::ARMING;
+use link::StateCode;
 use link::{Frame, Hello, Parts, Watch};
 use robot_compiler::names;
 
@@ -18,7 +18,8 @@ impl Operator {
     /// A board that is silent, or was built for another robot or scene.
     pub fn begin(&mut self) -> Result<(), Stop> {
         self.agree()?;
-        self.found_driven = self.is_live() && (self.drives() || self.state() == Some(ARMING));
+        self.found_driven =
+            self.is_live() && self.state().is_some_and(|state| state.has_torque() || state == StateCode::Arming);
         // The arm of a new session is not homed.
         let is_homed = self.status.as_ref().is_some_and(|status| status.homed);
         self.resumed = self.found_driven || self.is_live() && is_homed;
@@ -89,7 +90,7 @@ impl Operator {
         self.under_way.clear();
         self.heat.forget();
         (self.status, self.goal, self.past, self.heard) = (None, None, None, self.device.now());
-        // A drill's target has agreed before, and a session on the desk needs no agreement.
+        // A dry run's target has agreed before, and a session on the desk needs no agreement.
         self.agreed = !self.is_live();
         self.send(&Frame::Hello(self.arm.hello))?;
         if self.is_live() {
@@ -110,7 +111,7 @@ impl Operator {
 
     /// Sends the live inputs.
     pub(super) fn send_live(&mut self) -> Result<(), Stop> {
-        let live = self.arm.limbs.live(self.arm.payload).map_err(ChipError::from)?;
+        let live = self.arm.model.live(self.arm.payload).map_err(ChipError::from)?;
         self.send(&Frame::Live(live))
     }
 

@@ -5,11 +5,7 @@ use super::rejection::Rejection;
 use crate::chip::refusal_in_words;
 use ::session::readings::JointFaults;
 use dynamics_core::control::{Fault, LimitFlags};
-use link::{Denial, Refusal, Status, Trouble};
-
-/// State of the machine, by [`dynamics_core::safety::State::code`].
-pub const STATES: [&str; 9] =
-    ["idle", "homing", "armed", "running", "holding", "fault", "arming", "lowering", "disarming"];
+use link::{Denial, DriveFaultReport, Refusal, StateCode, Status};
 
 /// Reason for holding, by [`dynamics_core::safety::HoldCause::code`]: 1 and up.
 pub const HOLDS: [&str; 7] = [
@@ -68,12 +64,6 @@ fn of_joint(joint: Option<u8>) -> String {
     joint.map_or(String::new(), |joint| format!(" (joint {})", u32::from(joint) + 1))
 }
 
-/// Name of a state.
-#[must_use]
-pub fn state(code: u8) -> String {
-    entry(&STATES, code, 0).map_or_else(|| unknown("state", code), str::to_owned)
-}
-
 /// Message of a fault, with the things to inspect.
 #[must_use]
 pub fn fault(code: u8, joint: Option<u8>) -> String {
@@ -85,13 +75,13 @@ pub fn fault(code: u8, joint: Option<u8>) -> String {
 #[must_use]
 pub fn doing(status: &Status) -> String {
     match status.state {
-        4 => {
+        StateCode::Holding => {
             let cause = entry(&HOLDS, status.cause, 1);
             let why = cause.map_or_else(|| unknown("cause", status.cause), str::to_owned);
             format!("holding: {why}{}", of_joint(status.joint))
         }
-        5 => fault(status.cause, status.joint),
-        code => state(code),
+        StateCode::Fault => fault(status.cause, status.joint),
+        other => other.to_string(),
     }
 }
 
@@ -101,11 +91,11 @@ pub fn doing(status: &Status) -> String {
 pub fn in_first_motion(status: &Status, share: f64) -> String {
     let percent = 100.0 * share;
     match (status.state, status.cause) {
-        (5, 5) => format!(
+        (StateCode::Fault, 5) => format!(
             "; in the first motion after homing the bound is {percent:.0} % of the velocity guard, and torque beyond the weight is limited to {percent:.0} %: a \
              hand or a fall of an arm that is heavier than its model exceeds it; support the arm, and declare what it holds"
         ),
-        (5, 15) => format!(
+        (StateCode::Fault, 15) => format!(
             "; in the first motion after homing torque beyond the weight is limited to {percent:.0} %: an arm that is heavier than its model sinks; support it, \
              and declare what it holds"
         ),
@@ -115,8 +105,8 @@ pub fn in_first_motion(status: &Status, share: f64) -> String {
 
 /// Report of a joint's drive or sensor, with the drive's own words for its error.
 #[must_use]
-pub fn trouble(trouble: &Trouble, words: Option<fn(u8) -> &'static str>) -> String {
-    let Trouble { joint, faults, error } = *trouble;
+pub fn drive_fault(drive_fault: &DriveFaultReport, words: Option<fn(u8) -> &'static str>) -> String {
+    let DriveFaultReport { joint, faults, error } = *drive_fault;
     let mut all: Vec<&str> =
         JointFaults::NAMES.iter().filter(|(fault, _)| faults & fault.bits() != 0).map(|(_, name)| *name).collect();
     let said = words.filter(|_| error != 0).map(|words| words(error));
@@ -177,14 +167,13 @@ pub fn limits(bits: u8) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{HOLDS, REFUSALS, STATES, denial, fault, state};
+    use super::{HOLDS, REFUSALS, denial, fault};
     use dynamics_core::control::Fault;
-    use dynamics_core::safety::{HoldCause, Refusal, State};
+    use dynamics_core::safety::{HoldCause, Refusal};
     use link::Denial;
 
     #[test]
     fn every_number_of_the_core_has_its_words() {
-        assert_eq!(usize::from(State::Disarming.code()), STATES.len() - 1);
         assert_eq!(usize::from(HoldCause::FirstMotion { joint: 0 }.code()), HOLDS.len());
         assert_eq!(usize::from(Refusal::FirstMotion { joint: 0 }.code()), REFUSALS.len());
     }
@@ -200,6 +189,5 @@ mod tests {
             "{standing}"
         );
         assert!(denial(&Denial::new(Refusal::NoRoom { joint: 2 })).contains("limit (joint 3);"));
-        assert_eq!(state(77), "state 77, which this version does not know");
     }
 }

@@ -1,6 +1,6 @@
 //! A queue of motions, sent as points of the board's trajectory, as far ahead as the board has room.
 
-use super::course::Course;
+use super::planned_motion::PlannedMotion;
 use dynamics_core::control::trajectory::{Bounds, Motion, MotionError, Timing, Waypoint};
 use link::Point;
 use std::collections::VecDeque;
@@ -35,7 +35,7 @@ pub struct MotionQueue {
 /// A motion and the part of it already sent.
 #[derive(Clone, Debug)]
 struct Leg {
-    motion: Rc<dyn Course>,
+    motion: Rc<dyn PlannedMotion>,
     /// Ticks already sent.
     sent: u64,
     /// Ticks of the whole motion.
@@ -67,7 +67,7 @@ impl MotionQueue {
     }
 
     /// Append a motion. It must start at the end of the motion before it.
-    pub fn push(&mut self, motion: Rc<dyn Course>) {
+    pub fn push(&mut self, motion: Rc<dyn PlannedMotion>) {
         // The tolerance keeps a motion of a whole number of periods from one more tick by rounding.
         let ticks = (motion.duration() / self.period - 1e-6).ceil().max(1.0) as u64;
         self.legs.push_back(Leg { motion, sent: 0, ticks });

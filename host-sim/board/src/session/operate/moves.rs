@@ -1,17 +1,17 @@
 //! Motions from the arm's present position, with points sent ahead of the arm.
 
-use super::course::Course;
+use super::planned_motion::PlannedMotion;
 use super::rejection::Rejection;
 use super::{Operator, Stop};
-use crate::session::states::RUNNING;
 use dynamics_core::control::trajectory::MotionError;
+use link::StateCode;
 use link::{Frame, Request};
 use std::rc::Rc;
 
 impl Operator {
     /// Send points while the board has room for them.
     pub(super) fn fill(&mut self) -> Result<(), Stop> {
-        if self.state() == Some(RUNNING) { self.send_points() } else { Ok(()) }
+        if self.state() == Some(StateCode::Running) { self.send_points() } else { Ok(()) }
     }
 
     fn send_points(&mut self) -> Result<(), Stop> {
@@ -26,7 +26,7 @@ impl Operator {
 
     /// Start of the next motion: the end of the motion before it, or the arm's present position.
     pub(super) fn here(&self) -> Result<Vec<f64>, Stop> {
-        let running = self.goal.as_ref().filter(|_| self.state() == Some(RUNNING));
+        let running = self.goal.as_ref().filter(|_| self.state() == Some(StateCode::Running));
         running
             .or(self.q.as_ref())
             .cloned()
@@ -86,8 +86,8 @@ impl Operator {
         from: &[f64],
         to: &[f64],
         time: Option<f64>,
-    ) -> Result<(Rc<dyn Course>, String), Stop> {
-        let motion = self.arm.limbs.way(from, to, time).map_err(|error| {
+    ) -> Result<(Rc<dyn PlannedMotion>, String), Stop> {
+        let motion = self.arm.model.way(from, to, time).map_err(|error| {
             let what_to_do = match (error, time) {
                 (MotionError::TooFast { .. } | MotionError::TooSteep { .. }, Some(_)) => {
                     "; leave SECONDS away for a time that does"
@@ -104,7 +104,7 @@ impl Operator {
     fn go(
         &mut self,
         name: &str,
-        legs: Vec<Rc<dyn Course>>,
+        legs: Vec<Rc<dyn PlannedMotion>>,
         here: &[f64],
         goal: Vec<f64>,
         text: &str,
@@ -119,15 +119,15 @@ impl Operator {
     /// The same without a word: the board's reason if it denies it.
     pub(super) fn set_out(
         &mut self,
-        legs: Vec<Rc<dyn Course>>,
+        legs: Vec<Rc<dyn PlannedMotion>>,
         here: &[f64],
         goal: Vec<f64>,
     ) -> Result<Option<Rejection>, Stop> {
         self.stopped = false;
-        let running = self.state() == Some(RUNNING);
+        let running = self.state() == Some(StateCode::Running);
         if !running {
             self.under_way.clear();
-            self.feed.start(self.arm.limbs.at_rest(here));
+            self.feed.start(self.arm.model.at_rest(here));
             if let Some(start) = self.feed.next_point() {
                 // The start point frees all the room of the trajectory.
                 self.send_surely(&Frame::Point(start))?;

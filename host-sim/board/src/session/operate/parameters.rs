@@ -5,7 +5,7 @@ use super::{Operator, Stop};
 use crate::chip::refusal_in_words;
 use crate::session::operate::device::{DeviceError, SILENCE};
 use dynamics_core::Inertia;
-use dynamics_core::control::Law;
+use dynamics_core::control::ControlLaw;
 use link::{Frame, Refusal, Setting, Value};
 use nalgebra::{Matrix3, Vector3};
 use robot_compiler::names;
@@ -120,7 +120,7 @@ impl Operator {
             return Ok(());
         }
         if let Some(Ok(value)) = self.answers(&[Frame::Get(LAW)])?.pop()
-            && let Some(law) = Law::from_number(value.value)
+            && let Some(law) = ControlLaw::from_number(value.value)
         {
             self.arm.law = law;
         }
@@ -154,7 +154,7 @@ impl Operator {
             first_moment: Vector3::new(hx, hy, hz),
             about_origin: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
         };
-        Ok(Some(self.arm.limbs.in_tip(&body)))
+        Ok(Some(self.arm.model.in_tip(&body)))
     }
 
     /// Takes over the payload that an earlier host has declared, so that live inputs that are sent again do not change it. False if the board
@@ -170,7 +170,7 @@ impl Operator {
 
     /// Change a parameter and print its new value. The control law changes as by the command `law`, with its checks.
     pub(super) fn set(&mut self, setting: Setting) -> Result<(), Stop> {
-        if let Some(law) = Law::from_number(setting.value).filter(|_| setting.index == LAW) {
+        if let Some(law) = ControlLaw::from_number(setting.value).filter(|_| setting.index == LAW) {
             return self.law(law);
         }
         let text = match self.answers(&[Frame::Set(setting)])?.pop() {
@@ -240,7 +240,7 @@ impl Operator {
             None => (String::new(), "", ""),
         };
         if index == LAW {
-            return format!("law {}", Law::from_number(value).map_or("unknown", names::name));
+            return format!("law {}", ControlLaw::from_number(value).map_or("unknown", names::name));
         }
         if index < ARM && index % 16 == HEAT {
             return format!("{joint}{name} {}", super::report::heat_in_words(&Heat::of(value)));

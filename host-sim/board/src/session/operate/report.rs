@@ -5,13 +5,13 @@ use super::messages;
 use console::style;
 use dynamics_core::safety::heat::HeatLevel;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use link::{Actuation, Status, Trouble};
+use link::{Actuation, DriveFaultReport, Status};
 use serde_json::{Value, json};
 use std::io::{self, IsTerminal, Write};
 
 /// A status in the units of the arm.
 #[derive(Clone, Debug)]
-pub struct Seen<'a> {
+pub struct StatusView<'a> {
     /// The status.
     pub status: &'a Status,
     /// Positions, rad or m, if they were measured.
@@ -23,7 +23,7 @@ pub struct Seen<'a> {
     /// Force (N) and moment (N m) from outside at the tip, in base axes, where it is estimated and the posture tells it.
     pub wrench: Option<[f64; 6]>,
     /// Report of the first joint with a fault, in the state of a fault.
-    pub trouble: Option<Trouble>,
+    pub drive_fault: Option<DriveFaultReport>,
     /// The drives' own words for their errors.
     pub words: Option<fn(u8) -> &'static str>,
     /// Heat of each joint's motor; empty for an arm without drives.
@@ -47,7 +47,7 @@ pub(super) fn heat_in_words(heat: &Heat) -> String {
     }
 }
 
-impl Seen<'_> {
+impl StatusView<'_> {
     fn torque(&self) -> Option<&[f32]> {
         match &self.status.actuation {
             Some(Actuation::Drive { torque, .. }) => Some(torque),
@@ -58,7 +58,8 @@ impl Seen<'_> {
     /// State of the machine in words, and a drive's report of a fault.
     #[must_use]
     pub fn doing(&self) -> String {
-        let said = self.trouble.map_or(String::new(), |said| format!("; {}", messages::trouble(&said, self.words)));
+        let said =
+            self.drive_fault.map_or(String::new(), |said| format!("; {}", messages::drive_fault(&said, self.words)));
         let limited = self.first_motion.map_or(String::new(), |share| messages::in_first_motion(self.status, share));
         format!("{}{limited}{said}", messages::doing(self.status))
     }
@@ -136,7 +137,7 @@ impl Seen<'_> {
             Heat::Unknown | Heat::Pending => Value::Null,
         };
         json!({
-            "tick": tick, "state": messages::state(*state), "cause": cause, "joint": joint, "homed": homed,
+            "tick": tick, "state": state.name(), "cause": cause, "joint": joint, "homed": homed,
             "room": room, "refused": refused, "q": self.q, "torque": self.torque(), "limits": limits,
             "external": self.status.external(), "wrench": self.wrench,
             "heat": self.heat.iter().map(heat).collect::<Vec<_>>(),
@@ -168,9 +169,9 @@ impl Report {
     ///
     /// # Errors
     /// Standard output cannot be written.
-    pub fn say(&self, about: &str, text: &str, seen: Option<&Seen<'_>>) -> io::Result<()> {
+    pub fn say(&self, about: &str, text: &str, seen: Option<&StatusView<'_>>) -> io::Result<()> {
         let line = if self.json {
-            json!({ "about": about, "text": text, "status": seen.map(Seen::json) }).to_string()
+            json!({ "about": about, "text": text, "status": seen.map(StatusView::json) }).to_string()
         } else {
             text.to_owned()
         };
@@ -182,7 +183,7 @@ impl Report {
     }
 
     /// Update the live line in its place.
-    pub fn live(&self, seen: &Seen<'_>) {
+    pub fn live(&self, seen: &StatusView<'_>) {
         if !self.bar.is_hidden() {
             if self.bar.is_finished() {
                 self.bar.reset();
@@ -203,16 +204,16 @@ impl Report {
 
 #[cfg(test)]
 mod tests {
-    use super::{Heat, Seen, heat_in_words};
+    use super::{Heat, StatusView, heat_in_words};
     use console::strip_ansi_codes;
-    use link::{Actuation, Aside, Status, convert::joints};
+    use link::{Actuation, ExtraFields, StateCode, Status, convert::joints};
 
     #[test]
     fn the_screen_shows_the_heat_of_each_motor_that_is_known_and_marks_a_warm_one() {
         let status = Status {
             tick: 7,
             taken: 0,
-            state: 2,
+            state: StateCode::Armed,
             cause: 0,
             joint: None,
             homed: true,
@@ -221,19 +222,19 @@ mod tests {
             room: 16,
             actuation: Some(Actuation::Drive { torque: joints(&[1.0; 5]), limits: joints(&[0; 5]) }),
             sensed: None,
-            aside: Aside::Nothing,
+            extra: ExtraFields::Nothing,
             cost: None,
         };
         let names = ["a", "b", "c", "d", "e"].map(|name| (name.to_owned(), "rad", "N m"));
         let heat = vec![Heat::Unknown, Heat::Pending, Heat::Known(0.75), Heat::Known(0.8125), Heat::Known(1.0625)];
         let q = [0.0; 5];
-        let driven = Seen {
+        let driven = StatusView {
             status: &status,
             q: Some(&q),
             joints: &names,
             period: 0.001,
             wrench: None,
-            trouble: None,
+            drive_fault: None,
             words: None,
             heat,
             first_motion: None,
@@ -256,8 +257,8 @@ mod tests {
         assert_eq!(words, ["79 %", "80 % WARM"]);
         // A fault that the limits of the first motion explain.
         let fault = |cause: u8, first_motion| {
-            let status = Status { state: 5, cause, ..status.clone() };
-            Seen { status: &status, first_motion, ..driven.clone() }.doing()
+            let status = Status { state: StateCode::Fault, cause, ..status.clone() };
+            StatusView { status: &status, first_motion, ..driven.clone() }.doing()
         };
         for cause in [5, 15] {
             assert!(fault(cause, Some(0.2)).contains("; in the first motion after homing"), "{cause}");
@@ -268,7 +269,7 @@ mod tests {
         }
         assert_eq!(fault(9, Some(0.2)), fault(9, None));
         // An arm without drives has no motors to speak of.
-        let simulated = Seen { heat: Vec::new(), ..driven };
+        let simulated = StatusView { heat: Vec::new(), ..driven };
         assert!(!simulated.text().contains("heat") && !simulated.line().contains("heat"));
     }
 }

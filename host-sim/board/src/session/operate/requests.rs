@@ -6,7 +6,7 @@
 use super::device::{DeviceError, SILENCE};
 use super::rejection::Rejection;
 use super::{Operator, Stop, messages};
-use crate::session::states::{ARMING, DISARMING, RUNNING};
+use link::StateCode;
 use link::{Denial, Frame, Request, Verdict};
 use std::time::Duration;
 
@@ -102,7 +102,7 @@ impl Operator {
     /// Lets time pass while the drives come on and take up the arm's weight, or until the brakes have engaged.
     fn until_settled(&mut self) -> Result<(), Stop> {
         let end = self.device.now() + ARMING_TIME;
-        while matches!(self.state(), Some(ARMING | DISARMING)) && self.device.now() < end {
+        while matches!(self.state(), Some(StateCode::Arming | StateCode::Disarming)) && self.device.now() < end {
             self.pass()?;
         }
         Ok(())
@@ -116,7 +116,7 @@ impl Operator {
                 format!("{name}: {}", messages::rejection(&rejection))
             }
             (None, Some(status)) => {
-                let homed = if status.state == 0 && status.homed { ", homed" } else { "" };
+                let homed = if status.state == StateCode::Idle && status.homed { ", homed" } else { "" };
                 format!("{name}: {}{homed}{granted}", self.doing())
             }
             (None, None) => name.to_owned(),
@@ -128,7 +128,7 @@ impl Operator {
     /// motion has a gap: the arm is stopped.
     pub(super) fn frames_were_lost(&mut self) -> Result<(), Stop> {
         let sends_points = !self.feed.is_empty() || !self.under_way.is_empty();
-        if self.state() != Some(RUNNING) || !sends_points || self.urgent.is_some() {
+        if self.state() != Some(StateCode::Running) || !sends_points || self.urgent.is_some() {
             return Ok(());
         }
         self.refused = true;
@@ -145,7 +145,7 @@ impl Operator {
     /// Sends an urgent hold again until the arm no longer runs.
     pub(super) fn hold_urgently(&mut self) -> Result<(), Stop> {
         let Some((number, sent)) = self.urgent else { return Ok(()) };
-        if self.state() != Some(RUNNING) {
+        if self.state() != Some(StateCode::Running) {
             self.urgent = None;
         } else if self.silent_for(sent) >= REPEAT {
             self.urgent = Some((number, self.device.now()));

@@ -5,7 +5,7 @@ use super::rejection::Rejection;
 use super::requests::name_of;
 use super::{Operator, Stop, has_taken};
 use crate::chip::ChipError;
-use crate::session::states::RUNNING;
+use link::StateCode;
 use link::{Denial, Frame, Parts, Request, Watch};
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -39,7 +39,7 @@ impl Operator {
         }
     }
 
-    /// Set the interval of the board's reports, in ticks. A drill reports every tick anyway.
+    /// Set the interval of the board's reports, in ticks. A dry run reports every tick anyway.
     pub(super) fn watch(&mut self, every: u16) -> Result<(), Stop> {
         if !self.is_live() || self.watched == every {
             return Ok(());
@@ -80,7 +80,7 @@ impl Operator {
                 );
             }
             // The live inputs of the hello may have been lost.
-            let live = self.arm.limbs.live(self.arm.payload).map_err(ChipError::from)?;
+            let live = self.arm.model.live(self.arm.payload).map_err(ChipError::from)?;
             self.send_surely(&Frame::Live(live))?;
         }
         let denial = if request == Request::Disarm { self.disarm()? } else { self.request(request)? };
@@ -102,7 +102,7 @@ impl Operator {
         loop {
             match self.request(Request::Disarm)? {
                 Some(Rejection::Denied(Denial { code: NOT_AT_REST, .. }))
-                    if left > 0.0 && self.state() != Some(RUNNING) =>
+                    if left > 0.0 && self.state() != Some(StateCode::Running) =>
                 {
                     self.wait(LOOK)?;
                 }

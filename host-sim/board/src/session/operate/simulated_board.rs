@@ -11,7 +11,7 @@
 use super::device::{Cut, Device, DeviceError, Pace, Tap};
 use super::on_wire::ALIVE_EVERY;
 use super::wire::{Chance, Disturbance, Wire};
-use crate::session::drill::{DeskSession, Uncounted, desk_session};
+use crate::session::dry_run::{DeskSession, Uncounted, desk_session};
 use actuator_model::bus::Fate;
 use dynamics_core::{Model, Sensed};
 use link::{Frame, Pacing};

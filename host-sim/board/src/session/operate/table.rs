@@ -1,8 +1,7 @@
 //! Ticks of the black box, as a table.
 
-use super::messages;
 use comfy_table::Table;
-use link::{Actuation, Joints, Sensed, Status};
+use link::{Actuation, Joints, Sensed, StateCode, Status};
 use std::io;
 use std::path::Path;
 
@@ -30,7 +29,7 @@ fn row(status: &Status, joints: usize) -> Vec<String> {
     let of = |number: Option<String>| number.unwrap_or_default();
     let mut row = vec![
         status.tick.to_string(),
-        messages::state(status.state),
+        status.state.to_string(),
         status.cause.to_string(),
         of(status.joint.map(|joint| (joint + 1).to_string())),
         of(lines.map(|lines| lines.emergency_stop.to_string())),
@@ -71,7 +70,8 @@ pub fn table(past: &[Status], names: &[String]) -> Table {
     for status in past {
         let joints = names.len();
         let all = row(status, joints);
-        let state = if status.state == 5 { format!("fault {}", status.cause) } else { messages::state(status.state) };
+        let state =
+            if status.state == StateCode::Fault { format!("fault {}", status.cause) } else { status.state.to_string() };
         let part = |column: usize| all.iter().skip(HEAD.len() + column * joints).take(joints).cloned();
         table.add_row([status.tick.to_string(), state].into_iter().chain(part(0)).chain(part(4)));
     }

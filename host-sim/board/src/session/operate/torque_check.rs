@@ -14,7 +14,7 @@ use super::arm::Arm;
 use super::samples::{SAMPLES_MIN, Sample, WINDOW};
 use super::torque_cause::common;
 use super::{Operator, Stop};
-use crate::session::states::{ARMED, HOLDING, RUNNING};
+use link::StateCode;
 
 /// Time from arming to the first sample that is judged, s: drives are switched on, and most arms have settled by then.
 const RISE: f64 = 0.3;
@@ -31,14 +31,14 @@ const DOUBT: f64 = 0.1;
 
 /// Torque that acted on each joint, and torque that was told, both N m or N, in the middle of these samples; velocities too.
 #[derive(Clone, Debug, PartialEq)]
-struct Acted {
+struct TorqueSample {
     acted: Vec<f64>,
     told: Vec<f64>,
     qd: Vec<f64>,
 }
 
 /// `None` for too few samples.
-fn acted<'a>(samples: impl Iterator<Item = &'a Sample> + Clone, arm: &Arm) -> Option<Acted> {
+fn acted<'a>(samples: impl Iterator<Item = &'a Sample> + Clone, arm: &Arm) -> Option<TorqueSample> {
     let (mut count, mut middle) = (0_usize, 0.0);
     let first = samples.clone().next()?.tick;
     let time = |sample: &Sample| f64::from(sample.tick.wrapping_sub(first)) * arm.period;
@@ -60,7 +60,7 @@ fn acted<'a>(samples: impl Iterator<Item = &'a Sample> + Clone, arm: &Arm) -> Op
         qdd.push(acceleration);
         told.push(samples.clone().filter_map(|sample| sample.torque.get(joint)).sum::<f64>() / count as f64);
     }
-    Some(Acted { acted: arm.limbs.inverse_dynamics(&q, &qd, &qdd, arm.payload), told, qd })
+    Some(TorqueSample { acted: arm.model.inverse_dynamics(&q, &qd, &qdd, arm.payload), told, qd })
 }
 
 /// Value, slope and curvature at zero of the parabola nearest to these points, whose arguments have the mean zero.
@@ -90,7 +90,7 @@ impl Finding {
 }
 
 /// Joints whose factor is beyond what friction and noise explain.
-fn findings(seen: &Acted, arm: &Arm) -> Vec<Finding> {
+fn findings(seen: &TorqueSample, arm: &Arm) -> Vec<Finding> {
     let judge = |(joint, ((&acted, &told), &hidden)): (usize, ((&f64, &f64), &f64))| {
         let finding = Finding { joint, factor: acted / told, acted, told };
         if acted.abs() < 2.0 * hidden || told.abs() < hidden {
@@ -165,7 +165,7 @@ impl Operator {
 
     /// Judge the torques before the first motion of an arm that was armed. Returns whether it may move.
     pub(super) fn torque_is_believed(&mut self) -> Result<bool, Stop> {
-        if self.judged || !matches!(self.state(), Some(ARMED | HOLDING)) {
+        if self.judged || !matches!(self.state(), Some(StateCode::Armed | StateCode::Holding)) {
             return Ok(true);
         }
         let missing = RISE + WINDOW - self.samples.since;
@@ -193,7 +193,8 @@ impl Operator {
 
     /// Move a joint, or each in turn, a little there and back, and say how much torque acts of what is told.
     pub(super) fn check_torque(&mut self, joint: Option<usize>) -> Result<(), Stop> {
-        let held = matches!(self.state(), Some(ARMED | HOLDING | RUNNING)) && !self.is_moving();
+        let held = matches!(self.state(), Some(StateCode::Armed | StateCode::Holding | StateCode::Running))
+            && !self.is_moving();
         if !held {
             self.refused = true;
             return self.say("check-torque", "check-torque: rejected: the arm is not held at rest; `arm` first");

@@ -1,12 +1,12 @@
 //! Payload of the arm, from its own slow motions: `weigh`.
 
-use super::arm::{Arm, Joints};
+use super::arm::{Arm, ArmModel};
 use super::samples::Sample;
 use super::{Operator, Stop};
-use crate::session::states::{ARMED, HOLDING, RUNNING};
 use dynamics_core::Inertia;
 use identification::log::Log;
 use identification::payload::Payload;
+use link::StateCode;
 
 /// Distance that every joint moves, rad or m, and its time in shortest times.
 const REACH: f64 = 0.35;
@@ -33,7 +33,8 @@ impl Operator {
         if !self.arm.payload_is_live {
             return refused(self, "the scene has no live payload; `payload = \"live\"` in its [model]");
         }
-        if !matches!(self.state(), Some(ARMED | HOLDING | RUNNING)) || self.is_moving() {
+        if !matches!(self.state(), Some(StateCode::Armed | StateCode::Holding | StateCode::Running)) || self.is_moving()
+        {
             return refused(self, "the arm is not held at rest; `arm` first");
         }
         if !self.torque_is_believed()? {
@@ -57,8 +58,8 @@ impl Operator {
             let doing = self.seen_now().map(|seen| seen.doing()).unwrap_or_default();
             return refused(self, &format!("it did not come to its end: {doing}"));
         }
-        let held = self.arm.limbs.weigh(&log(&samples, &self.arm), &self.arm.friction);
-        let (text, goal) = in_words(&held, self.arm.limbs.as_ref());
+        let held = self.arm.model.weigh(&log(&samples, &self.arm), &self.arm.friction);
+        let (text, goal) = in_words(&held, self.arm.model.as_ref());
         self.say("weigh", &format!("weigh: {text}"))?;
         self.take_up("weigh", &goal)
     }
@@ -98,7 +99,7 @@ fn log(samples: &[Sample], arm: &Arm) -> Log {
 }
 
 /// The estimated payload in words, and as the body to be sent, in the tip frame.
-fn in_words(held: &Payload, joints: &dyn Joints) -> (String, Inertia<f32>) {
+fn in_words(held: &Payload, joints: &dyn ArmModel) -> (String, Inertia<f32>) {
     let half = WIDE * held.mass_deviation;
     let nothing = Inertia::<f64>::zero();
     match held.com {

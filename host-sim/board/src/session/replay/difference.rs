@@ -58,8 +58,8 @@ pub enum ReplayError {
     /// The record cannot be read.
     #[error(transparent)]
     Log(#[from] LogError),
-    /// The record has no hello of a drill or of a live session before its first tick.
-    #[error("no hello of a drill or a live session before entry {0}")]
+    /// The record has no hello of a dry run or of a live session before its first tick.
+    #[error("no hello of a dry run or a live session before entry {0}")]
     NoHello(usize),
 }
 
@@ -87,7 +87,7 @@ pub(super) fn difference(recorded: &Status, replayed: &Status) -> Option<Differe
         ("refused", |s| format!("{:?}", s.refused), |s, o| s.refused = o.refused),
         ("actuation", actuation, |s, o| s.actuation = o.actuation.clone()),
         ("sensed", |s| format!("{:?}", s.sensed), |s, o| s.sensed = o.sensed.clone()),
-        ("reference", |s| format!("{:?}", s.aside), |s, o| s.aside = o.aside.clone()),
+        ("reference", |s| format!("{:?}", s.extra), |s, o| s.extra = o.extra.clone()),
         ("kept", |s| s.kept.to_string(), |s, o| s.kept = o.kept),
         ("room", |s| s.room.to_string(), |s, o| s.room = o.room),
         ("taken", |s| s.taken.to_string(), |s, o| s.taken = o.taken),

@@ -1,12 +1,12 @@
 //! Replay of a board paced by its own timer: each status holds the inputs of its tick.
 
 use super::difference::{Gap, Replay, ReplayError, difference};
-use crate::session::drill::{DeskSession, Uncounted, desk_session};
-use crate::session::frame_log::{Entry, LogError, Way};
+use crate::session::dry_run::{DeskSession, Uncounted, desk_session};
+use crate::session::frame_log::{Direction, Entry, LogError};
 use dynamics_core::Model;
 use link::codec::Received;
 use link::convert::array;
-use link::{Aside, Frame, Pacing, Refusal, SensedLines, Status};
+use link::{ExtraFields, Frame, Pacing, Refusal, SensedLines, Status};
 use robot_compiler::SceneFile;
 use session::black_box::Report;
 use session::meter::Meter;
@@ -45,38 +45,38 @@ pub(super) fn replay<const N: usize>(
     for entry in entries {
         let Entry { way, frame, .. } = entry?;
         let replayed = match (way, frame) {
-            (Way::Sent, frame @ Frame::Hello(_)) => {
+            (Direction::Sent, frame @ Frame::Hello(_)) => {
                 again.receive(frame);
                 (again.waiting, again.taken, again.tick, again.agreed) = (VecDeque::new(), 0, 0, false);
                 continue;
             }
-            (Way::Sent, frame) => {
+            (Direction::Sent, frame) => {
                 again.waiting.push_back(frame);
                 continue;
             }
-            (Way::Received, Frame::Hello(hello)) => {
+            (Direction::Received, Frame::Hello(hello)) => {
                 again.agreed |= hello.pacing == Pacing::Live;
                 continue;
             }
-            (Way::Received, Frame::Refusal(refusal @ (Refusal::Lost { .. } | Refusal::Undecodable(_)))) => {
+            (Direction::Received, Frame::Refusal(refusal @ (Refusal::Lost { .. } | Refusal::Undecodable(_)))) => {
                 Err(format!("what was sent did not all arrive: {refusal:?}"))
             }
             // An earlier status belongs to the previous session.
-            (Way::Received, Frame::Status(status)) if again.agreed => {
+            (Direction::Received, Frame::Status(status)) if again.agreed => {
                 again.replay(&status).map(|replayed| (status, replayed))
             }
-            (Way::Received, _) => continue,
+            (Direction::Received, _) => continue,
         };
         match replayed {
             Ok((recorded, replayed)) => {
                 replay.ticks += 1;
                 // Room, cost and trouble cannot be compared; see the table in the parent module.
                 let comparable = |status: Status| {
-                    let aside = match status.aside {
-                        Aside::Trouble(_) => Aside::Nothing,
-                        aside => aside,
+                    let extra = match status.extra {
+                        ExtraFields::DriveFault(_) => ExtraFields::Nothing,
+                        extra => extra,
                     };
-                    Status { room: 0, cost: None, aside, ..status }
+                    Status { room: 0, cost: None, extra, ..status }
                 };
                 if let Some(difference) = difference(&comparable(recorded), &comparable(replayed)) {
                     replay.differs(difference);

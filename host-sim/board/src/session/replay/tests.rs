@@ -4,11 +4,11 @@
 
 use super::{Replay, ReplayError, replay};
 use crate::chip::hello;
-use crate::session::drill::{Uncounted, desk_session};
-use crate::session::frame_log::{Entry, Way};
+use crate::session::dry_run::{Uncounted, desk_session};
+use crate::session::frame_log::{Direction, Entry};
 use dynamics_core::{Model, Sensed};
 use link::codec::Received;
-use link::{Actuation, Frame, Hello, Pacing, Parts, Point, Request, Watch};
+use link::{Actuation, Frame, Hello, Pacing, Parts, Point, Request, StateCode, Watch};
 use robot_compiler::SceneFile;
 use session::black_box::Report;
 use session::meter::Meter;
@@ -27,7 +27,7 @@ fn scene() -> (SceneFile, Model<f64, N>) {
     (scene, model)
 }
 
-fn entry(way: Way, frame: Frame) -> Entry {
+fn entry(way: Direction, frame: Frame) -> Entry {
     Entry { way, missed: 0, at: Duration::ZERO, frame }
 }
 
@@ -72,11 +72,11 @@ fn session(happens: &[Happens], has_joints: bool) -> Vec<Entry> {
         };
         frames.extend(now.and_then(|now| now.asked).map(|request| Frame::request(tick as u8, request)));
         for frame in frames {
-            entries.push(entry(Way::Sent, frame.clone()));
+            entries.push(entry(Direction::Sent, frame.clone()));
             match board.receive(Ok(Received { frame, missed: 0 })) {
                 Reaction::None => {}
                 Reaction::Start(_, frame) | Reaction::Resume(frame) | Reaction::Reply(frame) => {
-                    entries.push(entry(Way::Received, frame))
+                    entries.push(entry(Direction::Received, frame))
                 }
                 other => panic!("{other:?}"),
             }
@@ -98,7 +98,7 @@ fn session(happens: &[Happens], has_joints: bool) -> Vec<Entry> {
         let drives = board.tick(&meter);
         assert!(has_joints || matches!(drives, Drives::Safe(_)));
         let said: Vec<Frame> = std::iter::from_fn(|| board.say()).map(Report::frame).collect();
-        entries.extend(said.into_iter().map(|frame| entry(Way::Received, frame)));
+        entries.extend(said.into_iter().map(|frame| entry(Direction::Received, frame)));
     }
     entries
 }
@@ -186,14 +186,14 @@ fn one_bit_is_found_in_its_tick_with_both_values() {
 fn every_other_field_of_a_status_is_compared() {
     type Change = (&'static str, fn(&mut link::Status));
     let changes: [Change; 6] = [
-        ("state", |status| status.state ^= 1),
+        ("state", |status| status.state = StateCode::Idle),
         ("cause", |status| status.cause = 1),
         ("joint", |status| status.joint = Some(0)),
         ("homed", |status| status.homed = false),
         ("refused", |status| status.refused = Some(link::Denial { code: 1, fault: 0, joint: None, input: 0 })),
         ("reference", |status| {
             let at = dynamics_core::Reference::at_rest([0.0_f32; N]);
-            status.aside = link::Aside::Reference(link::Reference::new(&at));
+            status.extra = link::ExtraFields::Reference(link::Reference::new(&at));
         }),
     ];
     for (field, change) in changes {
@@ -223,7 +223,7 @@ fn a_status_that_says_too_little_or_frames_that_did_not_arrive_end_a_replay() {
     assert_eq!((end.tick, end.why.as_str()), (100, "its status does not say what was sensed, or what the drives did"));
 
     let mut entries = eventful();
-    let lost = entry(Way::Received, Frame::Refusal(link::Refusal::Lost { missed: 2 }));
+    let lost = entry(Direction::Received, Frame::Refusal(link::Refusal::Lost { missed: 2 }));
     let (index, _) = of_tick(&mut entries, 100);
     entries.insert(index, lost);
     let end = again(&entries).end.unwrap();
@@ -249,9 +249,9 @@ fn what_another_session_left_on_the_line_is_not_replayed() {
 #[test]
 fn a_record_of_something_else_is_refused() {
     let (scene, model) = scene();
-    let bench = Hello { pacing: Pacing::LockStep, ..hello(&scene, &model, Pacing::Drill) };
+    let bench = Hello { pacing: Pacing::LockStep, ..hello(&scene, &model, Pacing::DryRun) };
     for frames in [vec![], vec![Frame::Alive], vec![Frame::Hello(bench)]] {
-        let entries = frames.into_iter().map(|frame| Ok(entry(Way::Sent, frame)));
+        let entries = frames.into_iter().map(|frame| Ok(entry(Direction::Sent, frame)));
         assert_eq!(replay(&scene, &model, entries).unwrap_err(), ReplayError::NoHello(1));
     }
 }

@@ -157,12 +157,12 @@ pub struct JointTick {
     pub external: Option<f64>,
     /// Torque of the scene's model at the reference.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub terms: Option<Terms>,
+    pub terms: Option<TermTorques>,
 }
 
 /// Torque of the model at the reference, by term; their sum is its inverse dynamics.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Terms {
+pub struct TermTorques {
     /// `D(q) qdd`, the rotors' included.
     pub inertia: f64,
     /// `C(q, qd) qd`.

@@ -1,7 +1,7 @@
 //! A finished run as a viewer's file.
 
 use super::arm::ArmChannels;
-use super::messages::{JointTick, Terms, Tick, Time, TipWrench, Xyz, finite};
+use super::messages::{JointTick, TermTorques, Tick, Time, TipWrench, Xyz, finite};
 use super::writer::Writer;
 use crate::failure::{Failure, in_file};
 use crate::run::record::{JointSample, Record};
@@ -85,7 +85,7 @@ pub(crate) fn tip_wrench(wrench: [f64; 6]) -> Option<TipWrench> {
 pub struct ModelTerms<const N: usize> {
     dynamics: Dynamics<f64, N>,
     live: Live<f64, N>,
-    /// The motion, and whether it repeats; `None` where the arm is led by hand.
+    /// The motion, and whether it repeats; `None` where the arm is hand-guided.
     motion: Option<(Motion<f64, N>, bool)>,
 }
 
@@ -101,12 +101,12 @@ impl<const N: usize> ModelTerms<N> {
         Ok(Self {
             dynamics: Dynamics::new(model, scene.scene(&model)),
             live: live_inputs(scene, &model),
-            motion: (!scene.control.law.is_led()).then(|| (motion, scene.motion.repeats())),
+            motion: (!scene.control.law.is_hand_guided()).then(|| (motion, scene.motion.repeats())),
         })
     }
 
     /// Terms of every joint at the reference of a tick; none where one is not finite.
-    fn at(&self, t: f64, samples: &[JointSample]) -> [Option<Terms>; N] {
+    fn at(&self, t: f64, samples: &[JointSample]) -> [Option<TermTorques>; N] {
         let each = |of: fn(&JointSample) -> f64| joints::<N>(&samples.iter().map(of).collect::<Vec<_>>());
         let (q, qd) = (each(|s| s.q_reference), each(|s| s.qd_reference));
         let qdd = self
@@ -118,7 +118,8 @@ impl<const N: usize> ModelTerms<N> {
         let still = torque(&[0.0; N], &[0.0; N]);
         let (moving, accelerated) = (torque(&qd, &[0.0; N]), torque(&[0.0; N], &qdd));
         core::array::from_fn(|i| {
-            let terms = Terms { inertia: accelerated[i] - still[i], velocity: moving[i] - still[i], gravity: still[i] };
+            let terms =
+                TermTorques { inertia: accelerated[i] - still[i], velocity: moving[i] - still[i], gravity: still[i] };
             let all = [terms.inertia, terms.velocity, terms.gravity];
             all.iter().all(|x| x.is_finite()).then_some(terms)
         })

@@ -6,7 +6,7 @@
 
 use crate::run::record::{JointSample, Record};
 use dynamics_core::control::trajectory::Motion;
-use dynamics_core::control::{Friction, Law, ModelUse};
+use dynamics_core::control::{ControlLaw, Friction, ModelUse};
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, InverseDynamics, Live, Model, Scene, Term, Trig as _};
 use report::column;
@@ -42,7 +42,7 @@ struct Uses {
 
 impl Uses {
     /// `None` for a law without a model, and for one that moves along no reference of its own.
-    fn of(law: Law) -> Option<Self> {
+    fn of(law: ControlLaw) -> Option<Self> {
         match law.traits().model {
             ModelUse::Motion => Some(Self { at_reference: false, motion: true }),
             ModelUse::Reference => Some(Self { at_reference: true, motion: true }),
@@ -74,7 +74,7 @@ impl<const N: usize> Contributions<N> {
                 there(matches!(known.rotor, Term::Absent)),
                 there(matches!(known.coriolis, Term::Absent)),
                 !matches!(known.gravity, Term::Absent),
-                config.friction.is_some() && !scene.control.law.is_led(),
+                config.friction.is_some() && !scene.control.law.is_hand_guided(),
                 !matches!(known.tip_wrench, Term::Absent),
             ],
             live,
@@ -184,9 +184,9 @@ mod tests {
         let mut scene = scene("puma560_pick.toml");
         let model = scene.robot.model::<6>().unwrap();
         assert_eq!(Contributions::new(&scene, &model).unwrap().count(), 5);
-        scene.control.law = dynamics_core::control::Law::Pd;
+        scene.control.law = dynamics_core::control::ControlLaw::Pd;
         assert!(Contributions::new(&scene, &model).is_none());
-        scene.control.law = dynamics_core::control::Law::PdGravity;
+        scene.control.law = dynamics_core::control::ControlLaw::PdGravity;
         assert_eq!(Contributions::new(&scene, &model).unwrap().present, [false, false, false, true, true, false]);
     }
 }

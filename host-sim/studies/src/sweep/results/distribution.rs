@@ -1,6 +1,6 @@
 //! Distribution of a figure over the runs.
 
-use super::Share;
+use super::RunShare;
 use robot_compiler::study::Metric;
 use serde::Serialize;
 
@@ -16,7 +16,7 @@ pub struct Distribution {
     /// A run with a smaller figure fails.
     pub least: Option<f64>,
     /// Share of the runs that this figure fails.
-    pub failures: Share,
+    pub failures: RunShare,
     /// Number of runs with a finite figure.
     pub finite: u64,
     /// Number of runs with an infinite figure.
@@ -156,7 +156,7 @@ impl Collector {
     pub(super) fn finish(self, histogram: Histogram, sample: &[f64]) -> Distribution {
         let known = |x: f64| (self.finite > 0).then_some(x);
         Distribution {
-            failures: Share::new(self.failed, self.finite + self.infinite + self.missing),
+            failures: RunShare::new(self.failed, self.finite + self.infinite + self.missing),
             finite: self.finite,
             infinite: self.infinite,
             missing: self.missing,

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 /// A share of runs, with the interval that holds the true share with 95 % confidence.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Share {
+pub struct RunShare {
     /// Number that count.
     pub count: u64,
     /// Number of all.
@@ -18,7 +18,7 @@ pub struct Share {
 /// Share of intervals that miss the true value.
 const MISS: f64 = 0.05;
 
-impl Share {
+impl RunShare {
     /// The interval of Clopper and Pearson: exact, whatever the true share. One-sided where none or all count.
     ///
     /// Ends are quantiles of beta distributions: `low` of `Beta(k, n - k + 1)`, `high` of `Beta(k + 1, n - k)`.
@@ -90,7 +90,7 @@ fn incomplete_beta(x: f64, a: f64, b: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Share, incomplete_beta};
+    use super::{RunShare, incomplete_beta};
 
     #[test]
     fn the_ends_are_those_of_another_program() {
@@ -100,7 +100,7 @@ mod tests {
             (1, 1_000_000, 2.531_780_513_911_381_5e-8, 5.571_630_655_512_304e-6),
             (50, 100, 0.398_321_129_503_300_95, 0.601_678_870_496_699_1),
         ] {
-            let share = Share::new(k, n);
+            let share = RunShare::new(k, n);
             // Logarithms of gamma functions of a million lose seven of sixteen digits.
             assert!((share.low / low - 1.0).abs() < 1e-6 && (share.high / high - 1.0).abs() < 1e-6, "{share:?}");
         }
@@ -108,11 +108,11 @@ mod tests {
 
     #[test]
     fn none_of_many_is_the_rule_of_three() {
-        let share = Share::new(0, 1000);
+        let share = RunShare::new(0, 1000);
         assert!(share.low == 0.0 && (share.high - 3.0 / 1000.0).abs() < 1e-5, "{share:?}");
-        let all = Share::new(1000, 1000);
+        let all = RunShare::new(1000, 1000);
         assert!((all.high - 1.0).abs() < 1e-15 && (all.low - (1.0 - share.high)).abs() < 1e-12);
-        assert!((Share::new(0, 0).high - 1.0).abs() < 1e-15);
+        assert!((RunShare::new(0, 0).high - 1.0).abs() < 1e-15);
     }
 
     #[test]

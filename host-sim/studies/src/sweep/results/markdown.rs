@@ -1,6 +1,6 @@
 //! Results as tables, for the terminal and for a page.
 
-use super::{Correlation, Distribution, Group, Refusal, Results, Share};
+use super::{Correlation, Distribution, Group, Refusal, Results, RunShare};
 use crate::sweep::repeat::repeat_command;
 use sim::table::{self, table};
 use std::fmt::Write as _;
@@ -212,7 +212,7 @@ fn runs(count: u64) -> String {
 }
 
 /// A share with its interval, in percent: `3 of 100 (0.62 to 8.5 %)`.
-pub(super) fn share(share: &Share) -> String {
+pub(super) fn share(share: &RunShare) -> String {
     format!("{} of {} ({} to {} %)", share.count, share.of, percent(share.low), percent(share.high))
 }
 
@@ -235,12 +235,12 @@ pub(super) fn short(x: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Share, share, short};
+    use super::{RunShare, share, short};
 
     #[test]
     fn numbers_have_three_digits() {
         let found = [0.0, 0.012_345, 4.567, 789.4, 12_345.6, 1.23e-7, -0.5].map(short);
         assert_eq!(found, ["0", "0.0123", "4.57", "789", "12346", "1.23e-7", "-0.500"]);
-        assert_eq!(share(&Share::new(3, 100)), "3 of 100 (0.623 to 8.52 %)");
+        assert_eq!(share(&RunShare::new(3, 100)), "3 of 100 (0.623 to 8.52 %)");
     }
 }

@@ -13,7 +13,7 @@ mod rank;
 mod table;
 
 pub use distribution::{Distribution, Histogram, Quantiles, Worst};
-pub use interval::Share;
+pub use interval::RunShare;
 pub use rank::{Correlation, Sensitivity};
 pub use table::{Group, GroupCell};
 
@@ -26,7 +26,7 @@ use sim::failure::{Failure, in_file};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use table::{Columns, Sample, Table};
+use table::{Columns, RowSample, Table};
 
 /// Files of the results of a study.
 pub const FILES: &[&str] = &["results.json", "results.md", "report.html"];
@@ -45,7 +45,7 @@ pub struct Results {
     /// Number of runs whose values make no possible scene; they count nowhere below.
     pub refused: u64,
     /// Share of the runs that failed: beyond a limit, in a fault, diverged, or with an unsafe command.
-    pub failures: Share,
+    pub failures: RunShare,
     /// The first of them.
     pub refusal: Option<Refusal>,
     /// Number of runs for each way to end.
@@ -77,7 +77,7 @@ pub struct Refusal {
 #[derive(Clone, Debug, Serialize)]
 pub struct BrokenOff {
     /// Their share.
-    pub share: Share,
+    pub share: RunShare,
     /// The first of them.
     pub first: Vec<u64>,
 }
@@ -110,10 +110,10 @@ impl Results {
             runs: 0,
             refused: 0,
             refusal: None,
-            failures: Share::new(0, 0),
+            failures: RunShare::new(0, 0),
             ends: BTreeMap::new(),
             failing: Vec::new(),
-            broken_off: BrokenOff { share: Share::new(0, 0), first: Vec::new() },
+            broken_off: BrokenOff { share: RunShare::new(0, 0), first: Vec::new() },
             metrics: Vec::new(),
             sensitivities: Vec::new(),
             groups: Vec::new(),
@@ -123,7 +123,7 @@ impl Results {
         let units = &prepared.runs.units;
         let mut collectors: Vec<Collector> =
             metrics.iter().zip(units).map(|(metric, unit)| Collector::new(metric, unit)).collect();
-        let mut sample = Sample::new(prepared.count, &table.columns);
+        let mut sample = RowSample::new(prepared.count, &table.columns);
         let (mut failed, mut broken_off) = (0, 0);
         table.each_row(|row| {
             results.runs += 1;
@@ -149,8 +149,8 @@ impl Results {
             sample.add(&row);
         })?;
         let counted = results.runs - results.refused;
-        results.failures = Share::new(failed, counted);
-        results.broken_off.share = Share::new(broken_off, counted);
+        results.failures = RunShare::new(failed, counted);
+        results.broken_off.share = RunShare::new(broken_off, counted);
         if let Some(refusal) = &mut results.refusal {
             refusal.reason = prepared.runs.refusal(refusal.index);
         }

@@ -1,6 +1,6 @@
 //! The table of runs, row by row, and a sample of it.
 
-use super::Share;
+use super::RunShare;
 use super::rank::{Sensitivity, correlation};
 use crate::sweep::Prepared;
 use crate::sweep::experiment::COMPLETE;
@@ -26,7 +26,7 @@ pub struct GroupCell {
     /// The values.
     pub values: Vec<String>,
     /// Share of the runs that failed.
-    pub failures: Share,
+    pub failures: RunShare,
     /// Median of each figure over the complete runs of the sample; `None` where it holds none.
     pub medians: Vec<Option<f64>>,
 }
@@ -75,7 +75,7 @@ pub(super) struct Table {
 }
 
 /// A row of it.
-pub(super) struct Row<'a> {
+pub(super) struct SweepRow<'a> {
     pub(super) index: u64,
     pub(super) keys: Vec<&'a str>,
     pub(super) figures: Vec<f64>,
@@ -88,7 +88,7 @@ impl Table {
     ///
     /// # Errors
     /// [`Failure::Input`] for a table that cannot be read or has other columns.
-    pub(super) fn each_row(&self, mut hand_on: impl FnMut(Row<'_>)) -> Result<(), Failure> {
+    pub(super) fn each_row(&self, mut hand_on: impl FnMut(SweepRow<'_>)) -> Result<(), Failure> {
         let wrong = |problem: String| Failure::Input(miette::miette!("{}: {problem}", self.path.display()));
         let mut reader = csv::ReaderBuilder::new()
             .buffer_capacity(1 << 20)
@@ -108,7 +108,7 @@ impl Table {
         Ok(())
     }
 
-    fn row<'a>(&self, record: &'a ByteRecord) -> Option<Row<'a>> {
+    fn row<'a>(&self, record: &'a ByteRecord) -> Option<SweepRow<'a>> {
         let text = |place: usize| core::str::from_utf8(record.get(place)?).ok();
         let (keys, metrics) = (self.columns.keys.len(), self.columns.metrics.len());
         // An empty figure is that of a run that was refused.
@@ -116,7 +116,7 @@ impl Table {
             let text = text(place)?;
             if text.is_empty() { Some(f64::NAN) } else { text.parse().ok() }
         };
-        Some(Row {
+        Some(SweepRow {
             index: text(0)?.parse().ok()?,
             keys: (1..=keys).map(text).collect::<Option<_>>()?,
             figures: (1 + keys..1 + keys + metrics).map(figure).collect::<Option<_>>()?,
@@ -135,7 +135,7 @@ const PAIRS_MAX: usize = 400;
 
 /// Runs whose index is a multiple of the stride, and counts of all runs by the values of keys.
 #[derive(Debug)]
-pub(super) struct Sample {
+pub(super) struct RowSample {
     pub(super) stride: u64,
     /// Keys with numbers, then figures; a list for each.
     numbers: Vec<Vec<f64>>,
@@ -155,7 +155,7 @@ struct Counts {
     too_many: bool,
 }
 
-impl Sample {
+impl RowSample {
     pub(super) fn new(runs: u64, columns: &Columns) -> Self {
         let keys: Vec<usize> = (0..columns.keys.len()).filter(|place| columns.keys[*place].numbers).collect();
         let few: Vec<usize> = (0..columns.keys.len()).filter(|place| columns.keys[*place].few).collect();
@@ -174,7 +174,7 @@ impl Sample {
         self.numbers.first().map_or(0, Vec::len)
     }
 
-    pub(super) fn add(&mut self, row: &Row<'_>) {
+    pub(super) fn add(&mut self, row: &SweepRow<'_>) {
         let chosen = row.index.is_multiple_of(self.stride);
         let place = chosen.then_some(self.runs());
         // A run that stopped at a fault has had less time to err.
@@ -223,7 +223,7 @@ impl Counts {
         Self { keys, most, cells: BTreeMap::new(), too_many: false }
     }
 
-    fn add(&mut self, row: &Row<'_>, place: Option<usize>) {
+    fn add(&mut self, row: &SweepRow<'_>, place: Option<usize>) {
         if self.too_many {
             return;
         }
@@ -239,7 +239,7 @@ impl Counts {
     }
 
     /// The cells, numbers in their order.
-    fn cells(&self, sample: &Sample) -> Vec<GroupCell> {
+    fn cells(&self, sample: &RowSample) -> Vec<GroupCell> {
         let mut cells: Vec<_> = self.cells.iter().collect();
         let number = |text: &String| text.parse::<f64>().unwrap_or(f64::INFINITY);
         cells.sort_by(|a, b| {
@@ -251,7 +251,7 @@ impl Counts {
             .into_iter()
             .map(|(values, (runs, failures, places))| GroupCell {
                 values: values.clone(),
-                failures: Share::new(*failures, *runs),
+                failures: RunShare::new(*failures, *runs),
                 medians: (0..metrics)
                     .map(|metric| median(places.iter().map(|at| sample.figure(metric)[*at])))
                     .collect(),

@@ -6,7 +6,7 @@
 use super::faulty::Mutant;
 use actuator_model::mit::{Electronics, Language, Ranges};
 use core::fmt::Debug;
-use dynamics_core::control::{ControllerConfig, Encoder, Gains, Guard, Law, TrackingObserver};
+use dynamics_core::control::{ControlLaw, ControllerConfig, Encoder, Gains, Guard, TrackingObserver};
 use dynamics_core::drive::{Gearing, MitDrive, MitRanges, Range};
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::{JointRules, Protected, Rules, SafeAction};
@@ -111,7 +111,7 @@ impl<const N: usize> dynamics_core::control::Configuration<f32, N> for Numbers<N
     }
 }
 
-impl<const N: usize> dynamics_core::safety::Configuration<f32, N> for Numbers<N> {
+impl<const N: usize> dynamics_core::safety::SafetyConfiguration<f32, N> for Numbers<N> {
     fn rules(&self) -> &Rules<f32, N> {
         &self.0.rules
     }
@@ -136,7 +136,7 @@ impl<const N: usize> InverseDynamics<f32, N> for Lift {
 
 fn control<const N: usize>() -> ControllerConfig<f32, N> {
     ControllerConfig {
-        law: Law::ComputedTorque,
+        law: ControlLaw::ComputedTorque,
         gains: [Gains { position: 100.0, velocity: 20.0, inertia: INERTIA as f32 }; N],
         friction: None,
         limits: [Limits { position: (-0.02, 0.5), velocity: 3.0, torque: 18.0, torque_rate: 200.0 }; N],

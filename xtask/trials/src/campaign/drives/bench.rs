@@ -1,20 +1,20 @@
 //! A run in progress: host, board, buses, arm and judge, tick by tick.
 
 use super::broken::{Breakage, Faulty, Memory, without_timeouts};
-use super::injection::{Board, Injection};
-use super::judge::{Judge, Truth};
+use super::injection::{Board, DriveInjection};
+use super::judge::{DriveJudge, Truth};
 use super::stage::{BRAKES_ENGAGE, DrivesStage, blended, pass};
 use crate::campaign::case::{Case, Situation};
 use crate::campaign::fault::FaultKind;
 use crate::campaign::host::Host;
-use crate::campaign::judge::{Law, Unsafe};
+use crate::campaign::judge::{SafetyProperty, Unsafe};
 use crate::campaign::machine::Desk;
 use crate::campaign::outcome::Number;
 use crate::campaign::random::Random;
 use crate::campaign::script::{Script, Stop};
 use crate::campaign::stage::Stage;
 use actuator_model::mit::Shaft;
-use board::session::states::{ARMING, HOMING, RUNNING};
+use link::StateCode;
 use link::codec::FrameTooLong;
 use link::{Frame, Hello, Pacing, Status};
 use session::readings::Lines;
@@ -26,20 +26,20 @@ use sim::run::world::World;
 const RESTS: f64 = 1.0;
 
 /// A run in progress.
-pub(super) struct Bench<'a, const N: usize> {
+pub(super) struct DriveRun<'a, const N: usize> {
     stage: &'a DrivesStage<N>,
     desk: &'a mut Desk<N>,
     breakage: Option<Breakage>,
     memory: Memory<N>,
     host: Host<N>,
-    pub(super) judge: Judge<'a, N>,
+    pub(super) judge: DriveJudge<'a, N>,
     world: World<N>,
     random: Random,
     pub(super) pair: u64,
     /// Ticks for which the brakes are still open after their line closes.
     engaging: u32,
     /// The fault of this run, while it lasts.
-    injection: Option<Injection>,
+    injection: Option<DriveInjection>,
     /// The host is silent.
     mute: bool,
     pub(super) tick: u32,
@@ -51,7 +51,7 @@ pub(super) struct Bench<'a, const N: usize> {
     pub(super) armed_in: u32,
 }
 
-impl<const N: usize> Script<N> for Bench<'_, N> {
+impl<const N: usize> Script<N> for DriveRun<'_, N> {
     fn host(&mut self) -> &mut Host<N> {
         &mut self.host
     }
@@ -90,7 +90,7 @@ impl<const N: usize> Script<N> for Bench<'_, N> {
     }
 
     fn begin_fault(&mut self, case: Case) -> Result<u32, Stop> {
-        let injection = Injection::new::<N>(case.fault, self.pair, &mut self.random);
+        let injection = DriveInjection::new::<N>(case.fault, self.pair, &mut self.random);
         let Stage { config, rules, .. } = &self.stage.stage;
         let silence = rules.heartbeat_max.saturating_add(rules.hold_max).min(5000);
         if matches!(case.fault, FaultKind::HostSilent | FaultKind::HostGone) {
@@ -139,7 +139,7 @@ impl<const N: usize> Script<N> for Bench<'_, N> {
     }
 }
 
-impl<'a, const N: usize> Bench<'a, N> {
+impl<'a, const N: usize> DriveRun<'a, N> {
     pub(super) fn new(
         stage: &'a DrivesStage<N>,
         desk: &'a mut Desk<N>,
@@ -154,7 +154,7 @@ impl<'a, const N: usize> Bench<'a, N> {
         host.deaf_to = (breakage == Some(Breakage::HoldLost)).then_some(link::Request::Hold);
         let arm = (&stage.arm, &stage.known);
         Ok(Self {
-            judge: Judge::new(arm, rules, (config.age_max, stage.tells_state), stage.world.plant.state().q),
+            judge: DriveJudge::new(arm, rules, (config.age_max, stage.tells_state), stage.world.plant.state().q),
             stage,
             desk,
             breakage,
@@ -177,7 +177,7 @@ impl<'a, const N: usize> Bench<'a, N> {
     /// Run one tick: host, board, buses, arm, judge.
     fn pass(&mut self, board: Board) -> Result<(), Stop> {
         self.tick += 1;
-        if self.state() == RUNNING && !self.host.gone {
+        if self.state() == StateCode::Running && !self.host.gone {
             self.feed()?;
         }
         let sent = self.host.finish(None, None, false)?;
@@ -192,7 +192,7 @@ impl<'a, const N: usize> Bench<'a, N> {
         let late = core::cell::Cell::new(board.late == Some(true));
         let is_due = || late.replace(board.late.is_some());
         let mut joints = Faulty { joints: drives.board(), breakage: *breakage, memory };
-        let status = desk.on_board(&sent.bytes, &mut joints, lines, is_due).map_err(Stop::Trouble)?;
+        let status = desk.on_board(&sent.bytes, &mut joints, lines, is_due).map_err(Stop::Machine)?;
         drives.serve(&world.sensors.disturbed(world.plant.measured()));
         let heard = core::array::from_fn(|i| drives.electronics(i).is_some_and(|it| it.silent_for() == 0.0));
         if *breakage == Some(Breakage::TimeoutNeverActs) {
@@ -203,10 +203,19 @@ impl<'a, const N: usize> Bench<'a, N> {
         *engaging = if released { (BRAKES_ENGAGE / world.period).ceil() as u32 } else { engaging.saturating_sub(1) };
         let slips = memory.slips(*breakage, open, world.period);
         self.move_arm(open || slips).map_err(|diverged| {
-            let broken = Unsafe { law: Law::RanAway, what: diverged.to_string() };
+            let broken = Unsafe { law: SafetyProperty::RanAway, what: diverged.to_string() };
             Stop::Unsafe { what: broken.what.clone(), broken: Some(broken), inputs: format!("{status:?}") }
         })?;
-        self.judge(Seen { board, status, requests, spoke: sent.spoke && !self.mute, carried, heard, released, open })
+        self.judge(UnjudgedTick {
+            board,
+            status,
+            requests,
+            spoke: sent.spoke && !self.mute,
+            carried,
+            heard,
+            released,
+            open,
+        })
     }
 
     /// Move the arm for a period.
@@ -222,8 +231,8 @@ impl<'a, const N: usize> Bench<'a, N> {
     }
 
     /// Give the judge the truth of this tick.
-    fn judge(&mut self, seen: Seen<N>) -> Result<(), Stop> {
-        let Seen { board, status, requests, spoke, carried, heard, released, open } = seen;
+    fn judge(&mut self, seen: UnjudgedTick<N>) -> Result<(), Stop> {
+        let UnjudgedTick { board, status, requests, spoke, carried, heard, released, open } = seen;
         let State { q, qd } = *self.world.plant.state();
         let Some(drives) = &mut self.world.drives else { return Ok(()) };
         let (mut torque, mut told) = ([0.0; N], [0.0; N]);
@@ -267,7 +276,7 @@ impl<'a, const N: usize> Bench<'a, N> {
             );
             return Err(Stop::Unsafe { broken: Some(broken), what, inputs });
         }
-        if status.state == HOMING && !self.mute {
+        if status.state == StateCode::Homing && !self.mute {
             // The operator sets the zeros of the drives that have power.
             for i in 0..N {
                 let electronics = self.world.drives.as_mut().and_then(|drives| drives.electronics(i));
@@ -276,8 +285,8 @@ impl<'a, const N: usize> Bench<'a, N> {
                 }
             }
         }
-        self.along += u32::from(status.state == RUNNING);
-        self.armed_in += u32::from(status.state == ARMING);
+        self.along += u32::from(status.state == StateCode::Running);
+        self.armed_in += u32::from(status.state == StateCode::Arming);
         self.status = Some(status);
         Ok(())
     }
@@ -290,7 +299,7 @@ impl<'a, const N: usize> Bench<'a, N> {
 }
 
 /// A tick before it is judged.
-struct Seen<const N: usize> {
+struct UnjudgedTick<const N: usize> {
     board: Board,
     status: Status,
     requests: Vec<link::Request>,

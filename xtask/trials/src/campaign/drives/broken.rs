@@ -1,10 +1,10 @@
 //! A board that is broken on purpose, to show that the judge finds what then happens.
 
-use board::session::states::HOLDING;
 use dynamics_core::Sensed;
 use dynamics_core::control::Spring;
 use dynamics_core::safety::SafeAction;
 use joint_io::JointIo;
+use link::StateCode;
 use session::readings::Readings;
 use sim::plant::drives::Drives;
 
@@ -85,8 +85,8 @@ impl<const N: usize> Memory<N> {
         Self { torque: None, drove: false, readings: None, opens: false, closed: u32::MAX, held: 0 };
 
     /// A tick begins in this state of the machine.
-    pub(super) fn begin(&mut self, state: u8) {
-        self.held = if state == HOLDING { self.held.saturating_add(1) } else { 0 };
+    pub(super) fn begin(&mut self, state: StateCode) {
+        self.held = if state == StateCode::Holding { self.held.saturating_add(1) } else { 0 };
     }
 
     /// True if brakes whose line says that they are engaged do not hold the arm. Call it once in a tick of `period` (s).

@@ -23,7 +23,7 @@ const fn provoking(order: Order) -> &'static [Request] {
 
 /// A temporary fault.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Injection {
+pub(super) struct DriveInjection {
     pub(super) kind: FaultKind,
     joint: usize,
     /// All drives, not one alone.
@@ -42,7 +42,7 @@ pub(super) struct Board {
     pub(super) late: Option<bool>,
 }
 
-impl Injection {
+impl DriveInjection {
     /// Draw the parameters of a fault; `pair` numbers the pairs of requests.
     pub(super) fn new<const N: usize>(kind: FaultKind, pair: u64, random: &mut Random) -> Self {
         let (joint, all) = (random.index(N), random.chance(0.3));

@@ -15,11 +15,11 @@ mod truth;
 
 pub(super) use truth::{Known, Truth};
 
-use crate::campaign::judge::{Law, Unsafe, broken};
+use crate::campaign::judge::{SafetyProperty, Unsafe, broken};
 use crate::campaign::outcome::{Exemption, Motion};
-use board::session::states::{ARMED, ARMING, DISARMING, FAULT, HOLDING, HOMING, LOWERING, RUNNING};
 use dynamics_core::safety::Rules;
 use link::Request;
+use link::StateCode;
 use sim::plant::Arm;
 use truth::Released;
 
@@ -40,7 +40,7 @@ const VISIBLE: f64 = 0.02;
 
 /// Judge of one run.
 #[derive(Clone, Debug)]
-pub(super) struct Judge<'a, const N: usize> {
+pub(super) struct DriveJudge<'a, const N: usize> {
     arm: &'a Arm<N>,
     rules: &'a Rules<f64, N>,
     drives: &'a [Known; N],
@@ -50,7 +50,7 @@ pub(super) struct Judge<'a, const N: usize> {
     /// Replies carry the state of a drive.
     tells_state: bool,
     /// State of the tick before, and where the arm was.
-    before: u8,
+    before: StateCode,
     q: [f64; N],
     qd: [f64; N],
     /// Lowest and highest place of each joint while torque is to hold it.
@@ -77,11 +77,11 @@ pub(super) struct Judge<'a, const N: usize> {
     pub(super) motion: Motion,
 }
 
-fn drives(state: u8) -> bool {
-    matches!(state, ARMED | RUNNING | HOLDING | LOWERING)
+fn drives(state: StateCode) -> bool {
+    matches!(state, StateCode::Armed | StateCode::Running | StateCode::Holding | StateCode::Lowering)
 }
 
-impl<'a, const N: usize> Judge<'a, N> {
+impl<'a, const N: usize> DriveJudge<'a, N> {
     /// The judge of an arm that lies or stands at `q`.
     pub(super) fn new(
         (arm, drives): (&'a Arm<N>, &'a [Known; N]),
@@ -96,7 +96,7 @@ impl<'a, const N: usize> Judge<'a, N> {
             age_max,
             brakes: rules.safe_action == dynamics_core::safety::SafeAction::Brake,
             tells_state,
-            before: 0,
+            before: StateCode::Idle,
             q,
             qd: [0.0; N],
             place: q.map(|q| (q, q)),
@@ -129,7 +129,7 @@ impl<'a, const N: usize> Judge<'a, N> {
         self.brake_line(truth)?;
         self.zeros(truth)?;
         self.place(truth);
-        if drives(state) || state == DISARMING || (state == ARMING && self.brakes) {
+        if drives(state) || state == StateCode::Disarming || (state == StateCode::Arming && self.brakes) {
             self.released = None;
             self.held(truth)?;
             self.disarms(truth)?;
@@ -148,27 +148,35 @@ impl<'a, const N: usize> Judge<'a, N> {
     /// Requests and silence of the host.
     fn host(&self, truth: &Truth<'_, N>) -> Result<(), Unsafe> {
         let (state, cause) = truth.state;
-        if truth.requests.contains(&Request::Stop) && state != FAULT {
-            return broken(Law::Strongest, format!("state {state} after a stop"));
+        if truth.requests.contains(&Request::Stop) && state != StateCode::Fault {
+            return broken(SafetyProperty::Strongest, format!("state {state} after a stop"));
         }
-        if truth.requests.contains(&Request::Hold) && matches!(state, RUNNING | ARMING | LOWERING) {
-            return broken(Law::Strongest, format!("state {state} after a hold"));
+        if truth.requests.contains(&Request::Hold)
+            && matches!(state, StateCode::Running | StateCode::Arming | StateCode::Lowering)
+        {
+            return broken(SafetyProperty::Strongest, format!("state {state} after a hold"));
         }
         let Rules { heartbeat_max, hold_max, .. } = *self.rules;
         let (first, last) = (heartbeat_max + 2, heartbeat_max.saturating_add(hold_max) + 3);
-        if (self.silent > first && matches!(state, ARMED | RUNNING | ARMING))
-            || (self.silent > last && state == HOLDING)
+        if (self.silent > first && matches!(state, StateCode::Armed | StateCode::Running | StateCode::Arming))
+            || (self.silent > last && state == StateCode::Holding)
         {
-            return broken(Law::Silence, format!("state {state} after {} ticks without the host", self.silent));
+            return broken(
+                SafetyProperty::Silence,
+                format!("state {state} after {} ticks without the host", self.silent),
+            );
         }
         if let Some(rest) = &self.rules.rest
-            && (drives(self.before) || self.before == DISARMING)
-            && (state, cause) == (FAULT, 10)
+            && (drives(self.before) || self.before == StateCode::Disarming)
+            && (state, cause) == (StateCode::Fault, 10)
         {
             let far = (0..N).find(|&i| (truth.q[i] - rest[i]).abs() > REST_MAX);
             if let Some(i) = far {
                 let (q, rest) = (truth.q[i], rest[i]);
-                return broken(Law::Lowered, format!("joint {} is let go at {q} rad, its rest is {rest} rad", i + 1));
+                return broken(
+                    SafetyProperty::Lowered,
+                    format!("joint {} is let go at {q} rad, its rest is {rest} rad", i + 1),
+                );
             }
         }
         Ok(())
@@ -178,14 +186,14 @@ impl<'a, const N: usize> Judge<'a, N> {
     fn brake_line(&mut self, truth: &Truth<'_, N>) -> Result<(), Unsafe> {
         let (state, _) = truth.state;
         if self.brakes && truth.released && !drives(state) {
-            return broken(Law::BrakesOpen, format!("they are opened in state {state}"));
+            return broken(SafetyProperty::BrakesOpen, format!("they are opened in state {state}"));
         }
         let gravity = self.arm.terms(&truth.q, &[0.0; N]).gravity;
         if self.brakes && truth.released && !self.was_open {
             for i in 0..N {
                 if !self.was_on[i] {
                     if self.is_visible(i, gravity[i]) {
-                        return broken(Law::BrakesOpen, format!("the drive of joint {} is off", i + 1));
+                        return broken(SafetyProperty::BrakesOpen, format!("the drive of joint {} is off", i + 1));
                     }
                     self.exempt(Exemption::Invisible);
                     self.invisible = true;
@@ -194,14 +202,14 @@ impl<'a, const N: usize> Judge<'a, N> {
                 let lacks = gravity[i] - truth.carried[i];
                 if lacks.abs() > 0.1 * self.drives[i].torque.min(gravity[i].abs()) + 0.01 * self.drives[i].torque {
                     let what = format!("joint {}: {} of {} N m", i + 1, truth.carried[i], gravity[i]);
-                    return broken(Law::Carried, what);
+                    return broken(SafetyProperty::Carried, what);
                 }
             }
         }
         let without_state = if self.tells_state { 0 } else { FOUND_TICKS_WITHOUT_STATE };
         let found = self.age_max + FOUND_TICKS + without_state;
         for i in 0..N {
-            let acts = (drives(state) || state == DISARMING) && !truth.on[i] && (truth.open || !self.brakes);
+            let acts = (drives(state) || state == StateCode::Disarming) && !truth.on[i] && (truth.open || !self.brakes);
             if !acts {
                 (self.off_for[i], self.unseen_for[i]) = (0, 0);
             } else if self.is_visible(i, truth.told[i]) {
@@ -212,7 +220,7 @@ impl<'a, const N: usize> Judge<'a, N> {
             }
             if self.off_for[i] > found {
                 let what = format!("joint {}: {} ticks in state {state}", i + 1, self.off_for[i]);
-                return broken(Law::OffUnnoticed, what);
+                return broken(SafetyProperty::OffUnnoticed, what);
             }
             if self.unseen_for[i] > self.age_max {
                 self.exempt(Exemption::Invisible);
@@ -230,7 +238,7 @@ impl<'a, const N: usize> Judge<'a, N> {
     /// Drives whose zero has moved since the homing.
     fn zeros(&mut self, truth: &Truth<'_, N>) -> Result<(), Unsafe> {
         let (state, _) = truth.state;
-        if self.before == HOMING && truth.homed {
+        if self.before == StateCode::Homing && truth.homed {
             self.zero = Some(truth.zero);
         }
         let Some(zero) = self.zero else { return Ok(()) };
@@ -241,7 +249,7 @@ impl<'a, const N: usize> Judge<'a, N> {
             self.moved_for[i] = if moved && truth.powered[i] && drives(state) { self.moved_for[i] + 1 } else { 0 };
             if self.moved_for[i] > self.age_max + ZERO_TICKS {
                 let way = truth.zero[i] - zero[i];
-                return broken(Law::ZeroMoved, format!("joint {}: by {way} rad, in state {state}", i + 1));
+                return broken(SafetyProperty::ZeroMoved, format!("joint {}: by {way} rad, in state {state}", i + 1));
             }
         }
         Ok(())

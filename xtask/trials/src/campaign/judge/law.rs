@@ -5,7 +5,7 @@ use serde::Serialize;
 /// Law that an unsafe command breaks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Law {
+pub enum SafetyProperty {
     /// Torque is finite.
     Finite,
     /// Torque is inside its limit.
@@ -69,12 +69,12 @@ pub enum Law {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Unsafe {
     /// The broken law.
-    pub law: Law,
+    pub law: SafetyProperty,
     /// Description with numbers.
     pub what: String,
 }
 
 /// Returns a violation of a law.
-pub(crate) fn broken(law: Law, what: impl Into<String>) -> Result<(), Unsafe> {
+pub(crate) fn broken(law: SafetyProperty, what: impl Into<String>) -> Result<(), Unsafe> {
     Err(Unsafe { law, what: what.into() })
 }

@@ -3,7 +3,7 @@
 //! The machine rounds to f32 and the judge does not, so only one of them may see a value exactly on a bound as a
 //! violation. The judge therefore reports only values that exceed a bound by more than such rounding ([`beyond`]).
 
-use crate::campaign::machine::Told;
+use crate::campaign::machine::TickInputs;
 use dynamics_core::safety::Rules;
 use dynamics_core::{ControllerConfig, Sensed};
 use session::Drives;
@@ -22,7 +22,7 @@ pub(super) fn beyond(value: f64, bound: f64) -> bool {
 
 /// Faults in the readings of a tick, as codes of docs/safety.md, the first joint's first.
 #[derive(Clone, Debug)]
-pub(super) struct Seen<const N: usize> {
+pub(super) struct ReadingFaults<const N: usize> {
     /// All certain faults.
     pub(super) faults: Vec<u8>,
     /// A joint has moved for the whole time that certainty takes.
@@ -58,11 +58,11 @@ impl<const N: usize> Observation<N> {
     pub(super) fn look(
         &mut self,
         now: i64,
-        told: &Told<N>,
+        told: &TickInputs<N>,
         config: &ControllerConfig<f64, N>,
         rules: &Rules<f64, N>,
         acted: Option<usize>,
-    ) -> Seen<N> {
+    ) -> ReadingFaults<N> {
         let (q, qd) = match &told.sensed {
             Sensed::State { q, qd } => (q.map(f64::from), Some(qd.map(f64::from))),
             Sensed::Counts(counts) => {
@@ -71,7 +71,7 @@ impl<const N: usize> Observation<N> {
                 (core::array::from_fn(at), None)
             }
         };
-        let mut seen = Seen { faults: Vec::new(), moves: false, position: q, counted: qd.is_none() };
+        let mut seen = ReadingFaults { faults: Vec::new(), moves: false, position: q, counted: qd.is_none() };
         if q.iter().all(|x| x.is_finite()) {
             self.track.push_back(q);
         } else {

@@ -1,43 +1,49 @@
 //! Laws of the followed reference, and of the rest after a stop.
 
-use super::law::{Law, Unsafe, broken};
-use super::observation::{Seen, beyond};
+use super::law::{SafetyProperty, Unsafe, broken};
+use super::observation::{ReadingFaults, beyond};
 use super::{Judge, Trust};
-use board::session::states::{ARMED, HOLDING, RUNNING};
 use dynamics_core::control::LimitFlags;
+use link::StateCode;
 use link::{Actuation, Status};
 
 impl<const N: usize> Judge<N> {
     /// Check the followed reference.
-    pub(super) fn reference(&self, seen: &Seen<N>, status: &Status) -> Result<(), Unsafe> {
-        if status.state != RUNNING {
+    pub(super) fn reference(&self, seen: &ReadingFaults<N>, status: &Status) -> Result<(), Unsafe> {
+        if status.state != StateCode::Running {
             return Ok(());
         }
         let (Some(reference), Some(Actuation::Drive { limits, .. })) = (status.reference(), &status.actuation) else {
-            return broken(Law::Reference, "it runs without a reference");
+            return broken(SafetyProperty::Reference, "it runs without a reference");
         };
         for i in 0..N {
             let at = |list: &link::Joints<f32>| list.get(i).map_or(f64::NAN, |x| f64::from(*x));
             let (q, qd, qdd) = (at(&reference.q), at(&reference.qd), at(&reference.qdd));
             if !(q.is_finite() && qd.is_finite() && qdd.is_finite()) {
-                return broken(Law::Reference, format!("joint {}: reference {q}, {qd}, {qdd}", i + 1));
+                return broken(SafetyProperty::Reference, format!("joint {}: reference {q}, {qd}, {qdd}", i + 1));
             }
             let joint = &self.rules.joints[i];
             let place = seen.position[i];
             if self.is_astray(seen, i, q) {
-                return broken(Law::Reference, format!("joint {}: reference {q}, the arm at {place}", i + 1));
+                return broken(
+                    SafetyProperty::Reference,
+                    format!("joint {}: reference {q}, the arm at {place}", i + 1),
+                );
             }
             let (low, high) = self.config.limits[i].position;
             let room = if qd > 0.0 { high - q } else { q - low };
             let way = qd.abs() * self.rules.latency + qd * qd / (2.0 * joint.deceleration);
             if qd.abs() > 1e-4 && beyond(way, room) {
-                return broken(Law::Reference, format!("joint {}: needs {way} to stop, has {room}", i + 1));
+                return broken(SafetyProperty::Reference, format!("joint {}: needs {way} to stop, has {room}", i + 1));
             }
             let flags = limits.get(i).copied().unwrap_or(0);
             let outside = beyond(q, high) || beyond(low, q);
             let fast = beyond(qd.abs(), self.config.limits[i].velocity);
             if (outside && flags & 1 == 0) || (fast && flags & 2 == 0) {
-                return broken(Law::Held, format!("joint {}: reference {q}, {qd} is followed, flags {flags}", i + 1));
+                return broken(
+                    SafetyProperty::Held,
+                    format!("joint {}: reference {q}, {qd} is followed, flags {flags}", i + 1),
+                );
             }
         }
         Ok(())
@@ -45,7 +51,7 @@ impl<const N: usize> Judge<N> {
 
     /// Check that a holding arm comes to rest.
     pub(super) fn rest(&mut self, status: &Status) -> Result<(), Unsafe> {
-        self.held = if status.state == HOLDING { self.held + 1 } else { 0 };
+        self.held = if status.state == StateCode::Holding { self.held + 1 } else { 0 };
         if self.trust < Trust::Loop || self.held < self.rest_after + self.observation.window as u32 {
             return Ok(());
         }
@@ -54,18 +60,21 @@ impl<const N: usize> Judge<N> {
             if let Some(speed) = self.observation.mean(i, 0, self.rules.period)
                 && speed.abs() > rest
             {
-                return broken(Law::Rest, format!("joint {}: {speed} after {} ticks of holding", i + 1, self.held));
+                return broken(
+                    SafetyProperty::Rest,
+                    format!("joint {}: {speed} after {} ticks of holding", i + 1, self.held),
+                );
             }
         }
         Ok(())
     }
 
     /// Check that an armed arm stands where it was armed.
-    pub(super) fn standing(&mut self, seen: &Seen<N>, status: &Status) -> Result<(), Unsafe> {
-        if status.state != ARMED {
+    pub(super) fn standing(&mut self, seen: &ReadingFaults<N>, status: &Status) -> Result<(), Unsafe> {
+        if status.state != StateCode::Armed {
             return Ok(());
         }
-        if self.before.0 != ARMED {
+        if self.before.0 != StateCode::Armed {
             self.armed = seen.position;
         }
         let Some(Actuation::Drive { limits, .. }) = &status.actuation else { return Ok(()) };
@@ -76,14 +85,17 @@ impl<const N: usize> Judge<N> {
         for i in 0..N {
             let (place, armed) = (seen.position[i], self.armed[i]);
             if self.is_astray(seen, i, armed) {
-                return broken(Law::Standing, format!("joint {}: armed at {armed}, the arm at {place}", i + 1));
+                return broken(
+                    SafetyProperty::Standing,
+                    format!("joint {}: armed at {armed}, the arm at {place}", i + 1),
+                );
             }
         }
         Ok(())
     }
 
     /// True if a joint is beyond doubt out of its reach of this place.
-    fn is_astray(&self, seen: &Seen<N>, i: usize, from: f64) -> bool {
+    fn is_astray(&self, seen: &ReadingFaults<N>, i: usize, from: f64) -> bool {
         let joint = &self.rules.joints[i];
         // With encoders the machine measures the distance from its observer's estimate, which may lag by anything below a jump.
         let lag = if seen.counted { 2.0 * joint.jump_step.min(1.0) + joint.resolution } else { 0.0 };

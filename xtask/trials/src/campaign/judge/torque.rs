@@ -1,30 +1,30 @@
 //! Laws of the torque and of its report.
 
-use super::law::{Law, Unsafe, broken};
+use super::law::{SafetyProperty, Unsafe, broken};
 use super::observation::{beyond, torque};
-use super::{Judge, Said};
+use super::{Judge, TickOutput};
 use crate::campaign::machine::played;
-use board::session::states::{ARMED, ARMING, DISARMING, HOLDING, LOWERING, RUNNING};
 use dynamics_core::safety::SafeAction;
+use link::StateCode;
 use link::{Actuation, Pacing, Status};
 use session::Drives;
 
 impl<const N: usize> Judge<N> {
-    /// Command that acts on the drives, or would act outside a drill. A drill drives nothing; its status holds the
+    /// Command that acts on the drives, or would act outside a dry run. A dry run drives nothing; its status holds the
     /// command.
     ///
     /// # Errors
-    /// [`Law::SafeAction`] if a drill drives its actuators.
+    /// [`SafetyProperty::SafeAction`] if a dry run drives its actuators.
     pub fn acts(&self, pacing: Pacing, drives: &Drives<N>, status: &Status) -> Result<Drives<N>, Unsafe> {
         match drives {
             drives if pacing == Pacing::Live => Ok(*drives),
             Drives::Safe(action) if *action == self.rules.safe_action => Ok(played(status)),
-            drives => Err(Unsafe { law: Law::SafeAction, what: format!("{drives:?} in {pacing:?}") }),
+            drives => Err(Unsafe { law: SafetyProperty::SafeAction, what: format!("{drives:?} in {pacing:?}") }),
         }
     }
 
     /// Check that the reported command is the actual one.
-    pub(super) fn reported(&self, said: &Said<N>) -> Result<(), Unsafe> {
+    pub(super) fn reported(&self, said: &TickOutput<N>) -> Result<(), Unsafe> {
         let same = match (&said.drives, &said.status.actuation) {
             (Drives::Drive(torque), Some(Actuation::Drive { torque: reported, .. }))
             | (Drives::Preload(torque), Some(Actuation::Preload { torque: reported, .. })) => {
@@ -39,46 +39,58 @@ impl<const N: usize> Judge<N> {
         if same {
             return Ok(());
         }
-        broken(Law::Reported, format!("the drives do {:?}, reported is {:?}", said.drives, said.status.actuation))
+        broken(
+            SafetyProperty::Reported,
+            format!("the drives do {:?}, reported is {:?}", said.drives, said.status.actuation),
+        )
     }
 
     /// Check the torque itself.
-    pub(super) fn torque(&self, said: &Said<N>) -> Result<(), Unsafe> {
+    pub(super) fn torque(&self, said: &TickOutput<N>) -> Result<(), Unsafe> {
         let state = said.status.state;
         let Some(torque) = torque(&said.drives) else {
-            if matches!(state, ARMED | RUNNING | HOLDING | LOWERING | DISARMING) {
-                return broken(Law::SafeAction, format!("no torque in state {state}"));
+            if matches!(
+                state,
+                StateCode::Armed | StateCode::Running | StateCode::Holding | StateCode::Lowering | StateCode::Disarming
+            ) {
+                return broken(SafetyProperty::SafeAction, format!("no torque in state {state}"));
             }
-            if matches!(said.drives, Drives::Enable(_)) != (state == ARMING) {
-                return broken(Law::SafeAction, format!("{:?} in state {state}", said.drives));
+            if matches!(said.drives, Drives::Enable(_)) != (state == StateCode::Arming) {
+                return broken(SafetyProperty::SafeAction, format!("{:?} in state {state}", said.drives));
             }
             return match said.drives {
                 Drives::Safe(action) if action != self.rules.safe_action => {
-                    broken(Law::SafeAction, format!("{action:?} in place of {:?}", self.rules.safe_action))
+                    broken(SafetyProperty::SafeAction, format!("{action:?} in place of {:?}", self.rules.safe_action))
                 }
                 _ => Ok(()),
             };
         };
         let preloads = matches!(said.drives, Drives::Preload(_));
-        let engaged = matches!(state, ARMING | DISARMING);
-        if preloads != engaged || !(engaged || matches!(state, ARMED | RUNNING | HOLDING | LOWERING)) {
-            return broken(Law::SafeAction, format!("torque in state {state}"));
+        let engaged = matches!(state, StateCode::Arming | StateCode::Disarming);
+        if preloads != engaged
+            || !(engaged
+                || matches!(state, StateCode::Armed | StateCode::Running | StateCode::Holding | StateCode::Lowering))
+        {
+            return broken(SafetyProperty::SafeAction, format!("torque in state {state}"));
         }
         if !self.homed {
-            return broken(Law::Homed, "torque, and the arm is not homed");
+            return broken(SafetyProperty::Homed, "torque, and the arm is not homed");
         }
         for i in 0..N {
             // Compared bit by bit: the limit is the machine's own number.
             let (tau, limit) = (torque[i], f64::from(self.config.limits[i].torque as f32));
             let (last, step) = (self.torque.map_or(0.0, |torque| torque[i]), self.config.torque_step[i]);
             if !tau.is_finite() {
-                return broken(Law::Finite, format!("joint {}: torque {tau}", i + 1));
+                return broken(SafetyProperty::Finite, format!("joint {}: torque {tau}", i + 1));
             }
             if tau.abs() > limit {
-                return broken(Law::Limit, format!("joint {}: torque {tau}, limit {limit}", i + 1));
+                return broken(SafetyProperty::Limit, format!("joint {}: torque {tau}, limit {limit}", i + 1));
             }
             if beyond((tau - last).abs(), step) {
-                return broken(Law::Rate, format!("joint {}: torque {tau} after {last}, step {step}", i + 1));
+                return broken(
+                    SafetyProperty::Rate,
+                    format!("joint {}: torque {tau} after {last}, step {step}", i + 1),
+                );
             }
         }
         Ok(())

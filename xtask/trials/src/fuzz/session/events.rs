@@ -1,13 +1,13 @@
 //! Events, decoded from the bytes of an input.
 
-use super::{Bench, EVERYTHING, PAST};
+use super::{Comparison, EVERYTHING, PAST};
 use crate::fuzz::packets::frame;
 use dynamics_core::Reference;
 use dynamics_core::control::Sensed;
 use link::{Frame, Hello, Pacing, Point, Request, Setting};
 use session::readings::{JointFaults, Lines};
 
-impl<const N: usize> Bench<N> {
+impl<const N: usize> Comparison<N> {
     pub(super) fn event(&mut self, kind: u8, bytes: &mut &[u8]) {
         let mut next = || bytes.split_off_first().copied().unwrap_or_default();
         match kind {
@@ -29,7 +29,7 @@ impl<const N: usize> Bench<N> {
             }
             3 => {
                 let byte = next();
-                let pacing = [Pacing::Live, Pacing::Drill, Pacing::Timer, Pacing::LockStep][usize::from(byte % 4)];
+                let pacing = [Pacing::Live, Pacing::DryRun, Pacing::Timer, Pacing::LockStep][usize::from(byte % 4)];
                 let robot = self.own.robot ^ u64::from(byte > 250);
                 self.send(&Frame::Hello(Hello { pacing, robot, ..self.own }));
             }
@@ -138,12 +138,12 @@ impl<const N: usize> Bench<N> {
         }
     }
 
-    /// Set the board's lines from now on; in a drill the host sends them.
+    /// Set the board's lines from now on; in a dry run the host sends them.
     fn lines(&mut self, bits: u8, drive_fault: u8) {
         let value = |choice: u8, inside: f32| [None, Some(inside), Some(-1e3), Some(f32::NAN)][usize::from(choice % 4)];
         let (emergency_stop, supply, temperature) = (bits & 1 == 1, value(bits >> 1, 24.0), value(bits >> 3, 20.0));
         self.lines = Lines { emergency_stop, supply, temperature };
-        if self.pacing() == Some(Pacing::Drill) {
+        if self.pacing() == Some(Pacing::DryRun) {
             let (overrun, zeroed) = (bits & 32 != 0, bits & 64 == 0);
             let own = link::Lines { emergency_stop, overrun, zeroed, drive_fault, ..link::Lines::CALM };
             let lines = link::Lines { supply, temperature, ..own };

@@ -1,18 +1,18 @@
 //! Ticks of both sessions, and their properties.
 
-use super::Bench;
-use crate::campaign::Said;
+use super::Comparison;
+use crate::campaign::TickOutput;
 use crate::campaign::judge::Heard;
 use crate::fuzz::packets::all_bits;
-use board::session::drill::DeskSession;
+use board::session::dry_run::DeskSession;
 use dynamics_core::Reference;
 use dynamics_core::control::Sensed;
-use link::{Aside, Frame, Measurement, Pacing, Status};
+use link::{ExtraFields, Frame, Measurement, Pacing, StateCode, Status};
 use session::Drives;
 use session::black_box::Report;
 use session::readings::{JointFaults, Readings};
 
-impl<const N: usize> Bench<N> {
+impl<const N: usize> Comparison<N> {
     /// Sensor reading of the arm.
     pub(super) fn reading(&self) -> Sensed<f32, N> {
         if !self.counted {
@@ -83,7 +83,7 @@ impl<const N: usize> Bench<N> {
                     self.agree(&status, &complete);
                 }
                 self.judge(pacing, &drives, &complete);
-                self.states[usize::from(complete.state)] += 1;
+                self.states[usize::from(complete.state.code())] += 1;
                 self.move_arm(&complete);
             }
             _ => {
@@ -102,8 +102,8 @@ impl<const N: usize> Bench<N> {
         let heard = Heard { requests: self.asked.as_slice(), spoke: self.spoke, exact: true };
         self.told.tick = self.ticks;
         let acts = self.judge.acts(pacing, drives, status);
-        let judged =
-            acts.and_then(|drives| self.judge.watch(&self.told, &heard, &Said { drives, status: status.clone() }));
+        let judged = acts
+            .and_then(|drives| self.judge.watch(&self.told, &heard, &TickOutput { drives, status: status.clone() }));
         if let Err(broken) = judged {
             panic!("{broken:?}: told {:?}, heard {heard:?}, {drives:?}, {status:?}", self.told);
         }
@@ -117,8 +117,8 @@ impl<const N: usize> Bench<N> {
             actuation: complete.actuation.clone().filter(|_| status.actuation.is_some()),
             sensed: complete.sensed.clone().filter(|_| status.sensed.is_some()),
             // Torques from outside and a joint's trouble are in no record.
-            aside: match &status.aside {
-                Aside::Reference(_) => complete.aside.clone(),
+            extra: match &status.extra {
+                ExtraFields::Reference(_) => complete.extra.clone(),
                 other => other.clone(),
             },
             ..complete.clone()
@@ -138,7 +138,7 @@ impl<const N: usize> Bench<N> {
 
     /// Move the arm to the reference, or let it stand.
     fn move_arm(&mut self, status: &Status) {
-        let reference = status.reference().filter(|_| status.state == 3);
+        let reference = status.reference().filter(|_| status.state == StateCode::Running);
         match reference.map(|reference| reference.to_core::<N>().unwrap()) {
             Some(Reference { q, qd, .. }) => (self.q, self.qd) = (q, qd),
             None => self.qd = [0.0; N],

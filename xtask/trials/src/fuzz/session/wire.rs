@@ -1,13 +1,13 @@
 //! Packets on the link, and their effects on each session.
 
 use super::ticks::said;
-use super::{Bench, EVERYTHING, PAST, nothing};
-use crate::campaign::Told;
+use super::{Comparison, EVERYTHING, PAST, nothing};
+use crate::campaign::TickInputs;
 use crate::fuzz::packets::{all_bits, begins};
 use link::{Actuation, DecodeError, Frame, Hello, NumberedRequest, Pacing, Packet, Received, Refusal, Request};
 use session::{Reaction, State};
 
-impl<const N: usize> Bench<N> {
+impl<const N: usize> Comparison<N> {
     /// Encode a packet to send later.
     pub(super) fn pack(&mut self, frame: &Frame) -> Packet {
         let packet = self.encoder.encode(frame).unwrap();
@@ -73,7 +73,7 @@ impl<const N: usize> Bench<N> {
             self.changes |= taken && matches!(before, State::Supervised(_, state) if state.has_torque());
         }
         match (&reaction, before.pacing()) {
-            (Reaction::Tick, Some(Pacing::LockStep | Pacing::Drill)) => self.tick(),
+            (Reaction::Tick, Some(Pacing::LockStep | Pacing::DryRun)) => self.tick(),
             (Reaction::None | Reaction::Reply(_), Some(_)) => {}
             (Reaction::Reply(Frame::Refusal(Refusal::NoHello)), None) => {}
             other => panic!("{frame:?} led to {other:?}"),
@@ -94,7 +94,7 @@ impl<const N: usize> Bench<N> {
                 self.told.age_ticks = [measurement.age_ticks; N];
             }
             Frame::Lines(lines) => {
-                assert!(pacing == Pacing::Drill, "the board's own lines count");
+                assert!(pacing == Pacing::DryRun, "the board's own lines count");
                 self.told.emergency_stop = lines.emergency_stop;
                 self.told.overrun |= lines.overrun;
                 self.told.zeroed = lines.zeroed;
@@ -116,7 +116,7 @@ impl<const N: usize> Bench<N> {
         let own = Hello { pacing: theirs.pacing, ..self.own };
         let answer = Frame::Hello(own);
         if let State::Supervised(Pacing::Live, state) = before
-            && (state.has_torque() || state == dynamics_core::safety::State::Arming)
+            && state.has_or_awaits_torque()
         {
             return self.greeted_while_driven(theirs, reaction, state);
         }
@@ -152,7 +152,7 @@ impl<const N: usize> Bench<N> {
         self.judge.reset();
         // A hello that ends a live session leaves a late tick to the next one.
         let overrun = self.told.overrun && is_live(before);
-        (self.told, self.asked, self.spoke) = (Told { overrun, ..nothing() }, None, false);
+        (self.told, self.asked, self.spoke) = (TickInputs { overrun, ..nothing() }, None, false);
         (self.taken, self.changes) = (0, false);
         if own == theirs && theirs.pacing.is_supervised() {
             self.twin.receive(Ok(Received { frame: EVERYTHING, missed: 0 }));
@@ -160,7 +160,7 @@ impl<const N: usize> Bench<N> {
     }
 }
 
-impl<const N: usize> Bench<N> {
+impl<const N: usize> Comparison<N> {
     /// Check the reaction to a hello while the arm is driven: the same session goes on, and any other hello is refused.
     fn greeted_while_driven(&mut self, theirs: Hello, reaction: &Reaction, state: dynamics_core::safety::State) {
         let other = self.twin.receive(Ok(Received { frame: Frame::Hello(theirs), missed: 0 }));

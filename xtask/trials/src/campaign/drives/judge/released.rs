@@ -1,10 +1,10 @@
 //! Joints on which no torque is to act: brakes hold the arm, or its drives damp it.
 
-use super::Judge;
+use super::DriveJudge;
 use super::truth::{ARMED_MAX, HELD_MAX, Known, Released, Truth};
-use crate::campaign::judge::{Law, Unsafe, broken};
+use crate::campaign::judge::{SafetyProperty, Unsafe, broken};
 use crate::campaign::outcome::Exemption;
-use board::session::states::{ARMING, FAULT, IDLE};
+use link::StateCode;
 use sim::plant::BRAKING_TIME;
 
 /// Greatest speed of a joint that its drive damps, as a multiple of that at which the damping carries gravity, and more, rad/s, for what the other
@@ -20,7 +20,7 @@ const FALL: f64 = 1.05;
 const TIMEOUT: f64 = 0.05;
 const TIMEOUT_WITHOUT_SETTING: f64 = 0.1;
 
-impl<const N: usize> Judge<'_, N> {
+impl<const N: usize> DriveJudge<'_, N> {
     /// The way that the weight, and drives that do not hear the board, can make until the brakes engage.
     fn falls(&mut self, truth: &Truth<'_, N>, released: &mut Released<N>) {
         if !truth.open || released.ticks >= released.engaging {
@@ -59,7 +59,7 @@ impl<const N: usize> Judge<'_, N> {
         self.invisible = false;
         let (from, gravity) = (self.q, [0.0; N]);
         // After an orderly end the brakes have engaged already. So they have where lowering waited for too long, but fault 15 may come at once too.
-        let orderly = truth.state.0 == IDLE || matches!(truth.state, (FAULT, 10 | 20));
+        let orderly = truth.state.0 == StateCode::Idle || matches!(truth.state, (StateCode::Fault, 10 | 20));
         let fresh = Released {
             ticks: 0,
             from,
@@ -88,7 +88,7 @@ impl<const N: usize> Judge<'_, N> {
                 let most = 1.01 * way + 1e-4;
                 if moved > most {
                     let what = format!("joint {}: {moved} rad since the safe action, at most {most}", i + 1);
-                    return broken(Law::Stopped, what);
+                    return broken(SafetyProperty::Stopped, what);
                 }
                 continue;
             }
@@ -101,8 +101,8 @@ impl<const N: usize> Judge<'_, N> {
 
     /// An arm that all of its drives damp comes down slowly, and stays where it is while it is armed.
     fn sinks(&self, truth: &Truth<'_, N>, released: &mut Released<N>) -> Result<(), Unsafe> {
-        let arms = truth.state.0 == ARMING;
-        let damped = truth.on == [true; N] && truth.heard == [true; N] && (arms == (self.before == ARMING));
+        let arms = truth.state.0 == StateCode::Arming;
+        let damped = truth.on == [true; N] && truth.heard == [true; N] && (arms == (self.before == StateCode::Arming));
         if !damped {
             (released.damped, released.gravity, released.all_on_from) = (0, [0.0; N], truth.q);
             return Ok(());
@@ -114,12 +114,15 @@ impl<const N: usize> Judge<'_, N> {
             let most = SINKING * released.gravity[i] / self.drives[i].damping + SINKING_MORE;
             let speed = truth.qd[i].abs();
             if !arms && f64::from(released.damped) * self.rules.period > SINKING_AFTER && speed > most {
-                return broken(Law::Damped, format!("joint {} sinks at {speed} rad/s, at most {most}", i + 1));
+                return broken(
+                    SafetyProperty::Damped,
+                    format!("joint {} sinks at {speed} rad/s, at most {most}", i + 1),
+                );
             }
             let moved = (truth.q[i] - released.all_on_from[i]).abs();
             let enabling = f64::from(released.damped) * self.rules.period;
             if arms && moved > ARMED_MAX + self.rules.joints[i].rest_speed * enabling {
-                return broken(Law::Fell, format!("joint {} moves by {moved} rad while it is armed", i + 1));
+                return broken(SafetyProperty::Fell, format!("joint {} moves by {moved} rad while it is armed", i + 1));
             }
         }
         Ok(())
@@ -131,7 +134,7 @@ impl<const N: usize> Judge<'_, N> {
         let (torque, speed) = (truth.torque[i], truth.qd[i]);
         if !truth.on[i] {
             if truth.told_off[i] && truth.powered[i] {
-                return broken(Law::Damped, format!("joint {}: its drive was told to be off", i + 1));
+                return broken(SafetyProperty::Damped, format!("joint {}: its drive was told to be off", i + 1));
             }
             if moved > HELD_MAX {
                 self.exempt(Exemption::NoDrive);
@@ -142,17 +145,17 @@ impl<const N: usize> Judge<'_, N> {
         let wanted = (-damping * speed).clamp(-range, range);
         let error = 0.15 * wanted.abs() + 0.02 * range;
         // While drives come on one that is on gives nothing for a tick, or a probe of a fiftieth.
-        let enabling = truth.state.0 == ARMING && torque.abs() <= wanted.abs() + 0.03 * range;
+        let enabling = truth.state.0 == StateCode::Arming && torque.abs() <= wanted.abs() + 0.03 * range;
         if (torque - wanted).abs() <= error || enabling {
             return Ok(());
         }
         let what = format!("joint {}: {torque} N m at {speed} rad/s, {} ticks after", i + 1, released.ticks);
         if released.heard[i] {
-            return broken(Law::Damped, what);
+            return broken(SafetyProperty::Damped, what);
         }
         let timeout = if self.tells_state { TIMEOUT } else { TIMEOUT_WITHOUT_SETTING };
         if f64::from(released.ticks) > timeout.max(10.0 * self.rules.period) / self.rules.period + 3.0 {
-            return broken(Law::OldTorque, what);
+            return broken(SafetyProperty::OldTorque, what);
         }
         if released.ticks > 1 {
             self.exempt(Exemption::Unheard);

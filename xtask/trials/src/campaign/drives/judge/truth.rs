@@ -2,6 +2,7 @@
 
 use dynamics_core::Reference;
 use link::Request;
+use link::StateCode;
 
 /// Distance of a joint from its place or path while torque is to hold it, rad: what it may fall until its drive is found off, and the errors
 /// of following.
@@ -32,7 +33,7 @@ impl Known {
 /// True state of the arm and its drives after a tick.
 pub(in crate::campaign::drives) struct Truth<'a, const N: usize> {
     /// State, cause and homing that the board has announced.
-    pub(in crate::campaign::drives) state: (u8, u8),
+    pub(in crate::campaign::drives) state: (StateCode, u8),
     pub(in crate::campaign::drives) homed: bool,
     /// The arm.
     pub(in crate::campaign::drives) q: [f64; N],

@@ -3,7 +3,7 @@
 use super::actuator::{Drive, rippled};
 use super::arm_kernel::ArmKernel;
 use super::dynamics::Mechanism;
-use super::elasticity::{Motors, Pair};
+use super::elasticity::{BothSides, Motors};
 use super::flow::{Dry, Flow};
 use super::friction::{JointFriction, level, middle};
 use super::state::{Diverged, Lanes, State, States};
@@ -18,7 +18,7 @@ const WORTH_A_KERNEL: u64 = 10_000;
 
 /// The arm's bodies, with gravity, wrench at the tip, friction and ripple, but without the torque.
 #[derive(Clone, Debug)]
-pub(crate) struct Acted<const N: usize> {
+pub(crate) struct LoadedArm<const N: usize> {
     pub(super) mechanism: Mechanism<N>,
     pub(super) friction: Option<[JointFriction; N]>,
     /// One for each joint with dry friction, zero for the others; `None` if there is none.
@@ -32,7 +32,7 @@ pub(crate) struct Acted<const N: usize> {
     kernel: OnceCell<Option<RefCell<ArmKernel<N>>>>,
 }
 
-impl<const N: usize> Acted<N> {
+impl<const N: usize> LoadedArm<N> {
     /// These bodies, joints of these kinds, and what acts in them.
     pub(super) fn new(
         mechanism: Mechanism<N>,
@@ -120,7 +120,7 @@ fn within<const N: usize>(state: &State<N>) -> bool {
 
 /// Arm with rigid joints.
 pub(super) struct Rigid<'a, const N: usize> {
-    pub(super) body: &'a Acted<N>,
+    pub(super) body: &'a LoadedArm<N>,
     pub(super) drive: &'a Drive<N>,
 }
 
@@ -154,12 +154,12 @@ impl<const N: usize> Flow<States<N, 1>, N, 1> for Rigid<'_, N> {
 
 /// Arm with springs in its joints.
 pub(super) struct Elastic<'a, const N: usize> {
-    pub(super) body: &'a Acted<N>,
+    pub(super) body: &'a LoadedArm<N>,
     pub(super) motors: &'a Motors<N>,
     pub(super) drive: &'a Drive<N>,
 }
 
-impl<const N: usize> Flow<Pair<N>, N, 1> for Elastic<'_, N> {
+impl<const N: usize> Flow<BothSides<N>, N, 1> for Elastic<'_, N> {
     type Input = [f64; N];
 
     fn rough(&self) -> Option<&[[f64; 1]; N]> {
@@ -170,7 +170,14 @@ impl<const N: usize> Flow<Pair<N>, N, 1> for Elastic<'_, N> {
         self.drive.at(*t)
     }
 
-    fn slope(&self, pair: &Pair<N>, torque: &[f64; N], dry: &mut Dry<N, 1>, slope: &mut Pair<N>, lanes: &mut Lanes<1>) {
+    fn slope(
+        &self,
+        pair: &BothSides<N>,
+        torque: &[f64; N],
+        dry: &mut Dry<N, 1>,
+        slope: &mut BothSides<N>,
+        lanes: &mut Lanes<1>,
+    ) {
         let (link, motor) = (pair.link.lane(0), pair.motor.lane(0));
         let driving = self.body.driving(torque, &motor, dry);
         let carried = self.motors.springs.torques(&motor, &link);
@@ -180,7 +187,7 @@ impl<const N: usize> Flow<Pair<N>, N, 1> for Elastic<'_, N> {
                 dry.load = core::array::from_fn(|i| [driving[i] - carried[i]]);
                 let qdd = core::array::from_fn(|i| dry.free[i][0] * dry.load[i][0] / self.motors.inertia[i]);
                 let motor = State { q: motor.qd, qd: qdd };
-                *slope = Pair { link: States::alone(&link), motor: States::alone(&motor) };
+                *slope = BothSides { link: States::alone(&link), motor: States::alone(&motor) };
             }
             Err(why) => lanes.fail(0, why),
         }
@@ -190,7 +197,7 @@ impl<const N: usize> Flow<Pair<N>, N, 1> for Elastic<'_, N> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 mod tests {
-    use super::{Acted, WORTH_A_KERNEL};
+    use super::{LoadedArm, WORTH_A_KERNEL};
     use crate::plant::State;
     use crate::plant::dynamics::Arm;
     use dynamics_core::{JointKind, Wrench};
@@ -213,8 +220,8 @@ mod tests {
     }
 
     /// A body that computes, and the same one that has computed often enough for a kernel.
-    fn bodies(arm: &Arm<6>) -> [Acted<6>; 2] {
-        let body = Acted::new(arm.mechanism(), None, None, [JointKind::Revolute; 6]);
+    fn bodies(arm: &Arm<6>) -> [LoadedArm<6>; 2] {
+        let body = LoadedArm::new(arm.mechanism(), None, None, [JointKind::Revolute; 6]);
         let often = body.clone();
         often.count(WORTH_A_KERNEL);
         [body, often]

@@ -2,9 +2,9 @@
 //! Every status of the chip equals the desk's to the last bit.
 
 use board::chip::{Chip, ChipError, build_firmware, build_firmware_by_dma, hello};
-use board::session::drill::{Drill, OnChip, OnDesk, without_cost};
+use board::session::dry_run::{DryRun, OnChip, OnDesk, without_cost};
 use dynamics_core::{Measurement, Reference, Sensed};
-use link::{Actuation, Frame, Lines, Pacing, Point, Request, Status};
+use link::{Actuation, Frame, Lines, Pacing, Point, Request, StateCode, Status};
 use robot_compiler::SceneFile;
 use std::path::{Path, PathBuf};
 
@@ -43,7 +43,7 @@ impl Both {
         let chip = self.chip.tick(&measurement).unwrap();
         let desk = self.desk.tick(&measurement).unwrap();
         let Some(Frame::Status(status)) = chip.last().cloned() else { panic!("{chip:?}") };
-        if status.state == 3
+        if status.state == StateCode::Running
             && let Some(link::TickCost { all: link::Cost::Instructions(all), .. }) = status.cost
         {
             (self.least, self.most) = (self.least.min(all), self.most.max(all));
@@ -82,12 +82,12 @@ fn motion(build: fn(&Path) -> Result<PathBuf, ChipError>) {
     let lines = Lines { supply: Some(24.0), temperature: Some(30.0), ..Lines::CALM };
     both.send(&Frame::Lines(lines));
     both.send(&Frame::Live(link::Live::new(&scene.live(&model).cast::<f32>()).unwrap()));
-    assert_eq!(both.ask(Request::Arm, counts(&start.q)).state, 0, "not homed yet");
+    assert_eq!(both.ask(Request::Arm, counts(&start.q)).state, StateCode::Idle, "not homed yet");
     both.ask(Request::Home, counts(&start.q));
     assert!(both.ask(Request::Confirm, counts(&start.q)).homed);
     both.ask(Request::Arm, counts(&start.q));
     // Torque rises on engaged brakes.
-    while both.tick(counts(&start.q)).state != 2 {
+    while both.tick(counts(&start.q)).state != StateCode::Armed {
         assert!(both.tick < 200, "it is not armed");
     }
 
@@ -107,12 +107,12 @@ fn motion(build: fn(&Path) -> Result<PathBuf, ChipError>) {
             both.send(&Frame::request(200, Request::Run));
         }
         let status = both.tick(counts(&here.q));
-        assert_eq!((status.state, status.refused), (3, None), "tick {k}");
+        assert_eq!((status.state, status.refused), (StateCode::Running, None), "tick {k}");
         assert!(matches!(status.actuation, Some(Actuation::Drive { .. })));
     }
-    assert_eq!(both.ask(Request::Hold, counts(&motion.sample(0.6).q)).state, 4);
+    assert_eq!(both.ask(Request::Hold, counts(&motion.sample(0.6).q)).state, StateCode::Holding);
     both.send(&Frame::Lines(Lines { emergency_stop: true, ..lines }));
     let status = both.tick(counts(&motion.sample(0.6).q));
-    assert_eq!((status.state, status.cause, status.actuation), (5, 9, Some(Actuation::Brake)));
+    assert_eq!((status.state, status.cause, status.actuation), (StateCode::Fault, 9, Some(Actuation::Brake)));
     println!("a running tick takes {} to {} instructions", both.least, both.most);
 }

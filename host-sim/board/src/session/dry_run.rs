@@ -1,8 +1,8 @@
-//! The firmware under its safety state machine, tick by tick, with this program in place of board and joints. The drill
+//! The firmware under its safety state machine, tick by tick, with this program in place of board and joints. The dry run
 //! runs on the desk, with the same session as in the chip, or in the chip itself.
 //!
 //! ```text
-//! hello {drill}, then for every tick:
+//! hello {dry run}, then for every tick:
 //! requests, lines, points, live inputs ... ->    a refusal for each that is refused
 //! measurement {tick}                       ->    status {tick}: state, torque or safe action, limits, cost
 //! ```
@@ -23,8 +23,8 @@ use session::meter::{Counter, Meter};
 use session::{Reaction, Session};
 use sim::run::simulate::{Watch, desk};
 
-/// A target of a drill.
-pub trait Drill {
+/// A target of a dry run.
+pub trait DryRun {
     /// Send a frame that starts no tick. Its answers come with the next tick.
     ///
     /// # Errors
@@ -40,7 +40,7 @@ pub trait Drill {
     /// The black box after [`Frame::Dump`]. Call this before the next tick, which would change the black box.
     ///
     /// # Errors
-    /// As [`Drill::tick`].
+    /// As [`DryRun::tick`].
     fn dumped(&mut self) -> Result<Vec<Frame>, ChipError>;
 }
 
@@ -76,7 +76,7 @@ impl Counter for Uncounted {
     fn exercise(&self) {}
 }
 
-/// A drill on the desk.
+/// A dry run on the desk.
 pub struct OnDesk<const N: usize> {
     session: DeskSession<N>,
     meter: Meter<Uncounted>,
@@ -84,11 +84,11 @@ pub struct OnDesk<const N: usize> {
 }
 
 impl<const N: usize> OnDesk<N> {
-    /// Start a drill: send a hello to the session of a scene.
+    /// Start a dry run: send a hello to the session of a scene.
     #[must_use]
     pub fn start(scene: &SceneFile, model: &Model<f64, N>) -> Self {
         let mut desk = Self { session: desk_session(scene, model), meter: Meter::new(Uncounted), answers: Vec::new() };
-        desk.take(Frame::Hello(hello(scene, model, Pacing::Drill)));
+        desk.take(Frame::Hello(hello(scene, model, Pacing::DryRun)));
         desk
     }
 
@@ -111,7 +111,7 @@ impl<const N: usize> OnDesk<N> {
     }
 }
 
-impl<const N: usize> Drill for OnDesk<N> {
+impl<const N: usize> DryRun for OnDesk<N> {
     fn send(&mut self, frame: &Frame) -> Result<(), ChipError> {
         self.take(frame.clone());
         Ok(())
@@ -131,17 +131,17 @@ impl<const N: usize> Drill for OnDesk<N> {
     }
 }
 
-/// A drill in the emulated chip.
+/// A dry run in the emulated chip.
 #[derive(Debug)]
 pub struct OnChip(Chip);
 
 impl OnChip {
-    /// Begin a drill on a chip that has already agreed on a hello.
+    /// Begin a dry run on a chip that has already agreed on a hello.
     ///
     /// # Errors
     /// As [`Chip::start`].
     pub fn start(mut chip: Chip, expect: Hello) -> Result<Self, ChipError> {
-        chip.change_pacing(Hello { pacing: Pacing::Drill, ..expect })?;
+        chip.change_pacing(Hello { pacing: Pacing::DryRun, ..expect })?;
         Ok(Self(chip))
     }
 
@@ -152,7 +152,7 @@ impl OnChip {
     }
 }
 
-impl Drill for OnChip {
+impl DryRun for OnChip {
     fn send(&mut self, frame: &Frame) -> Result<(), ChipError> {
         self.0.send(frame)
     }

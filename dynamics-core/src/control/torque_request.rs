@@ -7,7 +7,7 @@ use crate::scalar::Real;
 
 /// Inputs of a law in one tick, from the machine around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ask<'a, S, const N: usize> {
+pub struct TorqueRequest<'a, S, const N: usize> {
     /// Torque acts for the first time, or with engaged brakes: forget the state before.
     pub start: bool,
     /// The rate of the torque is not limited in this tick: the first torque of an arm without brakes.
@@ -17,10 +17,10 @@ pub struct Ask<'a, S, const N: usize> {
     /// One comparison a rule was enough in this tick, as in nearly every one of a running arm. No controller needs to know.
     pub ordinary: bool,
     /// Share of the torque limit that may act beyond the weight; `None` for all of it. In the first motion after homing, and while a
-    /// motor is warm. [`Ask::of`] and [`Ask::near_weight`] hold to it.
+    /// motor is warm. [`TorqueRequest::of`] and [`TorqueRequest::near_weight`] hold to it.
     pub beyond_weight: Option<S>,
     /// True if the arm runs: a law that follows no reference lets go of it.
-    pub runs: bool,
+    pub is_running: bool,
     /// Joint position that the machine has observed and judged, rad or m.
     pub q: &'a [S; N],
     /// Joint velocity, likewise, rad/s or m/s.
@@ -31,7 +31,7 @@ pub struct Ask<'a, S, const N: usize> {
     pub limits: &'a [LimitFlags; N],
 }
 
-impl<S: Real, const N: usize> Ask<'_, S, N> {
+impl<S: Real, const N: usize> TorqueRequest<'_, S, N> {
     /// Hold an answer inside the torque limits and near the torque that acts, as the machine does.
     ///
     /// # Errors

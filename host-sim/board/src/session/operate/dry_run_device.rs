@@ -1,4 +1,4 @@
-//! A drill as a device: the scene's simulated arm in place of the joints, and this program in place of the board's
+//! A dry run as a device: the scene's simulated arm in place of the joints, and this program in place of the board's
 //! lines.
 //!
 //! Time is simulated: it passes only while the operator waits, one control period at a time, so that a script has the
@@ -8,16 +8,16 @@
 
 use super::device::{Device, DeviceError, Pace, Tap};
 use crate::chip::ChipError;
-use crate::session::drill::Drill;
+use crate::session::dry_run::DryRun;
 use joint_io::higher;
 use link::convert::array;
-use link::{Actuation, Frame, Lines, Pacing, Sensed, Trouble};
+use link::{Actuation, DriveFaultReport, Frame, Lines, Pacing, Sensed};
 use sim::run::world::{Sensing, World};
 use std::time::Duration;
 
-/// A drill with a simulated arm.
+/// A dry run with a simulated arm.
 #[derive(Debug)]
-pub struct DrillDevice<const N: usize, D> {
+pub struct DryRunDevice<const N: usize, D> {
     target: D,
     world: World<N>,
     tick: u32,
@@ -27,19 +27,19 @@ pub struct DrillDevice<const N: usize, D> {
     /// Frames of the black box, dumped before the next tick.
     past: Vec<Frame>,
     /// Last report of a simulated drive with a fault.
-    trouble: Option<Trouble>,
+    drive_fault: Option<DriveFaultReport>,
     pace: Pace,
     tap: Tap,
 }
 
-impl<const N: usize, D: Drill> DrillDevice<N, D> {
+impl<const N: usize, D: DryRun> DryRunDevice<N, D> {
     /// A target that has agreed on a hello, and the simulated arm for it.
     #[must_use]
     pub fn new(target: D, mut world: World<N>, pace: Pace) -> Self {
         world.ask();
         let lines = (Lines::CALM, Lines::CALM);
         let (past, tap) = (Vec::new(), Tap::default());
-        Self { target, world, tick: 0, reading: None, lines, past, trouble: None, pace, tap }
+        Self { target, world, tick: 0, reading: None, lines, past, drive_fault: None, pace, tap }
     }
 
     /// Apply the action of the drives to the simulated arm.
@@ -62,7 +62,7 @@ impl<const N: usize, D: Drill> DrillDevice<N, D> {
         let (own, told) = self.lines;
         let bits = (0..N).fold(0, |bits, joint| bits | u8::from(sensing.drive_fault[joint]) << joint);
         let temperature = higher(own.temperature, sensing.temperature);
-        self.trouble = sensing.trouble.or(self.trouble);
+        self.drive_fault = sensing.fault_report.or(self.drive_fault);
         let lines = Lines { drive_fault: own.drive_fault | bits, temperature, ..own };
         if lines == told {
             return Ok(());
@@ -74,9 +74,9 @@ impl<const N: usize, D: Drill> DrillDevice<N, D> {
     }
 }
 
-impl<const N: usize, D: Drill> Device for DrillDevice<N, D> {
+impl<const N: usize, D: DryRun> Device for DryRunDevice<N, D> {
     fn pacing(&self) -> Pacing {
-        Pacing::Drill
+        Pacing::DryRun
     }
 
     fn send(&mut self, frame: &Frame) -> Result<(), DeviceError> {
@@ -120,8 +120,8 @@ impl<const N: usize, D: Drill> Device for DrillDevice<N, D> {
         Duration::from_secs_f64(f64::from(self.tick) * self.world.period)
     }
 
-    fn trouble(&self) -> Option<Trouble> {
-        self.trouble
+    fn drive_fault(&self) -> Option<DriveFaultReport> {
+        self.drive_fault
     }
 
     fn reading(&self) -> Option<&Sensed> {

@@ -1,8 +1,8 @@
-//! Replay of a drill: its frames in their order determine every tick.
+//! Replay of a dry run: its frames in their order determine every tick.
 
 use super::difference::{Difference, Gap, Replay, ReplayError, bits, difference};
-use crate::session::drill::{Drill, OnDesk, without_cost};
-use crate::session::frame_log::{Entry, LogError, Way};
+use crate::session::dry_run::{DryRun, OnDesk, without_cost};
+use crate::session::frame_log::{Direction, Entry, LogError};
 use dynamics_core::Model;
 use link::Frame;
 use robot_compiler::SceneFile;
@@ -32,7 +32,7 @@ pub(super) fn replay<const N: usize>(
     for entry in entries {
         let Entry { way, missed, frame, .. } = entry?;
         match (way, frame) {
-            (Way::Sent, Frame::Measurement(measurement)) => {
+            (Direction::Sent, Frame::Measurement(measurement)) => {
                 tick = measurement.tick;
                 // The desk session never fails.
                 for answer in desk.tick(&measurement).unwrap_or_default() {
@@ -40,19 +40,19 @@ pub(super) fn replay<const N: usize>(
                     expected.of(&answer).push_back(answer);
                 }
             }
-            (Way::Sent, frame) => {
+            (Direction::Sent, frame) => {
                 let dumps = matches!(frame, Frame::Dump);
                 desk.send(&frame).ok();
                 // Read the black box before the next tick changes it.
                 let past = if dumps { desk.dumped().unwrap_or_default() } else { Vec::new() };
                 expected.past.extend(past.into_iter().map(without_cost));
             }
-            (Way::Received, Frame::Hello(_)) => {}
-            (Way::Received, _) if missed > 0 => {
+            (Direction::Received, Frame::Hello(_)) => {}
+            (Direction::Received, _) if missed > 0 => {
                 replay.end = Some(Gap { tick, why: format!("{missed} packets of the board were lost") });
                 break;
             }
-            (Way::Received, frame) => {
+            (Direction::Received, frame) => {
                 let frame = without_cost(frame);
                 replay.ticks += u64::from(matches!(frame, Frame::Status(_)));
                 let desk = expected.of(&frame).pop_front();

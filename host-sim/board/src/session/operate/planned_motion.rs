@@ -5,7 +5,7 @@ use std::fmt;
 use std::rc::Rc;
 
 /// A motion of an arm with any number of joints.
-pub trait Course: fmt::Debug {
+pub trait PlannedMotion: fmt::Debug {
     /// Duration, s.
     fn duration(&self) -> f64;
 
@@ -23,10 +23,10 @@ pub trait Course: fmt::Debug {
 
     /// The same path, so many times as slow: speeds go with `1 / factor`, accelerations with its square. `None` for a factor that is not
     /// above 1 and finite.
-    fn slowed(&self, factor: f64) -> Option<Rc<dyn Course>>;
+    fn slowed(&self, factor: f64) -> Option<Rc<dyn PlannedMotion>>;
 }
 
-impl<const N: usize> Course for Motion<f64, N> {
+impl<const N: usize> PlannedMotion for Motion<f64, N> {
     fn duration(&self) -> f64 {
         Motion::duration(self)
     }
@@ -47,8 +47,8 @@ impl<const N: usize> Course for Motion<f64, N> {
         self.peaks().velocity.to_vec()
     }
 
-    fn slowed(&self, factor: f64) -> Option<Rc<dyn Course>> {
+    fn slowed(&self, factor: f64) -> Option<Rc<dyn PlannedMotion>> {
         let slower = (factor > 1.0).then(|| self.stretched(factor * (1.0 + Bounds::<f64, N>::MARGIN)))?;
-        slower.ok().map(|motion| Rc::new(motion) as Rc<dyn Course>)
+        slower.ok().map(|motion| Rc::new(motion) as Rc<dyn PlannedMotion>)
     }
 }
