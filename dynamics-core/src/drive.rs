@@ -6,8 +6,11 @@
 //! [`bus_time`] computes how long the frames of such drives take on their buses.
 
 pub mod bus_time;
+pub mod kind;
 
 use crate::control::Spring;
+
+pub use kind::{Damiao, DriveFacts, DriveKind, MiniCheetah, PositionMemory, Protocol, RobStride};
 
 /// The lowest and the highest value that a field of a frame can carry.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -142,66 +145,6 @@ pub struct MitRanges {
     pub kd: Range,
     /// Torque, N m.
     pub torque: Range,
-}
-
-/// Frames of the mini-cheetah's motor controller: standard identifiers, nothing but state in a reply.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct MiniCheetah;
-
-/// Frames of Damiao's motors: the mini-cheetah's commands; a reply says whether the motor is on, its error, and two temperatures.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Damiao;
-
-/// Frames of RobStride's own protocol: extended identifiers, which carry the kind of a frame and the torque of a command.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct RobStride;
-
-/// The part of a drive's position that survives a loss of power.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PositionMemory {
-    /// All of it.
-    Absolute,
-    /// Its angle within one turn of the output shaft.
-    OutputTurn,
-    /// Its angle within one turn of the motor, in front of the gear: the shaft may come back wrong by whole motor turns.
-    MotorTurn,
-    /// Nothing: it counts from where it starts.
-    Nothing,
-}
-
-/// Properties of a kind of drive, whatever its frames.
-pub trait DriveKind {
-    /// The part of its position that survives a loss of power.
-    const MEMORY: PositionMemory;
-
-    /// Shortest time in which it restarts, us: a drive that was silent for longer may have restarted.
-    ///
-    /// No maker states one. A restart takes the power-on reset of the drive's microcontroller (STM32F4: 0.5 to 3 ms, data sheet,
-    /// `t_RSTTEMPO`), its clocks, and the offset of its current sensors. 10 ms is an assumption on the safe side: a shorter time
-    /// only makes an arm lose its homing more often.
-    const RESTART_US: u32 = 10_000;
-
-    /// True if its own communication timeout can be read and set over the bus.
-    const HAS_TIMEOUT: bool;
-}
-
-impl DriveKind for MiniCheetah {
-    /// Its encoder is on the motor (B. Katz, mini-cheetah motor controller).
-    const MEMORY: PositionMemory = PositionMemory::MotorTurn;
-    const HAS_TIMEOUT: bool = false;
-}
-
-impl DriveKind for Damiao {
-    /// Types that end in `2EC` have a second encoder on the output shaft, absolute within its turn ("DM-J4310-2EC V1.2 Motor
-    /// Instruction Manual").
-    const MEMORY: PositionMemory = PositionMemory::OutputTurn;
-    const HAS_TIMEOUT: bool = true;
-}
-
-impl DriveKind for RobStride {
-    /// After a start its position is within one turn of the output shaft (RS00 manual, parameter `zero_sta`).
-    const MEMORY: PositionMemory = PositionMemory::OutputTurn;
-    const HAS_TIMEOUT: bool = true;
 }
 
 /// Unit of a drive's own communication timeout, us: Damiao's register 9 and RobStride's parameter 0x7028 both count 50 us.

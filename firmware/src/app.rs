@@ -24,16 +24,7 @@ use defmt_rtt as _;
 use defmt_semihosting as _;
 
 // Two boards define one name twice, and the compiler reports it: `--no-default-features --features odrive-v3`.
-#[cfg(feature = "f405-can")]
-pub(crate) use boards::f405_can::F405Can as ThisBoard;
-#[cfg(feature = "f405-pwm")]
-pub(crate) use boards::f405_pwm::F405Pwm as ThisBoard;
-#[cfg(feature = "g474-fdcan")]
-pub(crate) use boards::g474_fdcan::G474Fdcan as ThisBoard;
-#[cfg(feature = "netduinoplus2")]
-pub(crate) use boards::netduinoplus2::NetduinoPlus2 as ThisBoard;
-#[cfg(feature = "odrive-v3")]
-pub(crate) use boards::odrive_v3::OdriveV3 as ThisBoard;
+pub(crate) use boards::ThisBoard;
 
 /// After a panic the only safe state is braked and silent.
 #[panic_handler]

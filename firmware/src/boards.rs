@@ -1,35 +1,48 @@
 //! The boards: the only files that name the chip's registers.
 
+// A board: its module, and its type as this program's board.
+#[cfg(feature = "f405-can")]
+pub mod f405_can;
+#[cfg(feature = "f405-can")]
+pub use f405_can::F405Can as ThisBoard;
+#[cfg(feature = "f405-pwm")]
+pub mod f405_pwm;
+#[cfg(feature = "f405-pwm")]
+pub use f405_pwm::F405Pwm as ThisBoard;
+#[cfg(feature = "g474-fdcan")]
+pub mod g474_fdcan;
+#[cfg(feature = "g474-fdcan")]
+pub use g474_fdcan::G474Fdcan as ThisBoard;
+#[cfg(feature = "netduinoplus2")]
+pub mod netduinoplus2;
+#[cfg(feature = "netduinoplus2")]
+pub use netduinoplus2::NetduinoPlus2 as ThisBoard;
+#[cfg(feature = "odrive-v3")]
+pub mod odrive_v3;
+#[cfg(feature = "odrive-v3")]
+pub use odrive_v3::OdriveV3 as ThisBoard;
+
+// What several boards share.
 #[cfg(all(feature = "netduinoplus2", not(feature = "dma")))]
 mod byte_link;
 #[cfg(feature = "f405-can")]
 mod can_bus;
 #[cfg(any(feature = "f405-can", feature = "g474-fdcan"))]
 mod can_frame;
-#[cfg(any(feature = "odrive-v3", feature = "f405-can", feature = "f405-pwm", feature = "g474-fdcan"))]
+#[cfg(not(feature = "netduinoplus2"))]
 mod cortex;
 #[cfg(feature = "g474-fdcan")]
 mod dma_channels;
-#[cfg(any(feature = "odrive-v3", feature = "f405-can", feature = "f405-pwm"))]
+#[cfg(all(feature = "f405", not(feature = "netduinoplus2")))]
 mod dma_link;
 #[cfg(all(feature = "netduinoplus2", feature = "dma"))]
 mod dma_stand_in;
-#[cfg(any(feature = "odrive-v3", feature = "f405-can", feature = "f405-pwm"))]
+#[cfg(all(feature = "f405", not(feature = "netduinoplus2")))]
 mod f405;
-#[cfg(feature = "f405-can")]
-pub mod f405_can;
-#[cfg(feature = "f405-pwm")]
-pub mod f405_pwm;
 #[cfg(feature = "g474-fdcan")]
 mod fdcan_bus;
 #[cfg(feature = "g474-fdcan")]
 mod g474;
-#[cfg(feature = "g474-fdcan")]
-pub mod g474_fdcan;
-#[cfg(feature = "netduinoplus2")]
-pub mod netduinoplus2;
-#[cfg(feature = "odrive-v3")]
-pub mod odrive_v3;
 
 #[cfg(feature = "g474-fdcan")]
 pub use g474::pac;

@@ -16,12 +16,11 @@ use super::f405::{self, ControlTimer, CycleCounter, Guards};
 use super::pac;
 use bxcan::Fifo;
 use bxcan::filter::Mask32;
-use dynamics_core::drive::{Drives, MitDrive};
+use dynamics_core::drive::{DriveKind, Drives, MitDrive};
 use firmware::board::{Board, Parts};
 use firmware::joint_io::bus_time::{BusLoad, LEAD_US};
 use firmware::joint_io::can::CanJoints;
 use firmware::joint_io::can_bus::NoBus;
-use firmware::joint_io::frames::Frames as _;
 use stm32f4xx_hal::can::{Can, CanExt as _};
 use stm32f4xx_hal::gpio::{Output as OutputPin, PC4, PinState};
 use stm32f4xx_hal::prelude::*;
@@ -48,7 +47,7 @@ const _: () = {
 const _: () = {
     let mut bus = 0;
     while bus < 2 {
-        let load = BusLoad::of(&DRIVES, bus, arm::Frames::IDENTIFIER);
+        let load = BusLoad::of(&DRIVES, bus, <arm::Frames as DriveKind>::FACTS.identifier);
         let fits = load.actuators == 0 || arm::RATE_HZ <= load.max_rate_hz(LEAD_US) as f32;
         assert!(fits, "the scene's rate is faster than its CAN buses");
         bus += 1;

@@ -18,11 +18,10 @@ use super::dma_channels;
 use super::fdcan_bus::{self, Bus, FIRST, SECOND, THIRD};
 use super::g474::{self, BrakeLine, ControlTimer, CycleCounter, Guards};
 use super::pac::{GPIOA, GPIOB};
-use dynamics_core::drive::{DataRate, Drives, MitDrive};
+use dynamics_core::drive::{DataRate, DriveKind, Drives, MitDrive};
 use firmware::board::{Board, Parts};
 use firmware::joint_io::bus_time::{BusLoad, LEAD_US};
 use firmware::joint_io::can::{BUSES, CanJoints};
-use firmware::joint_io::frames::Frames as _;
 use firmware::joint_io::queued::Queued;
 
 /// The arm's drives; another kind does not compile.
@@ -35,7 +34,7 @@ const DRIVES: [MitDrive; arm::N] = match arm::drives() {
 
 /// Load of each bus.
 const LOADS: [BusLoad; BUSES] = {
-    let identifier = arm::Frames::IDENTIFIER;
+    let identifier = <arm::Frames as DriveKind>::FACTS.identifier;
     [BusLoad::of(&DRIVES, 0, identifier), BusLoad::of(&DRIVES, 1, identifier), BusLoad::of(&DRIVES, 2, identifier)]
 };
 

@@ -8,71 +8,97 @@ pub const SCENE_DEFAULT: &str = "scenes/puma560_pick.toml";
 /// The target of every board's chip: a Cortex-M4 with a single-precision unit.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// A board that the firmware runs on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Board {
+/// Properties of a board that a build needs.
+#[derive(Clone, Copy, Debug)]
+struct Properties {
+    name: &'static str,
+    chip: Chip,
+    scene: &'static str,
+    drives: Option<&'static str>,
+    can_buses: Option<CanBuses>,
+}
+
+macro_rules! boards {
+    ($($(#[$text:meta])* $board:ident $properties:expr;)*) => {
+        /// A board that the firmware runs on.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+        pub enum Board {
+            $($(#[$text])* $board,)*
+        }
+
+        impl Board {
+            /// All of them.
+            pub const ALL: [Self; [$(stringify!($board)),*].len()] = [$(Self::$board),*];
+
+            const fn properties(self) -> Properties {
+                match self {
+                    $(Self::$board => $properties,)*
+                }
+            }
+        }
+    };
+}
+
+boards! {
     /// The emulated one
-    Netduinoplus2,
+    Netduinoplus2 Properties {
+        name: "netduinoplus2", chip: Chip::F405, scene: SCENE_DEFAULT, drives: None, can_buses: None,
+    };
     /// ODrive v3 and its like
-    OdriveV3,
+    OdriveV3 Properties {
+        name: "odrive-v3", chip: Chip::F405, scene: SCENE_DEFAULT, drives: None, can_buses: None,
+    };
     /// A bare STM32F405 with MIT-mode actuators on two CAN buses
-    F405Can,
+    F405Can Properties {
+        name: "f405-can",
+        chip: Chip::F405,
+        scene: "scenes/examples/mit6_wave.toml",
+        drives: Some("mit"),
+        can_buses: Some(CanBuses { count: 2, fd: false }),
+    };
     /// A bare STM32F405 with H-bridges on PWM and magnetic encoders
-    F405Pwm,
+    F405Pwm Properties {
+        name: "f405-pwm",
+        chip: Chip::F405,
+        scene: "scenes/examples/pwm2_swing.toml",
+        drives: Some("pwm"),
+        can_buses: None,
+    };
     /// An STM32G474 with MIT-mode actuators on three CAN FD buses
-    G474Fdcan,
+    G474Fdcan Properties {
+        name: "g474-fdcan",
+        chip: Chip::G474,
+        scene: "scenes/examples/mit6_fd_wave.toml",
+        drives: Some("mit"),
+        can_buses: Some(CanBuses { count: 3, fd: true }),
+    };
 }
 
 impl Board {
-    /// All of them.
-    pub const ALL: [Self; 5] = [Self::Netduinoplus2, Self::OdriveV3, Self::F405Can, Self::F405Pwm, Self::G474Fdcan];
-
     /// The name of its Cargo feature and of the board.
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::Netduinoplus2 => "netduinoplus2",
-            Self::OdriveV3 => "odrive-v3",
-            Self::F405Can => "f405-can",
-            Self::F405Pwm => "f405-pwm",
-            Self::G474Fdcan => "g474-fdcan",
-        }
+        self.properties().name
     }
 
     /// The default scene of the board: its robot has drives of the kind that the board has lines for.
     pub const fn scene(self) -> &'static str {
-        match self {
-            Self::Netduinoplus2 | Self::OdriveV3 => SCENE_DEFAULT,
-            Self::F405Can => "scenes/examples/mit6_wave.toml",
-            Self::F405Pwm => "scenes/examples/pwm2_swing.toml",
-            Self::G474Fdcan => "scenes/examples/mit6_fd_wave.toml",
-        }
+        self.properties().scene
     }
 
     /// The kind of drives that the board has lines for, as a robot file names it. `None` for a board that only talks to
     /// its host and so takes any arm. Another kind would not compile; this check reports it before the compiler starts.
     pub const fn drives(self) -> Option<&'static str> {
-        match self {
-            Self::Netduinoplus2 | Self::OdriveV3 => None,
-            Self::F405Can | Self::G474Fdcan => Some("mit"),
-            Self::F405Pwm => Some("pwm"),
-        }
+        self.properties().drives
     }
 
     /// Its CAN controllers; `None` for a board without.
     pub(crate) const fn can_buses(self) -> Option<CanBuses> {
-        match self {
-            Self::Netduinoplus2 | Self::OdriveV3 | Self::F405Pwm => None,
-            Self::F405Can => Some(CanBuses { count: 2, fd: false }),
-            Self::G474Fdcan => Some(CanBuses { count: 3, fd: true }),
-        }
+        self.properties().can_buses
     }
 
     /// Its chip.
     pub const fn chip(self) -> Chip {
-        match self {
-            Self::Netduinoplus2 | Self::OdriveV3 | Self::F405Can | Self::F405Pwm => Chip::F405,
-            Self::G474Fdcan => Chip::G474,
-        }
+        self.properties().chip
     }
 }
 

@@ -65,7 +65,7 @@ pub fn schedules(file: &SceneFile, scene: &Path, board: Board) -> Result<Vec<Sch
         }
     }
     let rate_hz = file.control.rate;
-    let of_bus = |bus| Schedule { bus: bus + 1, load: BusLoad::of(&drives, bus, protocol.identifier()), rate_hz };
+    let of_bus = |bus| Schedule { bus: bus + 1, load: BusLoad::of(&drives, bus, protocol.facts().identifier), rate_hz };
     let schedules: Vec<_> = (0..buses.count).map(of_bus).filter(|schedule| schedule.load.actuators > 0).collect();
     match schedules.iter().find(|schedule| rate_hz > f64::from(schedule.load.max_rate_hz(LEAD_US))) {
         None => Ok(schedules),

@@ -15,7 +15,8 @@ use sim::failure::{self, Failure, number};
 use sim::run::closed_loop::End;
 use sim::run::files::{file_name, write, write_report};
 use sim::run::mcap_file;
-use sim::run::simulate::{self, Run};
+use sim::run::simulate::Run;
+use sim::run::simulation;
 use sim::terminal::{json, print, progress_bar};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -113,13 +114,13 @@ pub fn run(args: &RunArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     let report = (!args.no_report).then(|| args.report.clone().flatten().unwrap_or_else(|| folder.join("report.html")));
     [report.as_deref(), args.mcap.as_deref()].into_iter().flatten().try_for_each(|path| output.file(path))?;
     let progress = if args.json || args.quiet { ProgressBar::hidden() } else { progress_bar(None, "ticks") };
-    let run = with_dof!(scene.robot.dof(), N => match args.target {
-        Target::Desk => simulate::on_desk::<N>(&scene, stop, &progress),
-        Target::Qemu => board::chip::on_chip::run::<N>(&scene, stop, &progress),
-    })?;
+    let run = match args.target {
+        Target::Desk => simulation::run(&scene, stop, &progress)?,
+        Target::Qemu => with_dof!(scene.robot.dof(), N => board::chip::on_chip::run::<N>(&scene, stop, &progress))?,
+    };
     let mut written = write(&run, &folder)?;
     if let Some(path) = &args.mcap {
-        with_dof!(scene.robot.dof(), N => mcap_file::run::write::<N>(&run.record, &scene, path))?;
+        mcap_file::run::write(&run.record, &scene, path)?;
         written.push(path.clone());
     }
     if let Some(path) = &report {

@@ -5,11 +5,10 @@ use report::{Block, Figure, Page, Series};
 use robot_compiler::SceneFile;
 use serde::Serialize;
 use sim::failure::Failure;
-use sim::plant::ledger::Ledger;
-use sim::plant::{Arm, State};
 use sim::run::numbers::engineering;
 use sim::run::record::Record;
-use sim::run::simulate::{self, Run};
+use sim::run::simulate::Run;
+use sim::run::simulation::{Options, Work, simulation};
 use sim::run::summary::FaultEvent;
 use sim::table::table;
 use std::sync::atomic::AtomicBool;
@@ -79,7 +78,7 @@ impl Change {
 ///
 /// # Errors
 /// [`Failure::Input`] if the scene cannot be run.
-pub fn account<const N: usize>(scene: &SceneFile, stop: &AtomicBool) -> Result<(Run, Account), Failure> {
+pub fn account(scene: &SceneFile, stop: &AtomicBool) -> Result<(Run, Account), Failure> {
     let left_out = [
         (scene.plant.elasticity.is_some(), "elasticity", "in the springs of elastic joints"),
         (scene.plant.rotor_coupling, "rotor_coupling", "of the coupling of rotors with their links"),
@@ -91,46 +90,41 @@ pub fn account<const N: usize>(scene: &SceneFile, stop: &AtomicBool) -> Result<(
             scene.path.display()
         )));
     }
-    let arm = simulate::arm::<N>(scene)?;
-    let mut world = simulate::world::<N>(scene)?;
-    world.plant = world.plant.with_ledger();
-    let run = simulate::on_desk_in::<N>(&mut world, scene, stop, &ProgressBar::hidden())?;
-    let Some(ledger) = world.plant.ledger() else {
+    let mut simulation = simulation(scene, Options::default())?;
+    simulation.record_work();
+    let run = simulation.run(scene, stop, &ProgressBar::hidden())?;
+    let Some(work) = simulation.work() else {
         return Err(Failure::Input(miette::miette!("{}: nothing was accounted for", scene.path.display())));
     };
     let driven = run.record.faults().iter().take_while(|fault| fault.is_none()).count();
-    let account = Account::new(&run, scene, &arm, ledger, driven as f64 * scene.period());
+    let account = Account::new(&run, scene, &work, driven as f64 * scene.period());
     Ok((run, account))
 }
 
 impl Account {
-    fn new<const N: usize>(run: &Run, scene: &SceneFile, arm: &Arm<N>, ledger: &Ledger<N>, duration: f64) -> Self {
-        let (total, friction) = (ledger.actuators.total(), ledger.friction.total());
-        let joints: Vec<JointWork> = (0..N)
+    fn new(run: &Run, scene: &SceneFile, work: &Work, duration: f64) -> Self {
+        let Work { actuators, friction, contact, .. } = work;
+        let joints: Vec<JointWork> = (0..run.record.joints().len())
             .map(|i| JointWork {
                 name: run.record.joints()[i].name.clone(),
-                positive: ledger.actuators.positive()[i],
-                negative: ledger.actuators.negative()[i],
-                total: total[i],
-                friction: friction[i],
+                positive: actuators.positive[i],
+                negative: actuators.negative[i],
+                total: actuators.total(i),
+                friction: friction.total(i),
                 power_peak: run.record.joint(i).fold(0.0, |most, s| f64::max(most, (s.torque * s.qd).abs())),
             })
             .collect();
-        let change =
-            |energy: &dyn Fn(&State<N>) -> f64| Change { start: energy(&ledger.start), end: energy(&ledger.end) };
-        let kinetic = change(&|state| arm.kinetic(&state.q, &state.qd));
-        let potential = change(&|state| arm.potential(&state.q));
-        let contact: f64 = ledger.contact.total().iter().sum();
-        let given = total.iter().chain(&friction).sum::<f64>() + contact;
+        let change = |[start, end]: [f64; 2]| Change { start, end };
+        let (kinetic, potential) = (change(work.kinetic), change(work.potential));
+        let given = actuators.sum() + friction.sum() + contact.sum();
         let residual = given - kinetic.gain() - potential.gain();
-        let meters = [&ledger.actuators, &ledger.friction, &ledger.contact];
-        let turnover: f64 = meters.iter().flat_map(|m| m.positive().iter().chain(m.negative())).map(|x| x.abs()).sum();
+        let turnover = actuators.turnover() + friction.turnover() + contact.turnover();
         Self {
             scene: scene.name.clone(),
             robot: scene.robot.name.clone(),
             duration,
             joints,
-            contact,
+            contact: contact.sum(),
             kinetic,
             potential,
             residual,

@@ -6,12 +6,13 @@
 
 use crate::numbers::digits;
 use indicatif::ProgressBar;
-use robot_compiler::{JointFriction, SceneFile, with_dof};
+use robot_compiler::{JointFriction, SceneFile};
 use serde::Serialize;
 use sim::failure::Failure;
 use sim::parallel::try_in_parallel;
 use sim::run::closed_loop::End;
-use sim::run::simulate::{self, Run};
+use sim::run::simulate::Run;
+use sim::run::simulation;
 use sim::table::table;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -201,7 +202,7 @@ fn lost(run: &Run) -> Option<String> {
 pub fn margins(scene: &SceneFile, stop: &AtomicBool, progress: &ProgressBar) -> Result<Margins, Failure> {
     let hidden = ProgressBar::hidden();
     let outcome = |scene: &SceneFile| -> Result<Option<String>, Failure> {
-        let run = with_dof!(scene.robot.dof(), N => simulate::on_desk::<N>(scene, stop, &hidden))?;
+        let run = simulation::run(scene, stop, &hidden)?;
         progress.inc(1);
         if stop.load(Ordering::Relaxed) { Err(Failure::Interrupted) } else { Ok(lost(&run)) }
     };

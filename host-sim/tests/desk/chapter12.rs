@@ -11,7 +11,8 @@ use nalgebra::{SVector, Vector3};
 use robot_compiler::{Robot, SceneFile, with_dof};
 use sim::plant::{Arm, Diverged};
 use sim::run::closed_loop::End;
-use sim::run::simulate::{self, Run};
+use sim::run::simulate::Run;
+use sim::run::simulation;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use studies::dynamics::{DynamicsRequest, DynamicsResult, answer};
@@ -44,7 +45,7 @@ fn scene(name: &str) -> SceneFile {
 
 fn run(scene: &SceneFile) -> Run {
     let (stop, bar) = (AtomicBool::new(false), ProgressBar::hidden());
-    with_dof!(scene.robot.dof(), N => simulate::on_desk::<N>(scene, &stop, &bar)).unwrap()
+    simulation::run(scene, &stop, &bar).unwrap()
 }
 
 fn largest(values: &[f64]) -> f64 {

@@ -8,7 +8,8 @@ use robot_compiler::SceneFile;
 use serde_json::json;
 use sim::run::numbers::engineering;
 use sim::run::report::page;
-use sim::run::simulate::{self, Run};
+use sim::run::simulate::Run;
+use sim::run::simulation;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use studies::compare::{self, Side};
@@ -88,7 +89,7 @@ fn what_is_no_report_of_a_run_is_not_compared() {
     let (a, _) = folder("compare_bad", "puma560_pick.toml", |scene| scene.duration = Some(0.01));
     let (run, planar) = {
         let scene = scene("planar2r_swing.toml");
-        (simulate::on_desk::<2>(&scene, &AtomicBool::new(false), &ProgressBar::hidden()).unwrap(), scene)
+        (simulation::run(&scene, &AtomicBool::new(false), &ProgressBar::hidden()).unwrap(), scene)
     };
     let other = write("compare_planar", &page(&run, &planar).unwrap().html());
     let text = write("compare_text", "<!doctype html><p>a page");

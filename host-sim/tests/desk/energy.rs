@@ -3,8 +3,8 @@
 
 use crate::program::{at_its_fixtures, new, told};
 use nalgebra::Vector3;
+use robot_compiler::SceneFile;
 use robot_compiler::scene::Integrator;
-use robot_compiler::{SceneFile, with_dof};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -19,7 +19,7 @@ fn scene(path: &str) -> SceneFile {
 }
 
 fn of(scene: &SceneFile) -> Account {
-    with_dof!(scene.robot.dof(), N => account::<N>(scene, &AtomicBool::new(false))).unwrap().1
+    account(scene, &AtomicBool::new(false)).unwrap().1
 }
 
 /// Account of the swing with friction and a push at the tip, at `steps` per tick.
@@ -70,7 +70,7 @@ fn the_account_closes_with_every_integrator_and_refuses_springs() {
         assert!((found / before - 1.0).abs() < 0.05, "{found:e}, {before:e} before");
     }
     let elastic = SceneFile::load(&here("../scenes/puma560_elastic.toml")).unwrap();
-    let Err(refused) = account::<6>(&elastic, &AtomicBool::new(false)) else { unreachable!("springs accounted for") };
+    let Err(refused) = account(&elastic, &AtomicBool::new(false)) else { unreachable!("springs accounted for") };
     assert!(refused.report().to_string().contains("energy in the springs"));
 }
 
@@ -220,7 +220,7 @@ fn energy_on_the_path_of_exercise_31_is_the_closed_forms() {
 #[test]
 fn the_work_in_a_run_s_summary_is_the_ledger_s() {
     let scene = scene("../scenes/puma560_pick.toml");
-    let (run, account) = account::<6>(&scene, &AtomicBool::new(false)).unwrap();
+    let (run, account) = account(&scene, &AtomicBool::new(false)).unwrap();
     for (joint, ledger) in account.joints.iter().enumerate() {
         let (given, back) = (run.summary.work.given[joint], run.summary.work.taken_back[joint]);
         // The summary does not see the way of the last tick, nor a change of direction inside one.

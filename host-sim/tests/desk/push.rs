@@ -9,6 +9,7 @@ use nalgebra::Vector3;
 use robot_compiler::SceneFile;
 use robot_compiler::scene::Push;
 use sim::run::simulate;
+use sim::run::simulation;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
@@ -29,7 +30,7 @@ fn scene(pushed: bool) -> SceneFile {
 fn in_run() -> Option<usize> {
     let [free, pushed] = [false, true].map(|pushed| {
         let (stop, bar) = (AtomicBool::new(false), ProgressBar::hidden());
-        simulate::on_desk::<2>(&scene(pushed), &stop, &bar).unwrap().record
+        simulation::run(&scene(pushed), &stop, &bar).unwrap().record
     });
     let seen =
         |tick: usize| [&free, &pushed].map(|record| record.tick(tick).iter().map(|joint| joint.q).collect::<Vec<_>>());

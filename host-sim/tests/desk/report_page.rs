@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use sim::run::numbers::engineering;
 use sim::run::report::{SUMMARY, page};
 use sim::run::simulate::{self, Run};
+use sim::run::simulation;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -25,7 +26,7 @@ pub(crate) fn run(scene: &SceneFile) -> Run {
 }
 
 fn run_of<const N: usize>(scene: &SceneFile) -> Run {
-    simulate::on_desk::<N>(scene, &AtomicBool::new(false), &ProgressBar::hidden()).unwrap()
+    simulation::run(scene, &AtomicBool::new(false), &ProgressBar::hidden()).unwrap()
 }
 
 pub(crate) fn write(name: &str, html: &str) -> PathBuf {

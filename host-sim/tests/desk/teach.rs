@@ -5,7 +5,8 @@ use nalgebra::Vector3;
 use robot_compiler::SceneFile;
 use robot_compiler::scene::MotionSpec;
 use sim::run::closed_loop::End;
-use sim::run::simulate::{self, Run};
+use sim::run::simulate::Run;
+use sim::run::simulation;
 use std::path::Path as FilePath;
 use std::sync::atomic::AtomicBool;
 use studies::taught::{Path, taught};
@@ -18,7 +19,7 @@ fn scene() -> SceneFile {
 }
 
 fn run(scene: &SceneFile) -> Run {
-    let run = simulate::on_desk::<DOF>(scene, &AtomicBool::new(false), &ProgressBar::hidden()).unwrap();
+    let run = simulation::run(scene, &AtomicBool::new(false), &ProgressBar::hidden()).unwrap();
     assert_eq!((run.end, run.summary.faults.as_slice()), (End::Complete, [].as_slice()));
     run
 }

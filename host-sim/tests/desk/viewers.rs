@@ -16,7 +16,8 @@ use sim::run::mcap_file::messages::{FrameTransforms, JointStates, LinkFrame, Mes
 use sim::run::mcap_file::reader::{Item, Reader};
 use sim::run::mcap_file::run::{ModelTerms, write_to};
 use sim::run::record::Record;
-use sim::run::simulate::{live_inputs, on_desk};
+use sim::run::simulate::live_inputs;
+use sim::run::simulation;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::AtomicBool;
@@ -31,7 +32,7 @@ fn file(name: &str) -> PathBuf {
 fn run_for<const N: usize>(scene: &str, duration: f64) -> (SceneFile, Record) {
     let mut scene = SceneFile::load(&Path::new("..").join(scene)).unwrap();
     scene.duration = Some(duration);
-    let run = on_desk::<N>(&scene, &AtomicBool::new(false), &ProgressBar::hidden()).unwrap();
+    let run = simulation::run(&scene, &AtomicBool::new(false), &ProgressBar::hidden()).unwrap();
     (scene, run.record)
 }
 

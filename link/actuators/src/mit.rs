@@ -87,6 +87,15 @@ pub enum Language {
     RobStride,
 }
 
+impl Language {
+    /// The frames with this name in robot files.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        let all = [("mit", Self::MiniCheetah), ("damiao", Self::Damiao), ("robstride", Self::RobStride)];
+        all.into_iter().find(|(other, _)| *other == name).map(|(_, language)| language)
+    }
+}
+
 /// Electronics of an actuator: frames in and out, and the torque on a shaft that somebody else moves.
 ///
 /// `torque = kp (position - p) + kd (velocity - v) + feed-forward`, held inside `torque_max` either way; none while the drive is off, has

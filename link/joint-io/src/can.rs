@@ -31,7 +31,7 @@
 //!
 //! | the kind's replies | shown by |
 //! |---|---|
-//! | carry the drive's state ([`Frames::REPORTS_STATE`]) | replies of two ticks after the frame whose state is on |
+//! | carry the drive's state (`reports_state` of its [facts](dynamics_core::drive::DriveFacts)) | replies of two ticks after the frame whose state is on |
 //! | carry none | a reply to the frame, then a reply whose torque follows a probe of a fiftieth of the frame's range |
 //!
 //! Two ticks, because a reply that comes a tick late answers the frame before. The brakes open only if every drive is on, has replied in this
@@ -336,7 +336,7 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> C
         (self.brake_failed, self.released) = (self.brake.set_high().is_err(), true);
     }
 
-    /// The drives' own error codes, as their last replies have them; 0 without an error. [`Frames::words`] has them in words.
+    /// The drives' own error codes, as their last replies have them; 0 without an error. [`Frames::error_text`] has their text.
     pub fn drive_errors(&self) -> [u8; N] {
         self.joints.map(|joint| joint.error)
     }
@@ -490,10 +490,10 @@ impl CanJoint {
         }
         let answered = self.age_ticks == 0 && self.asked > 0;
         let held = if damped { Setpoint::damped(drive.damping) } else { Setpoint::torque(0.0) };
-        if F::REPORTS_STATE && answered && self.powered {
+        if F::FACTS.reports_state && answered && self.powered {
             return self.command::<F>(drive, &held);
         }
-        if !F::REPORTS_STATE && answered && self.asked <= PROBES {
+        if !F::FACTS.reports_state && answered && self.asked <= PROBES {
             self.asked += 1;
             return self.command::<F>(drive, &Setpoint { torque: probe(drive), ..held });
         }
@@ -577,7 +577,7 @@ impl CanJoint {
         (self.temperature, self.error) = (reply.temperature, reply.error);
         let found = JointFaults::RANGE.when(reply.saturated) | JointFaults::DRIVE.when(reply.error != 0);
         self.faults = self.faults.without(JointFaults::RANGE | JointFaults::DRIVE) | found;
-        if F::REPORTS_STATE {
+        if F::FACTS.reports_state {
             self.take_state(reply, drive, first);
         } else {
             self.take_torque(reply, drive);

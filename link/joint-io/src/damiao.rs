@@ -49,8 +49,6 @@ fn timeout(drive: &MitDrive, what: u8, value: u32) -> Packet {
 }
 
 impl Frames for Damiao {
-    const REPORTS_STATE: bool = true;
-
     fn command(drive: &MitDrive, setpoint: &Setpoint) -> Option<Packet> {
         MiniCheetah::command(drive, setpoint)
     }
@@ -104,7 +102,7 @@ impl Frames for Damiao {
         })
     }
 
-    fn words(error: u8) -> &'static str {
+    fn error_text(error: u8) -> &'static str {
         match error {
             0x0 => "no error",
             0x8 => "supply voltage too high",

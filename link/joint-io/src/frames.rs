@@ -1,8 +1,7 @@
-//! Kinds of frames: what an actuator on CAN is told, and what it says.
+//! Kinds of frames: commands of an actuator on CAN, and its replies.
 
-use crate::bus_time::Identifier;
 use crate::mit::{Reply, Setpoint};
-use dynamics_core::drive::MitDrive;
+use dynamics_core::drive::{DriveKind, MitDrive, Protocol};
 use embedded_can::{Id, StandardId};
 
 /// A command: its identifier and its eight bytes.
@@ -26,15 +25,9 @@ pub enum Setting {
 /// The frames that a kind of actuator understands.
 ///
 /// Total, as everything here: a NaN makes no frame, and no reply that could be misread is taken.
-pub trait Frames {
+pub trait Frames: DriveKind {
     /// True if identifiers of commands depend on what is commanded, so that the order of sending changes from tick to tick.
     const COMMAND_IN_IDENTIFIER: bool = false;
-
-    /// Identifiers of commands and replies.
-    const IDENTIFIER: Identifier = Identifier::Standard;
-
-    /// True if a reply tells that the drive is on or off. Otherwise its torque has to show that.
-    const REPORTS_STATE: bool;
 
     /// Position, velocity, stiffness, damping and torque; values beyond their range take its end. `None` when one is NaN.
     fn command(drive: &MitDrive, setpoint: &Setpoint) -> Option<Packet>;
@@ -72,9 +65,23 @@ pub trait Frames {
     /// A reply; `None` for a frame of another length, kind or drive.
     fn reply(drive: &MitDrive, id: Id, data: &[u8]) -> Option<Reply>;
 
-    /// The drive's own words for an error of [`Reply::error`], for a person.
-    fn words(error: u8) -> &'static str;
+    /// The drive's text for an error of [`Reply::error`], for a person.
+    fn error_text(error: u8) -> &'static str;
 }
+
+macro_rules! error_text_of {
+    ($($kind:ident)*) => {
+        /// [`Frames::error_text`] of a kind of drive.
+        #[must_use]
+        pub const fn error_text(protocol: Protocol) -> fn(u8) -> &'static str {
+            match protocol {
+                $(Protocol::$kind => <dynamics_core::drive::$kind as Frames>::error_text,)*
+            }
+        }
+    };
+}
+
+dynamics_core::with_drive_kinds!(error_text_of);
 
 /// A command with the identifier of the drive; a byte is always a standard identifier.
 pub(crate) fn to(drive: &MitDrive, data: [u8; 8]) -> Packet {

@@ -6,8 +6,6 @@ use dynamics_core::drive::{MiniCheetah, MitDrive};
 use embedded_can::Id;
 
 impl Frames for MiniCheetah {
-    const REPORTS_STATE: bool = false;
-
     fn command(drive: &MitDrive, setpoint: &Setpoint) -> Option<Packet> {
         Some(to(drive, setpoint.pack(&drive.ranges)?))
     }
@@ -32,7 +30,7 @@ impl Frames for MiniCheetah {
         Reply::unpack(data, drive)
     }
 
-    fn words(error: u8) -> &'static str {
+    fn error_text(error: u8) -> &'static str {
         if error == 0 { "no error" } else { "an error of its own: see its manual" }
     }
 }

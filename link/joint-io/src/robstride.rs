@@ -20,7 +20,6 @@
 //! The answer to a request for the version has a reply's identifier and begins with 00 C4 56: as a reply, a position 0.08 rad above the low end
 //! of the range. No joint may be there, so it is never taken as a reply.
 
-use crate::bus_time::Identifier;
 use crate::frames::{Frames, Packet, Setting};
 use crate::mit::{Reply, Setpoint};
 use dynamics_core::drive::{MitDrive, RobStride};
@@ -59,8 +58,6 @@ fn errors(id: u32) -> u8 {
 
 impl Frames for RobStride {
     const COMMAND_IN_IDENTIFIER: bool = true;
-    const REPORTS_STATE: bool = true;
-    const IDENTIFIER: Identifier = Identifier::Extended;
 
     fn command(drive: &MitDrive, setpoint: &Setpoint) -> Option<Packet> {
         let ranges = &drive.ranges;
@@ -136,7 +133,7 @@ impl Frames for RobStride {
     }
 
     /// The most urgent of several.
-    fn words(error: u8) -> &'static str {
+    fn error_text(error: u8) -> &'static str {
         match error {
             0 => "no error",
             e if e & 1 << 0 != 0 => "supply voltage too low",

@@ -94,7 +94,7 @@ fn no_friction(draft: &Draft) -> Option<Finding> {
 fn torque_step(draft: &Draft, joint: &RobotJoint, places: &JointPlaces, load: &JointLoad) -> Option<Finding> {
     let Some(JointDrive::Mit(drive)) = joint.drive else { return None };
     let step = drive.ratio.abs() * (drive.torque.1 - drive.torque.0)
-        / (f64::from(1_u32 << drive.protocol.torque_bits()) - 1.0);
+        / (f64::from(1_u32 << drive.protocol.facts().torque_bits) - 1.0);
     let advice = "narrow the torque range in the actuator and here, or gear it up";
     coarse(draft, (CheckRule::TorqueStep, &places.drive_torque), (joint, load), step, advice)
 }

@@ -1,7 +1,8 @@
 //! Drive of a joint, as a robot file describes it: in the units of data sheets.
 
-use dynamics_core::drive::bus_time::Identifier;
-use dynamics_core::drive::{Damiao, DataRate, DriveKind, MiniCheetah, PositionMemory, RobStride};
+use dynamics_core::drive::DataRate;
+
+pub use dynamics_core::drive::Protocol;
 
 /// Counts per turn of the magnetic encoder.
 pub(crate) const ENCODER_COUNTS: u16 = 1 << 14;
@@ -29,7 +30,7 @@ impl JointDrive {
     #[must_use]
     pub const fn kind(&self) -> &'static str {
         match self {
-            Self::Mit(spec) => spec.protocol.name(),
+            Self::Mit(spec) => spec.protocol.facts().name,
             Self::Pwm(_) => "pwm",
         }
     }
@@ -40,86 +41,6 @@ impl JointDrive {
         match self {
             Self::Mit(spec) => Some(*spec),
             Self::Pwm(_) => None,
-        }
-    }
-}
-
-/// Frames that an actuator on CAN understands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Protocol {
-    /// [`dynamics_core::drive::MiniCheetah`].
-    MiniCheetah,
-    /// [`dynamics_core::drive::Damiao`].
-    Damiao,
-    /// [`dynamics_core::drive::RobStride`].
-    RobStride,
-}
-
-impl Protocol {
-    /// Its name in a robot file.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::MiniCheetah => "mit",
-            Self::Damiao => "damiao",
-            Self::RobStride => "robstride",
-        }
-    }
-
-    /// The core's type that stands for it.
-    pub(crate) const fn type_name(self) -> &'static str {
-        match self {
-            Self::MiniCheetah => "MiniCheetah",
-            Self::Damiao => "Damiao",
-            Self::RobStride => "RobStride",
-        }
-    }
-
-    /// Identifiers of its frames.
-    #[must_use]
-    pub const fn identifier(self) -> Identifier {
-        match self {
-            Self::MiniCheetah | Self::Damiao => Identifier::Standard,
-            Self::RobStride => Identifier::Extended,
-        }
-    }
-
-    /// The part of its position that survives a loss of power.
-    #[must_use]
-    pub const fn memory(self) -> PositionMemory {
-        match self {
-            Self::MiniCheetah => MiniCheetah::MEMORY,
-            Self::Damiao => Damiao::MEMORY,
-            Self::RobStride => RobStride::MEMORY,
-        }
-    }
-
-    /// Shortest time in which it restarts, us.
-    #[must_use]
-    pub const fn restart_us(self) -> u32 {
-        match self {
-            Self::MiniCheetah => MiniCheetah::RESTART_US,
-            Self::Damiao => Damiao::RESTART_US,
-            Self::RobStride => RobStride::RESTART_US,
-        }
-    }
-
-    /// True if its own communication timeout can be read and set over the bus.
-    #[must_use]
-    pub const fn has_timeout(self) -> bool {
-        match self {
-            Self::MiniCheetah => MiniCheetah::HAS_TIMEOUT,
-            Self::Damiao => Damiao::HAS_TIMEOUT,
-            Self::RobStride => RobStride::HAS_TIMEOUT,
-        }
-    }
-
-    /// Bits of the fields of velocity and torque.
-    #[must_use]
-    pub const fn torque_bits(self) -> u32 {
-        match self {
-            Self::MiniCheetah | Self::Damiao => 12,
-            Self::RobStride => 16,
         }
     }
 }

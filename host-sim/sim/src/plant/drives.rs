@@ -1,4 +1,4 @@
-//! Simulated drives: the board's own way to the joints ([`CanJoints`]), three CAN buses, and an actuator at every joint.
+//! Simulated drives: the board's own access to the joints ([`CanJoints`]), three CAN buses, and an actuator at every joint.
 //!
 //! ```text
 //! tick k:  measure: replies to the commands of tick k-1 | controller | commands arrive, actuators measure and reply | the arm moves
@@ -15,8 +15,9 @@ use actuator_model::frame::Frame;
 use actuator_model::mit::{Actuator, Electronics, Language, Ranges, Shaft};
 use core::convert::Infallible;
 use dynamics_core::control::Spring;
-use dynamics_core::drive::{Damiao, MiniCheetah, MitDrive, RobStride};
+use dynamics_core::drive::MitDrive;
 use dynamics_core::safety::SafeAction;
+use dynamics_core::with_drive_kinds;
 use embedded_can::ErrorKind;
 use embedded_can::nb::Can;
 use embedded_hal::digital::{ErrorType, OutputPin};
@@ -38,70 +39,47 @@ const SUPPLY_MIN: f64 = 15.0;
 /// Exchanges until drives are on, at most: three about each drive's timeout, one drive at a time, and three until it is on.
 const ENABLING_MAX: u32 = 100;
 
-/// The board's way to the joints, for each kind of frames.
-#[derive(Clone, Debug)]
-enum Joints<const N: usize> {
-    MiniCheetah(CanJoints<MiniCheetah, Queued<Line>, Queued<Line>, Queued<Line>, BrakeLine, N>),
-    Damiao(CanJoints<Damiao, Queued<Line>, Queued<Line>, Queued<Line>, BrakeLine, N>),
-    RobStride(CanJoints<RobStride, Queued<Line>, Queued<Line>, Queued<Line>, BrakeLine, N>),
-}
+/// The joints of an arm whose drives are of the kind `K`.
+type JointsOf<K, const N: usize> = CanJoints<K, Queued<Line>, Queued<Line>, Queued<Line>, BrakeLine, N>;
 
-/// The same expression for whatever frames the joints have.
-macro_rules! each {
-    ($joints:expr, $name:ident => $what:expr) => {
-        match $joints {
-            Joints::MiniCheetah($name) => $what,
-            Joints::Damiao($name) => $what,
-            Joints::RobStride($name) => $what,
+macro_rules! joints_of {
+    ($($kind:ident)*) => {
+        /// The board's access to the joints, for each kind of drive.
+        #[derive(Clone, Debug)]
+        enum Joints<const N: usize> {
+            $($kind(JointsOf<dynamics_core::drive::$kind, N>),)*
+        }
+
+        impl<const N: usize> Joints<N> {
+            fn new(protocol: Protocol, lines: [Line; BUSES], wires: [MitDrive; N]) -> Self {
+                let buses = lines.map(Queued::new).into();
+                match protocol {
+                    $(Protocol::$kind => Self::$kind(CanJoints::new(buses, BrakeLine::default(), wires)),)*
+                }
+            }
+
+            fn io(&mut self) -> &mut dyn JointIo<N> {
+                match self {
+                    $(Self::$kind(joints) => joints,)*
+                }
+            }
+
+            fn buses(&mut self) -> (&mut Queued<Line>, &mut Queued<Line>, &mut Queued<Line>) {
+                match self {
+                    $(Self::$kind(joints) => joints.buses(),)*
+                }
+            }
+
+            fn brake(&self) -> &BrakeLine {
+                match self {
+                    $(Self::$kind(joints) => joints.brake(),)*
+                }
+            }
         }
     };
 }
 
-impl<const N: usize> Joints<N> {
-    fn new(protocol: Protocol, lines: [Line; BUSES], wires: [MitDrive; N]) -> Self {
-        let brake = BrakeLine::default();
-        let buses = lines.map(Queued::new).into();
-        match protocol {
-            Protocol::MiniCheetah => Self::MiniCheetah(CanJoints::new(buses, brake, wires)),
-            Protocol::Damiao => Self::Damiao(CanJoints::new(buses, brake, wires)),
-            Protocol::RobStride => Self::RobStride(CanJoints::new(buses, brake, wires)),
-        }
-    }
-}
-
-impl<const N: usize> JointIo<N> for Joints<N> {
-    fn measure(&mut self) -> Option<Readings<N>> {
-        each!(self, joints => joints.measure())
-    }
-
-    fn temperature(&self) -> Option<f32> {
-        each!(self, joints => joints.temperature())
-    }
-
-    fn enable(&mut self, action: SafeAction) {
-        each!(self, joints => joints.enable(action));
-    }
-
-    fn preload(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>) {
-        each!(self, joints => joints.preload(torque, springs));
-    }
-
-    fn drive(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>) {
-        each!(self, joints => joints.drive(torque, springs));
-    }
-
-    fn safe(&mut self, action: SafeAction) {
-        each!(self, joints => joints.safe(action));
-    }
-
-    fn clear(&mut self) {
-        each!(self, joints => joints.clear());
-    }
-
-    fn interrupt(&mut self) {
-        each!(self, joints => joints.interrupt());
-    }
-}
+with_drive_kinds!(joints_of);
 
 /// The drives of an arm.
 #[derive(Clone, Debug)]
@@ -199,7 +177,7 @@ impl<const N: usize> Drives<N> {
 
     /// One of the buses, counted from 0.
     pub fn bus(&mut self, bus: usize) -> &mut Bus {
-        let (first, second, third) = each!(&mut self.joints, joints => joints.buses());
+        let (first, second, third) = self.joints.buses();
         let queued = match bus {
             0 => first,
             1 => second,
@@ -225,12 +203,12 @@ impl<const N: usize> Drives<N> {
 
     /// True if the brakes hold the arm.
     pub fn brakes_hold(&self) -> bool {
-        !each!(&self.joints, joints => joints.brake().open)
+        !self.joints.brake().open
     }
 
     /// Readings of the replies since the last call, and their highest temperature, degrees Celsius.
     pub fn measure(&mut self) -> (Option<Readings<N>>, Option<f32>) {
-        (self.joints.measure(), self.joints.temperature())
+        (self.joints.io().measure(), self.joints.io().temperature())
     }
 
     /// Enables the drives while something else holds the arm, without any time: exchanges until each has shown that it is on, or
@@ -247,23 +225,23 @@ impl<const N: usize> Drives<N> {
 
     /// Clears the drives' errors in the next safe actions.
     pub fn clear(&mut self) {
-        self.joints.clear();
+        self.joints.io().clear();
     }
 
     /// The board's way to the joints. What it sends arrives with [`Drives::serve`].
-    pub fn board(&mut self) -> &mut impl JointIo<N> {
-        &mut self.joints
+    pub fn board(&mut self) -> &mut dyn JointIo<N> {
+        self.joints.io()
     }
 
     /// Send a tick's commands. The actuators take them at once, and reply with the state that they measure.
     pub(crate) fn send(&mut self, order: &Order<N>, measured: &State<N>) {
         match order {
             Order::Torque(torque, springs) => {
-                self.joints.drive(&torque.map(|torque| torque as f32), springs.as_ref());
+                self.joints.io().drive(&torque.map(|torque| torque as f32), springs.as_ref());
             }
-            Order::Enable(action) => self.joints.enable(*action),
-            Order::Preload(torque) => self.joints.preload(&torque.map(|torque| torque as f32), None),
-            Order::Safe(action) => self.joints.safe(*action),
+            Order::Enable(action) => self.joints.io().enable(*action),
+            Order::Preload(torque) => self.joints.io().preload(&torque.map(|torque| torque as f32), None),
+            Order::Safe(action) => self.joints.io().safe(*action),
         }
         self.serve(measured);
     }
@@ -279,9 +257,9 @@ impl<const N: usize> Drives<N> {
         }
         // Each interrupt takes what has come, and hands on the next three commands: two are all six.
         (0..BUSES).for_each(|bus| self.bus(bus).serve());
-        self.joints.interrupt();
+        self.joints.io().interrupt();
         (0..BUSES).for_each(|bus| self.bus(bus).exchange());
-        self.joints.interrupt();
+        self.joints.io().interrupt();
     }
 
     /// Shaft of a joint's actuator at this state of the arm.
@@ -343,11 +321,7 @@ impl JointMount {
 fn actuator(spec: &MitSpec) -> Actuator {
     let MitSpec { id, reply_id, reply_bytes, temperature_offset, position, velocity, kp, kd, torque, .. } = *spec;
     let mut actuator = Actuator::new(u16::from(id), Ranges { position, velocity, kp, kd, torque });
-    let language = match spec.protocol {
-        Protocol::MiniCheetah => Language::MiniCheetah,
-        Protocol::Damiao => Language::Damiao,
-        Protocol::RobStride => Language::RobStride,
-    };
+    let language = Language::named(spec.protocol.facts().name).unwrap_or_default();
     actuator.electronics = actuator.electronics.speaking(language);
     let electronics = &mut actuator.electronics;
     (electronics.reply_id, electronics.reply_bytes) = (reply_id, usize::from(reply_bytes));

@@ -192,14 +192,13 @@ impl<const N: usize> Plant<N> {
         Self { sampling, acting, ..self }
     }
 
-    /// The same arm, with a ledger from now on. With a wrench at the tip, the ledger costs the terms of two more states
+    /// Starts a ledger of work from now on. With a wrench at the tip, the ledger costs the terms of two more states
     /// a step. It excludes energy in springs: an elastic arm's ledger stays empty.
-    #[must_use]
-    pub fn with_ledger(self) -> Self {
-        Self { ledger: Some(Ledger::new(self.state)), ..self }
+    pub fn start_ledger(&mut self) {
+        self.ledger = Some(Ledger::new(self.state));
     }
 
-    /// Energy ledger of the arm, if [`Plant::with_ledger`] asked for it.
+    /// Energy ledger of the arm, if [`Plant::start_ledger`] asked for it.
     #[must_use]
     pub fn ledger(&self) -> Option<&Ledger<N>> {
         self.ledger.as_ref()

@@ -4,11 +4,12 @@
 
 use super::calls::{self, Effect};
 use crate::run::simulate;
+use crate::run::simulation;
 use dynamics_core::{Term, Wrench};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use robot_compiler::scene::{ElasticitySpec, Integrator, Ripple};
-use robot_compiler::{Breakaway, JointFriction, Robot, SceneFile, with_dof};
+use robot_compiler::{Breakaway, JointFriction, Robot, SceneFile};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -32,7 +33,7 @@ fn bare(path: &Path) -> SceneFile {
 fn called(scene: &SceneFile) -> Vec<(Effect, u64)> {
     calls::taken();
     let (stop, bar) = (AtomicBool::new(false), ProgressBar::hidden());
-    let run = with_dof!(scene.robot.dof(), N => simulate::on_desk::<N>(scene, &stop, &bar)).unwrap();
+    let run = simulation::run(scene, &stop, &bar).unwrap();
     assert_eq!(run.record.ticks(), 100);
     calls::taken()
 }

@@ -29,6 +29,7 @@ pub mod quality;
 pub mod record;
 pub mod report;
 pub mod simulate;
+pub mod simulation;
 pub mod summary;
 pub mod target;
 pub mod world;

@@ -21,7 +21,6 @@ use dynamics_core::trig::Method;
 use dynamics_core::{Body, Controller, ControllerConfig, Dynamics, JointSpec, Live, Model, Real, Trig};
 use indicatif::ProgressBar;
 use robot_compiler::choose::ArmDynamics;
-use robot_compiler::drive::Protocol;
 use robot_compiler::names::name;
 use robot_compiler::scene::{ElasticitySpec, Integrator, ScalarChoice, joints};
 use robot_compiler::{RobotJoint, SceneFile};
@@ -45,28 +44,8 @@ pub struct Run {
 /// Limit on the samples of a run (ticks times joints), which fit in memory with ease.
 const SAMPLES_MAX: f64 = 2e7;
 
-/// Run a scene on the desk, until its end or until `stop` is set.
-///
-/// # Errors
-/// [`Failure::Input`] for a scene that cannot be run.
-pub fn on_desk<const N: usize>(scene: &SceneFile, stop: &AtomicBool, progress: &ProgressBar) -> Result<Run, Failure> {
-    on_desk_in::<N>(&mut world(scene)?, scene, stop, progress)
-}
-
-/// As [`on_desk`], in a world that the caller owns.
-///
-/// # Errors
-/// As [`on_desk`].
-pub fn on_desk_in<const N: usize>(
-    world: &mut World<N>,
-    scene: &SceneFile,
-    stop: &AtomicBool,
-    progress: &ProgressBar,
-) -> Result<Run, Failure> {
-    now(on_desk_with(&AtOnce, world, scene, stop, progress))
-}
-
-async fn on_desk_with<const N: usize>(
+/// Run the controller of a scene in a world, on the desk.
+pub(super) async fn on_desk<const N: usize>(
     solver: &impl Solver<N>,
     world: &mut World<N>,
     scene: &SceneFile,
@@ -76,10 +55,10 @@ async fn on_desk_with<const N: usize>(
     let model = scene.robot.model::<N>().map_err(Failure::input)?;
     match scene.control.scalar {
         ScalarChoice::F64 => {
-            within_with::<f64, N, _>(solver, world, scene, "desk", &mut desk(scene, &model), stop, progress).await
+            closed_in::<f64, N, _>(solver, world, scene, "desk", &mut desk(scene, &model), stop, progress).await
         }
         ScalarChoice::F32 => {
-            within_with::<f32, N, _>(solver, world, scene, "desk", &mut desk(scene, &model), stop, progress).await
+            closed_in::<f32, N, _>(solver, world, scene, "desk", &mut desk(scene, &model), stop, progress).await
         }
     }
 }
@@ -100,11 +79,11 @@ impl<T, F: Fn(Run) -> T, const N: usize> Job<N> for Prepared<'_, F, N> {
     }
 
     async fn run(mut self, solver: &impl Solver<N>) -> Self::Outcome {
-        on_desk_with(solver, &mut self.world, &self.scene, self.stop, &ProgressBar::hidden()).await.map(self.each)
+        on_desk(solver, &mut self.world, &self.scene, self.stop, &ProgressBar::hidden()).await.map(self.each)
     }
 }
 
-/// Run scenes on the desk side by side: each as [`on_desk`] has it, in a fraction of the time where the processor has a
+/// Run scenes on the desk side by side: each as [`run`](crate::run::simulation::run) has it, in a fraction of the time where the processor has a
 /// [kernel](crate::run::batch) for their arms. Returns what `each` makes of the runs, in the order of the scenes, and in their places the
 /// failures of what is no scene.
 pub fn on_desk_side_by_side<T, const N: usize>(
@@ -183,10 +162,10 @@ pub fn within<S: Real, const N: usize, C: Torques<S, N>>(
     stop: &AtomicBool,
     progress: &ProgressBar,
 ) -> Result<Run, Failure> {
-    now(within_with(&AtOnce, world, scene, target, controller, stop, progress))
+    now(closed_in(&AtOnce, world, scene, target, controller, stop, progress))
 }
 
-async fn within_with<S: Real, const N: usize, C: Torques<S, N>>(
+async fn closed_in<S: Real, const N: usize, C: Torques<S, N>>(
     solver: &impl Solver<N>,
     world: &mut World<N>,
     scene: &SceneFile,
@@ -432,7 +411,7 @@ fn setting(scene: &SceneFile, target: &str) -> Setting {
 fn drives(scene: &SceneFile) -> Option<SimulatedDrives> {
     let mit = scene.robot.joints.iter().all(|joint| joint.drive.is_some_and(|drive| drive.mit().is_some()));
     (mit && !scene.actuators.ideal).then_some(SimulatedDrives {
-        kind: scene.protocol().map_or("", Protocol::name),
+        kind: scene.protocol().map_or("", |protocol| protocol.facts().name),
         loop_rate: scene.actuators.loop_rate,
         after_fault: match scene.safety.safe_action {
             SafeAction::Brake => "the brakes held",

@@ -10,6 +10,7 @@ use sim::failure::Failure;
 use sim::run::batch::Batch;
 use sim::run::closed_loop::End;
 use sim::run::simulate::{self, Run};
+use sim::run::simulation;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -26,7 +27,7 @@ fn scene(name: &str, duration: f64) -> SceneFile {
 }
 
 fn alone(scene: &SceneFile) -> Result<Run, Failure> {
-    with_dof!(scene.robot.dof(), N => simulate::on_desk::<N>(scene, &GO_ON, &ProgressBar::hidden()))
+    simulation::run(scene, &GO_ON, &ProgressBar::hidden())
 }
 
 fn side_by_side(scenes: &[SceneFile]) -> Vec<Result<Run, Failure>> {

@@ -7,11 +7,12 @@ use indicatif::ProgressBar;
 use nalgebra::{Matrix3, Vector3};
 use robot_compiler::names::Named as _;
 use robot_compiler::scene::{DampingAt, IntegralSpec, Integrator, MotionSpec, Push, ScalarChoice, Side};
-use robot_compiler::{Robot, RobotJoint, SceneFile, with_dof};
+use robot_compiler::{Robot, RobotJoint, SceneFile};
 use sim::failure::Failure;
 use sim::run::closed_loop::End;
 use sim::run::record::Record;
 use sim::run::simulate::{self, Run};
+use sim::run::simulation;
 use sim::run::target::{Ticked, Torques};
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
@@ -27,7 +28,7 @@ fn swing() -> SceneFile {
 
 fn run(scene: &SceneFile) -> Run {
     let (stop, bar) = (AtomicBool::new(false), ProgressBar::hidden());
-    with_dof!(scene.robot.dof(), N => simulate::on_desk::<N>(scene, &stop, &bar)).unwrap()
+    simulation::run(scene, &stop, &bar).unwrap()
 }
 
 fn csv(record: &Record) -> String {
@@ -359,7 +360,7 @@ fn a_duration_that_no_log_can_hold_is_refused() {
     let mut scene = swing();
     for duration in [1e-5, 1e9, f64::NAN] {
         scene.duration = Some(duration);
-        let refused = simulate::on_desk::<2>(&scene, &AtomicBool::new(false), &ProgressBar::hidden());
+        let refused = simulation::run(&scene, &AtomicBool::new(false), &ProgressBar::hidden());
         assert!(matches!(refused, Err(Failure::Input(_))), "{duration}");
     }
 }

@@ -20,7 +20,8 @@ fn wave() -> SceneFile {
 }
 
 fn run_in(world: &mut World<6>, scene: &SceneFile) -> Run {
-    simulate::on_desk_in::<6>(world, scene, &AtomicBool::new(false), &ProgressBar::hidden()).unwrap()
+    let mut controller = simulate::desk::<f32, 6>(scene, &scene.robot.model().unwrap());
+    simulate::within(world, scene, "desk", &mut controller, &AtomicBool::new(false), &ProgressBar::hidden()).unwrap()
 }
 
 fn run(scene: &SceneFile) -> Run {

@@ -330,7 +330,8 @@ fn torque_ripple_swings_about_the_command_as_the_joint_turns() {
     arm.gravity = Vector3::zeros();
     let clock = Clock { period: 0.01, steps_per_tick: 40 };
     let settings = ActuatorSettings { ripple: Some(ripple), ..ActuatorSettings::default() };
-    let mut plant = Plant::new(&arm, None, settings, clock, [0.0; 2]).with_ledger();
+    let mut plant = Plant::new(&arm, None, settings, clock, [0.0; 2]);
+    plant.start_ledger();
     (0..60).for_each(|_| plant.drive(&[5.0, 0.5]).unwrap());
     let gained = energy(&arm, plant.state()) - energy(&arm, &State { q: [0.0; 2], qd: [0.0; 2] });
     let given: f64 = plant.ledger().unwrap().actuators.total().iter().sum();

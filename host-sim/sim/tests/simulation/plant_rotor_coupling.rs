@@ -10,6 +10,7 @@ use robot_compiler::SceneFile;
 use sim::plant::actuator::ActuatorSettings;
 use sim::plant::{Arm, Clock, Plant};
 use sim::run::simulate;
+use sim::run::simulation;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -93,7 +94,7 @@ fn the_key_of_the_scene_couples_the_rotors() {
     let run = |coupled: bool| {
         let mut scene = puma();
         scene.plant.rotor_coupling = coupled;
-        simulate::on_desk::<N>(&scene, &AtomicBool::new(false), &ProgressBar::hidden()).unwrap().summary.tracking_max
+        simulation::run(&scene, &AtomicBool::new(false), &ProgressBar::hidden()).unwrap().summary.tracking_max
     };
     let (usual, coupled) = (run(false), run(true));
     assert!(usual != coupled, "{usual:?}");

@@ -2,11 +2,12 @@
 
 use dynamics_core::control::{Between, ControlLaw};
 use indicatif::ProgressBar;
+use robot_compiler::SceneFile;
 use robot_compiler::scene::{MotionSpec, ScalarChoice};
-use robot_compiler::{SceneFile, with_dof};
 use sim::run::closed_loop::End;
 use sim::run::record::Record;
-use sim::run::simulate::{self, Run};
+use sim::run::simulate::Run;
+use sim::run::simulation;
 use std::f64::consts::TAU;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -22,7 +23,7 @@ fn puma() -> SceneFile {
 
 fn run(scene: &SceneFile) -> Run {
     let (stop, bar) = (AtomicBool::new(false), ProgressBar::hidden());
-    let run = with_dof!(scene.robot.dof(), N => simulate::on_desk::<N>(scene, &stop, &bar)).unwrap();
+    let run = simulation::run(scene, &stop, &bar).unwrap();
     assert_eq!((run.end, run.summary.faults.as_slice()), (End::Complete, [].as_slice()));
     run
 }

@@ -3,7 +3,8 @@
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
 use sim::run::closed_loop::End;
-use sim::run::simulate::{self, Run};
+use sim::run::simulate::Run;
+use sim::run::simulation;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
@@ -14,7 +15,7 @@ fn scene(text: impl FnOnce(String) -> String) -> SceneFile {
 }
 
 fn simulated(scene: &SceneFile) -> Run {
-    simulate::on_desk::<6>(scene, &AtomicBool::new(false), &ProgressBar::hidden()).unwrap()
+    simulation::run(scene, &AtomicBool::new(false), &ProgressBar::hidden()).unwrap()
 }
 
 fn run(scene: &SceneFile) -> Run {

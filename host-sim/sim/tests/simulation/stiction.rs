@@ -4,11 +4,11 @@
 use crate::reference::Golden;
 use indicatif::ProgressBar;
 use nalgebra::{SVector, Vector3};
+use robot_compiler::SceneFile;
 use robot_compiler::scene::Integrator;
-use robot_compiler::{SceneFile, with_dof};
 use sim::plant::actuator::ActuatorSettings;
 use sim::plant::{Arm, Clock, JointFriction, Plant, State};
-use sim::run::simulate;
+use sim::run::simulation;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
@@ -236,7 +236,7 @@ fn coupled_joints_move_as_the_trial_of_all_their_states_has_it() {
 /// RMS of each joint's tracking error, rad or m.
 fn tracking(scene: &SceneFile) -> Vec<f64> {
     let (stop, bar) = (AtomicBool::new(false), ProgressBar::hidden());
-    let run = with_dof!(scene.robot.dof(), N => simulate::on_desk::<N>(scene, &stop, &bar)).unwrap();
+    let run = simulation::run(scene, &stop, &bar).unwrap();
     run.summary.tracking_rms
 }
 

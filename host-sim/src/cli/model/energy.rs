@@ -80,7 +80,7 @@ pub fn run(args: &EnergyArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     // Better now than after the run.
     let mut output = args.force.output().reads(&args.scene);
     output.folder(&folder, &["energy.json", "report.html"])?;
-    let (run, account) = with_dof!(scene.robot.dof(), N => account::<N>(&scene, stop))?;
+    let (run, account) = account(&scene, stop)?;
     let json = json(&account)?;
     let file = folder.join("energy.json");
     fs::write(&file, format!("{json}\n")).map_err(|error| in_file(&file, &error))?;

@@ -17,7 +17,7 @@ use robot_compiler::kernel::Operations;
 use robot_compiler::scene::ModelTerm;
 use sim::failure::Failure;
 use sim::run::closed_loop::End;
-use sim::run::simulate;
+use sim::run::simulation::{Options, simulation};
 use std::sync::atomic::AtomicBool;
 
 /// Default tolerance, if neither the scene nor the command line gives one: a share of each joint's torque limit.
@@ -173,8 +173,7 @@ impl<const N: usize> Lab<'_, N> {
 
     /// Run the loop with the controller of another scene in this scene's world.
     fn tracking_of(&self, scene: &SceneFile) -> Result<Tracking, Failure> {
-        let mut world = simulate::world::<N>(self.file)?;
-        let run = simulate::on_desk_in::<N>(&mut world, scene, self.stop, &ProgressBar::hidden())?;
+        let run = simulation(self.file, Options::default())?.run(scene, self.stop, &ProgressBar::hidden())?;
         if run.end == End::Interrupted {
             return Err(Failure::Interrupted);
         }

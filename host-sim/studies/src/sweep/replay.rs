@@ -4,11 +4,11 @@ use super::Prepared;
 use super::prepared::replace_nothing;
 use super::store::{MANIFEST, STUDY};
 use indicatif::ProgressBar;
-use robot_compiler::with_dof;
 use sim::failure::{Failure, in_file};
 use sim::output::Output;
 use sim::run::files::{write, write_report};
-use sim::run::simulate::{self, Run};
+use sim::run::simulate::Run;
+use sim::run::simulation;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -64,7 +64,7 @@ pub fn replay(
         files.push(path);
     }
     let scene = runs.scene(index)?;
-    let run = with_dof!(scene.robot.dof(), N => simulate::on_desk::<N>(&scene, stop, progress))?;
+    let run = simulation::run(&scene, stop, progress)?;
     files.extend(write(&run, folder)?);
     files.push(write_report(&run, &scene, &folder.join("report.html"))?);
     output.written(&files)?;

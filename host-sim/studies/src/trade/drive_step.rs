@@ -4,7 +4,6 @@ use dynamics_core::Model;
 use dynamics_core::drive::{Drives, Range};
 use joint_io::mit::POSITION_BITS;
 use robot_compiler::SceneFile;
-use robot_compiler::drive::Protocol;
 use serde::Serialize;
 
 /// Steps of one joint's drive, at the joint.
@@ -25,7 +24,7 @@ pub struct DriveStep {
 pub fn drive_steps<const N: usize>(scene: &SceneFile, model: &Model<f64, N>) -> Vec<DriveStep> {
     let Drives::Mit(drives) = scene.drives::<N>() else { return Vec::new() };
     let gains = scene.controller_config(model).gains;
-    let bits = scene.protocol().map_or(POSITION_BITS, Protocol::torque_bits);
+    let bits = scene.protocol().map_or(POSITION_BITS, |protocol| protocol.facts().torque_bits);
     let of_joint = |i: usize| {
         let (ratio, ranges) = (f64::from(drives[i].gearing.ratio).abs(), &drives[i].ranges);
         let step = |range: &Range, bits| f64::from(range.step(bits));

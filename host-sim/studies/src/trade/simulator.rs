@@ -1,13 +1,14 @@
 //! Speed against accuracy of the simulator: cost and error of an integrator and its step.
 
 use indicatif::ProgressBar;
+use robot_compiler::SceneFile;
 use robot_compiler::scene::Integrator;
-use robot_compiler::{SceneFile, with_dof};
 use serde::Serialize;
 use sim::failure::Failure;
 use sim::parallel::try_in_parallel;
 use sim::run::closed_loop::End;
-use sim::run::simulate::{self, Run};
+use sim::run::simulate::Run;
+use sim::run::simulation::{Options, simulation};
 use std::sync::atomic::AtomicBool;
 
 /// Tolerance of the reference run with the embedded pair.
@@ -35,11 +36,7 @@ pub struct MethodReport {
 /// # Errors
 /// The scene cannot be run.
 pub fn methods(scene: &SceneFile, stop: &AtomicBool) -> Result<Vec<MethodReport>, Failure> {
-    with_dof!(scene.robot.dof(), N => of_arm::<N>(scene, stop))
-}
-
-fn of_arm<const N: usize>(scene: &SceneFile, stop: &AtomicBool) -> Result<Vec<MethodReport>, Failure> {
-    let (reference, _) = run::<N>(scene, Integrator::Adaptive { tolerance: REFERENCE }, 1, stop)?;
+    let (reference, _) = run(scene, Integrator::Adaptive { tolerance: REFERENCE }, 1, stop)?;
     let fixed = |integrator, steps: &[u32]| steps.iter().map(|steps| (integrator, *steps)).collect::<Vec<_>>();
     let own = [1e-3, 1e-6, 1e-9].map(|tolerance| (Integrator::Adaptive { tolerance }, 1));
     let all = [
@@ -62,7 +59,7 @@ fn of_arm<const N: usize>(scene: &SceneFile, stop: &AtomicBool) -> Result<Vec<Me
             off_by: None,
             tracking: None,
         };
-        let (run, accelerations) = match run::<N>(scene, integrator, steps, stop) {
+        let (run, accelerations) = match run(scene, integrator, steps, stop) {
             Ok(done) => done,
             // A step too long for friction or a spring is refused; that is a valid result.
             Err(Failure::Input(_)) => return Ok(refused),
@@ -79,22 +76,17 @@ fn of_arm<const N: usize>(scene: &SceneFile, stop: &AtomicBool) -> Result<Vec<Me
     })
 }
 
-fn run<const N: usize>(
-    scene: &SceneFile,
-    integrator: Integrator,
-    steps: u32,
-    stop: &AtomicBool,
-) -> Result<(Run, u64), Failure> {
+fn run(scene: &SceneFile, integrator: Integrator, steps: u32, stop: &AtomicBool) -> Result<(Run, u64), Failure> {
     let mut scene = scene.clone();
     scene.plant.integrator = integrator;
     scene.plant.step = scene.period() / f64::from(steps);
     // Quantised readings would turn an integrator's last bits into whole steps.
-    let mut world = simulate::ideal_world::<N>(&scene)?;
-    let run = simulate::on_desk_in::<N>(&mut world, &scene, stop, &ProgressBar::hidden())?;
+    let mut simulation = simulation(&scene, Options { ideal_drives: true })?;
+    let run = simulation.run(&scene, stop, &ProgressBar::hidden())?;
     if run.end == End::Interrupted {
         return Err(Failure::Interrupted);
     }
-    Ok((run, world.plant.accelerations()))
+    Ok((run, simulation.accelerations()))
 }
 
 /// Greatest distance of any joint in any tick.

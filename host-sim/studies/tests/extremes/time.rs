@@ -229,7 +229,7 @@ pub(crate) fn long_cells(hours: f64) -> Result<Vec<Cell>, Failure> {
 fn hours_cells(cells: &mut Vec<Cell>, hours: f64) -> Result<(), Failure> {
     let scene = swing(1e-3)?;
     let mut world = simulate::world::<2>(&scene)?;
-    world.plant = world.plant.with_ledger();
+    world.plant.start_ledger();
     let ticks = libm::round(hours * 3600.0 / world.period) as u64;
     let (mut tick, mut first, mut last) = (0_u64, 0.0_f64, 0.0_f64);
     let round = 1800;

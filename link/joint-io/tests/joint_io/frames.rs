@@ -62,7 +62,7 @@ fn a_damiaos_reply_has_its_state_and_the_higher_of_its_temperatures() {
     assert_eq!((off.error, off.off), (0, true));
     for (state, words) in [(0x8, "supply voltage too high"), (0xc, "winding too hot"), (0xe, "overloaded")] {
         let failed = reply(state << 4 | 5).unwrap();
-        assert_eq!((failed.error, Damiao::words(failed.error)), (state, words));
+        assert_eq!((failed.error, Damiao::error_text(failed.error)), (state, words));
     }
     assert_eq!(reply(0x16), None, "the reply of motor 6");
     for length in 0..8 {
@@ -101,9 +101,9 @@ fn a_robstrides_reply_has_its_state_and_errors_in_the_identifier() {
     assert!((running.temperature.unwrap() - 36.5).abs() < 1e-5);
     assert_eq!((running.error, running.off), (0, false));
     let hot_and_off = RobStride::reply(&drive, extended(0x0204_15fd), &data).unwrap();
-    assert_eq!((RobStride::words(hot_and_off.error), hot_and_off.off), ("too hot", true));
+    assert_eq!((RobStride::error_text(hot_and_off.error), hot_and_off.off), ("too hot", true));
     let low = RobStride::reply(&drive, extended(0x0281_15fd), &data).unwrap();
-    assert_eq!((RobStride::words(low.error), low.off), ("supply voltage too low", false));
+    assert_eq!((RobStride::error_text(low.error), low.off), ("supply voltage too low", false));
     assert_eq!(RobStride::reply(&drive, extended(0x0280_15fd), &data[..7]), None);
     // Another motor's, another host's, another kind of frame, a standard identifier.
     for id in [extended(0x0280_16fd), extended(0x0280_15fc), extended(0x0180_15fd), standard(0x5fd)] {
@@ -115,8 +115,8 @@ fn a_robstrides_reply_has_its_state_and_errors_in_the_identifier() {
 #[test]
 fn every_error_has_words() {
     for error in 1..=u8::MAX {
-        assert_ne!(Damiao::words(error), "no error");
-        assert_ne!(RobStride::words(error), "no error");
+        assert_ne!(Damiao::error_text(error), "no error");
+        assert_ne!(RobStride::error_text(error), "no error");
     }
 }
 

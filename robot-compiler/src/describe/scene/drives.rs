@@ -72,12 +72,12 @@ impl SceneFile {
         let (lowest, highest) = joint.spec.limits.position;
         // An angle within a turn of the output shaft is one position at most where the joint's whole range is less than a turn.
         let one_turn = spec.ratio.abs() * (highest - lowest) < TAU - TURN_MARGIN;
-        let absolute = match spec.protocol.memory() {
+        let absolute = match spec.protocol.facts().memory {
             PositionMemory::Absolute => true,
             PositionMemory::OutputTurn => one_turn,
             PositionMemory::MotorTurn | PositionMemory::Nothing => false,
         };
-        let timeout = if spec.protocol.has_timeout() {
+        let timeout = if spec.protocol.facts().has_timeout {
             TIMEOUT.max(TIMEOUT_TICKS * period) * 1e6 / f64::from(TIMEOUT_UNIT_US)
         } else {
             0.0
@@ -85,7 +85,7 @@ impl SceneFile {
         Some(MitDrive {
             // The casts saturate.
             timeout: timeout.round() as u32,
-            restart_ticks: ((f64::from(spec.protocol.restart_us()) * 1e-6 / period + 1e-9) as u32)
+            restart_ticks: ((f64::from(spec.protocol.facts().restart_us) * 1e-6 / period + 1e-9) as u32)
                 .max(RESTART_TICKS_MIN),
             absolute,
             ..mit(&spec)

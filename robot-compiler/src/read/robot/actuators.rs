@@ -46,7 +46,8 @@ fn actuator(table: &Table<'_>) -> Result<Actuator, FileError> {
     let text = |key| table.require(key, TEXT)?.string(TEXT).map(str::to_owned);
     let end = |key| table.require(key, END)?.positive(END);
     let known = |key| table.get(key).map(|value: Value<'_>| value.positive("a number above zero")).transpose();
-    let kinds = [Protocol::Damiao, Protocol::RobStride].map(|protocol| (protocol.name(), protocol));
+    let tabulated = Protocol::ALL.iter().filter(|protocol| !protocol.facts().reply_varies);
+    let kinds: Vec<_> = tabulated.map(|protocol| (protocol.facts().name, *protocol)).collect();
     Ok(Actuator {
         name: text("name")?,
         protocol: table.require("kind", "damiao or robstride")?.choice(&kinds)?,

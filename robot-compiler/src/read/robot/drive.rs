@@ -5,7 +5,8 @@ use crate::describe::diagnostics::{FileError, nearest};
 use crate::describe::drive::{Actuator, ENCODER_COUNTS, JointDrive, MitSpec, Protocol, PwmSpec};
 use crate::describe::robot::{JointEncoder, RobotJoint};
 use crate::read::table::{Table, Value, counted};
-use dynamics_core::drive::DataRate;
+use dynamics_core::drive::bus_time::Identifier;
+use dynamics_core::drive::{DataRate, DriveFacts};
 use dynamics_core::{Limits, Rotor};
 
 /// Most actuators on a bus with classic frames: a bxCAN has three mailboxes to send from, and a receiver holds three replies.
@@ -23,22 +24,12 @@ pub(super) fn read(
     rotor: &Rotor,
     encoder: Option<&JointEncoder>,
 ) -> Result<JointDrive, FileError> {
-    #[derive(Clone)]
-    enum Kind {
-        Can(Protocol),
-        Pwm,
-    }
-    const KINDS: [(&str, Kind); 5] = [
-        ("mit", Kind::Can(Protocol::MiniCheetah)),
-        ("damiao", Kind::Can(Protocol::Damiao)),
-        ("robstride", Kind::Can(Protocol::RobStride)),
-        ("pwm", Kind::Pwm),
-        // Whose frames those of the kind mit are.
-        ("mini-cheetah", Kind::Can(Protocol::MiniCheetah)),
-    ];
-    match table.require("kind", "mit, damiao, robstride or pwm")?.choice(&KINDS)? {
-        Kind::Can(protocol) => mit(table, protocol, limits).map(JointDrive::Mit),
-        Kind::Pwm => pwm(table, limits, rotor, encoder).map(JointDrive::Pwm),
+    let mut kinds: Vec<_> = Protocol::ALL.iter().map(|protocol| (protocol.facts().name, Some(*protocol))).collect();
+    // No frames are those of an H-bridge; the frames of the kind mit are the mini-cheetah's.
+    kinds.extend([("pwm", None), ("mini-cheetah", Some(Protocol::MiniCheetah))]);
+    match table.require("kind", "mit, damiao, robstride or pwm")?.choice(&kinds)? {
+        Some(protocol) => mit(table, protocol, limits).map(JointDrive::Mit),
+        None => pwm(table, limits, rotor, encoder).map(JointDrive::Pwm),
     }
 }
 
@@ -46,15 +37,13 @@ pub(super) fn read(
 const HOST: u64 = 0xfd;
 
 fn mit(table: &Table<'_>, protocol: Protocol, limits: &Limits<f64>) -> Result<MitSpec, FileError> {
-    // How a reply is made up is known, but for drives of the mini-cheetah's kind, of which there are many.
-    let of_reply: &[&str] = match protocol {
-        Protocol::MiniCheetah => &["data_rate", "reply_id", "reply_bytes", "temperature_offset"],
-        Protocol::Damiao => &["data_rate", "reply_id", "actuator"],
-        Protocol::RobStride => &["host_id", "actuator"],
-    };
+    let DriveFacts { identifier, reply_varies, .. } = protocol.facts();
+    let extended = identifier == Identifier::Extended;
+    let of_address: &[&str] = if extended { &["host_id"] } else { &["data_rate", "reply_id"] };
+    let of_reply: &[&str] = if reply_varies { &["reply_bytes", "temperature_offset"] } else { &["actuator"] };
     const ALWAYS: [&str; 12] =
         ["kind", "bus", "id", "direction", "gear", "zero", "position", "velocity", "kp", "kd", "torque", "damping"];
-    table.only(&[&ALWAYS, of_reply].concat())?;
+    table.only(&[&ALWAYS, of_address, of_reply].concat())?;
     let actuator = table.get("actuator").map(|value| actuator(&value, protocol)).transpose()?;
     let actuator = actuator.as_ref();
     let whole = |key, lo: u64, hi: u64, default: Option<u64>, expected: &str| {
@@ -66,14 +55,14 @@ fn mit(table: &Table<'_>, protocol: Protocol, limits: &Limits<f64>) -> Result<Mi
         if number < lo { Err(value.error(format!("found {number}"), expected)) } else { Ok(number) }
     };
     let ratio = ratio(table, 1.0)?;
-    let (reply_bytes, temperature_offset) = if protocol == Protocol::MiniCheetah {
+    let (reply_bytes, temperature_offset) = if reply_varies {
         const BYTES: &str = "bytes of a reply: 6, 7 with a temperature, 8 with an error too";
         let bytes = whole("reply_bytes", 6, 8, Some(6), BYTES)? as u8;
         (bytes, temperature_offset(table, bytes)?)
     } else {
         (8, Some(0.0))
     };
-    let reply_id = if protocol == Protocol::RobStride {
+    let reply_id = if extended {
         whole("host_id", 0, 255, Some(HOST), "the identifier of the host that it replies to, 0 to 255")?
     } else {
         whole("reply_id", 0, 0x7ff, Some(0), "the identifier of its replies, 0 to 2047")?
@@ -181,7 +170,7 @@ fn actuator(value: &Value<'_>, protocol: Protocol) -> Result<Actuator, FileError
         Some(actuator) => Ok(actuator.clone()),
         None => {
             let guess = nearest(name, &names).map_or(String::new(), |guess| format!("; did you mean `{guess}`?"));
-            let problem = format!("no actuator of the kind {} is {name:?}", protocol.name());
+            let problem = format!("no actuator of the kind {} is {name:?}", protocol.facts().name);
             Err(value.error(problem, expected + &guess))
         }
     }
@@ -321,17 +310,13 @@ pub(super) fn check(joints: &[RobotJoint], tables: &[Table<'_>]) -> Result<(), F
                     return Err(other.error(table));
                 }
                 if on_bus(spec.reply_id) {
-                    let problem = match spec.protocol {
+                    let (id, bus) = (spec.reply_id, spec.bus);
+                    let problem = match spec.protocol.facts().identifier {
+                        Identifier::Standard => {
+                            format!("replies with identifier {id}, which is a command's on bus {bus}")
+                        }
                         // Its frames say what they are, but a request for a parameter and the answer are of one type.
-                        Protocol::RobStride => {
-                            format!("host identifier {} is that of a drive on bus {}", spec.reply_id, spec.bus)
-                        }
-                        _ => {
-                            format!(
-                                "replies with identifier {}, which is a command's on bus {}",
-                                spec.reply_id, spec.bus
-                            )
-                        }
+                        Identifier::Extended => format!("host identifier {id} is that of a drive on bus {bus}"),
                     };
                     return Err(table.error("drive", problem, "an identifier for replies that no command has"));
                 }
@@ -362,42 +347,32 @@ impl Mistaken {
     }
 }
 
-/// Bits of a Damiao drive's identifier that its replies carry.
-const DAMIAO_REPLY_BITS: u8 = 0x0f;
-/// Distance of a Damiao drive's identifiers of its other modes from its own: position and velocity, velocity, position and force.
-const DAMIAO_MODES: [u16; 3] = [0x100, 0x200, 0x300];
-/// Identifier with which the registers of every Damiao drive are read and written.
-const DAMIAO_REGISTERS: u16 = 0x7ff;
-
 /// Frames of this drive that one before it on the bus would take for its own, or the other way round.
 ///
-/// A mini-cheetah's reply carries the whole identifier of its drive, a RobStride's as well, and so do its commands: distinct identifiers
-/// are enough there.
+/// Where replies carry the whole identifier of their drive, distinct identifiers are enough.
 fn mistaken(spec: &MitSpec, beside: &[(&String, JointDrive)]) -> Option<Mistaken> {
-    if spec.protocol != Protocol::Damiao {
-        return None;
-    }
-    if spec.reply_id == DAMIAO_REGISTERS {
+    let DriveFacts { name: kind, reply_id_bits, other_modes, settings_id, .. } = spec.protocol.facts();
+    if settings_id == Some(spec.reply_id) {
         return Some(Mistaken {
             problem: format!(
-                "replies with identifier {}, with which registers of Damiao drives are written",
+                "replies with identifier {}, with which the settings of {kind} drives are written",
                 spec.reply_id
             ),
             expected: "another identifier for replies, such as that of the commands + 16".to_owned(),
         });
     }
     beside.iter().filter_map(|(name, other)| Some((name, other.mit()?))).find_map(|(name, other)| {
-        let low = spec.id & DAMIAO_REPLY_BITS;
-        if other.reply_id == spec.reply_id && other.id & DAMIAO_REPLY_BITS == low {
+        let low = |id: u8| u32::from(id) & ((1 << reply_id_bits) - 1);
+        if reply_id_bits < u8::BITS && other.reply_id == spec.reply_id && low(other.id) == low(spec.id) {
             let problem = format!(
-                "identifiers {} and {} (of {name:?}) on bus {} both end in {low}, and both drives reply with identifier {}: a Damiao reply \
-                 carries the low 4 bits of the identifier alone",
-                spec.id, other.id, spec.bus, spec.reply_id
+                "identifiers {} and {} (of {name:?}) on bus {} both end in {}, and both drives reply with identifier {}: a {kind} reply \
+                 carries the low {reply_id_bits} bits of the identifier alone",
+                spec.id, other.id, spec.bus, low(spec.id), spec.reply_id
             );
-            let expected = "a `reply_id` for each drive, such as its identifier + 16, or identifiers that differ modulo 16";
+            let expected = "a `reply_id` for each drive, such as its identifier + 16, or identifiers that differ in these bits";
             return Some(Mistaken { problem, expected: expected.to_owned() });
         }
-        let command = |by: &MitSpec, of: &MitSpec| DAMIAO_MODES.iter().any(|mode| u16::from(of.id) + mode == by.reply_id);
+        let command = |by: &MitSpec, of: &MitSpec| other_modes.iter().any(|mode| u16::from(of.id) + mode == by.reply_id);
         (command(spec, &other) || command(&other, spec)).then(|| Mistaken {
             problem: format!(
                 "replies of one of {} and {} (of {name:?}) on bus {} are commands of another mode for the other: these have its \

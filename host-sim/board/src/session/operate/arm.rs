@@ -11,7 +11,6 @@ use crate::session::frame_log::Head;
 use crate::session::frame_log::viewer::Recorded;
 use dynamics_core::control::trajectory::{Bounds, MotionError};
 use dynamics_core::control::{ControlLaw, ControllerConfig, Encoder};
-use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
 use dynamics_core::safety::SafeAction;
 use dynamics_core::trig::Libm;
 use dynamics_core::{
@@ -22,10 +21,8 @@ use identification::identify::TORQUE_CUTOFF;
 use identification::log::Log;
 use identification::payload::{Known, Payload};
 use identification::prepare::Filters;
-use joint_io::frames::Frames as _;
 use link::convert::{AsymmetricInertia, array};
 use link::{Hello, Sensed};
-use robot_compiler::drive::Protocol;
 use robot_compiler::scene::joints;
 use robot_compiler::{RobotJoint, SceneFile};
 use sim::run::wrench::tip_wrench;
@@ -304,7 +301,7 @@ impl Arm {
             friction: scene.robot.joints.iter().map(rubs).collect(),
             drives: scene.robot.joints.iter().map(DriveNumbers::of).collect(),
             has_heat: has_heat(scene),
-            words: scene.protocol().map(words_of),
+            words: scene.protocol().map(joint_io::frames::error_text),
         })
     }
 }
@@ -318,13 +315,4 @@ fn hidden(coulomb: f64, limit: f64) -> f64 {
 fn has_heat(scene: &SceneFile) -> Vec<bool> {
     let driven = scene.robot.joints.iter().filter(|joint| joint.drive.is_some());
     driven.map(|joint| joint.heat.rules(scene.period()).is_some()).collect()
-}
-
-/// The words of a kind of drive for its errors.
-fn words_of(protocol: Protocol) -> fn(u8) -> &'static str {
-    match protocol {
-        Protocol::MiniCheetah => MiniCheetah::words,
-        Protocol::Damiao => Damiao::words,
-        Protocol::RobStride => RobStride::words,
-    }
 }

@@ -9,8 +9,8 @@ use crate::run::simulate::live_inputs;
 use dynamics_core::control::trajectory::Motion;
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, InverseDynamics as _, Live, Trig as _};
-use robot_compiler::SceneFile;
 use robot_compiler::scene::joints;
+use robot_compiler::{SceneFile, with_dof};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -19,10 +19,12 @@ use std::path::Path;
 ///
 /// # Errors
 /// [`Failure::Output`] for a file that cannot be written, [`Failure::Input`] for a scene that cannot be run.
-pub fn write<const N: usize>(record: &Record, scene: &SceneFile, path: &Path) -> Result<(), Failure> {
-    let terms = ModelTerms::<N>::new(scene)?;
-    let written = File::create(path).and_then(|file| write_to(record, scene, &terms, BufWriter::new(file)));
-    written.map_err(|error| in_file(path, &error))
+pub fn write(record: &Record, scene: &SceneFile, path: &Path) -> Result<(), Failure> {
+    with_dof!(scene.robot.dof(), N => {
+        let terms = ModelTerms::<N>::new(scene)?;
+        let written = File::create(path).and_then(|file| write_to(record, scene, &terms, BufWriter::new(file)));
+        written.map_err(|error| in_file(path, &error))
+    })
 }
 
 /// Write a run of a scene to anything.

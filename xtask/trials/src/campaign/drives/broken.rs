@@ -53,7 +53,7 @@ const CREEP: f32 = 1.2e-4;
 const CREEP_FROM: u32 = 300;
 
 /// The board's joints, broken or not.
-pub(super) struct Faulty<'a, J, const N: usize> {
+pub(super) struct Faulty<'a, J: ?Sized, const N: usize> {
     /// The joints.
     pub(super) joints: &'a mut J,
     /// The deliberate fault.
@@ -109,7 +109,7 @@ pub(super) fn without_timeouts<const N: usize>(drives: &mut Drives<N>) {
     }
 }
 
-impl<const N: usize, J: JointIo<N>> JointIo<N> for Faulty<'_, J, N> {
+impl<const N: usize, J: JointIo<N> + ?Sized> JointIo<N> for Faulty<'_, J, N> {
     fn measure(&mut self) -> Option<Readings<N>> {
         let mut readings = self.joints.measure()?;
         match self.breakage {

@@ -5,7 +5,6 @@ use crate::campaign::stage::Stage;
 use dynamics_core::Reference;
 use dynamics_core::safety::SafeAction;
 use robot_compiler::SceneFile;
-use robot_compiler::drive::Protocol;
 use sim::failure::Failure;
 use sim::plant::{Arm, Diverged};
 use sim::run::simulate;
@@ -116,7 +115,7 @@ impl<const N: usize> DrivesStage<N> {
             arm: simulate::arm(scene)?,
             known: core::array::from_fn(known),
             ratios: specs.map(|spec| spec.ratio),
-            tells_state: scene.protocol() != Some(Protocol::MiniCheetah),
+            tells_state: scene.protocol().is_none_or(|protocol| protocol.facts().reports_state),
             brakes,
             stops,
             arming: 0,
