@@ -100,7 +100,8 @@ fn seen<S: Real + Debug>(of: &impl Fields<S>) -> ObservedState {
 #[test]
 fn a_visitor_sees_every_field_by_name_in_the_order_of_declaration() {
     let text = seen(&config()).text;
-    let start = "ControllerConfig{law:Law::Feedforward=3 gains:[Gains{position:1.1 velocity:2.1 inertia:3.1 . Gains{";
+    let start =
+        "ControllerConfig{law:ControlLaw::Feedforward=3 gains:[Gains{position:1.1 velocity:2.1 inertia:3.1 . Gains{";
     assert!(text.starts_with(start), "{text}");
     let middle = "friction:some [Friction{viscous:7.1 coulomb:8.1 per_smoothing_speed:9.1 . ";
     let limits = "limits:[Limits{position:(13.1 14.1 . velocity:15.1 torque:16.1 torque_rate:17.1 . ";

@@ -1,7 +1,6 @@
 //! States of the safety state machine, as a status carries them.
 
-use dynamics_core::control::Fault;
-use dynamics_core::safety::{HoldCause, State};
+use dynamics_core::safety::State;
 use serde::Serialize;
 
 /// State of the safety state machine, without its cause. On the wire it is one byte, [`State::code`].
@@ -90,26 +89,6 @@ impl StateCode {
 impl core::fmt::Display for StateCode {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(self.name())
-    }
-}
-
-impl crate::Status {
-    /// The fault, in the state of a fault. `None` in every other state, and for a number that this version does not know.
-    #[must_use]
-    pub fn fault(&self) -> Option<Fault> {
-        match self.state {
-            StateCode::Fault => Fault::from_code(self.cause, self.joint.unwrap_or(0)),
-            _ => None,
-        }
-    }
-
-    /// The cause to hold, while the arm is held. `None` in every other state, and for a number that this version does not know.
-    #[must_use]
-    pub fn hold_cause(&self) -> Option<HoldCause> {
-        match self.state {
-            StateCode::Holding => HoldCause::from_code(self.cause, self.joint.unwrap_or(0)),
-            _ => None,
-        }
     }
 }
 

@@ -200,7 +200,7 @@ fn damiao_drives_with_replies_that_can_be_told_apart_are_accepted() {
     assert!(problem(two((1, 0x302), (2, 18), (1, 1))).contains("commands of another mode"));
     assert!(two((1, 17), (2, 0x101), (1, 2)).is_ok());
     assert!(two((1, 17), (2, 0x103), (1, 1)).is_ok());
-    assert!(problem(two((1, 17), (2, 0x7ff), (1, 1))).contains("registers"));
+    assert!(problem(two((1, 17), (2, 0x7ff), (1, 1))).contains("settings of damiao drives"));
     assert!(two((1, 17), (2, 0x7fe), (1, 1)).is_ok());
 }
 

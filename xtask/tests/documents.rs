@@ -224,7 +224,7 @@ fn no_page_of_prose_has_a_measured_count_of_instructions_or_cycles_typed_by_hand
 #[test]
 fn the_decision_table_leads_to_a_page_for_each_control_law() {
     let source = text("robot-compiler/src/describe/scene/names.rs");
-    let laws = source.split("impl Named for Law").nth(1).and_then(|rest| rest.split("];").next()).unwrap();
+    let laws = source.split("impl Named for ControlLaw").nth(1).and_then(|rest| rest.split("];").next()).unwrap();
     // A name has no space; what help says of it has some.
     let laws: Vec<_> = laws.split('"').skip(1).step_by(2).filter(|word| !word.contains(' ')).collect();
     assert!(laws.len() >= 8, "{laws:?}");

@@ -3,43 +3,20 @@
 //! Field layout and special frames after B. Katz, `CAN_com.cpp` of the mini-cheetah motor controller, with its arithmetic:
 //! `float_to_uint` cuts off, `uint_to_float` is `code span / (2^bits - 1) + min`.
 
+mod actuator;
+mod frames;
+mod language;
+
 use crate::frame::{Frame, Order};
+
+pub use actuator::Actuator;
+pub use language::{Language, Ranges, Setpoint, error, to_code, to_float};
 
 /// Identifier of a Damiao's requests about registers.
 const REGISTERS: u32 = 0x7ff;
 
 /// Unit of a timeout in registers and parameters, s.
 const TIMEOUT_UNIT: f64 = 50e-6;
-
-/// Ranges of the fields, `(lowest, highest)`, at the shaft.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ranges {
-    /// rad
-    pub position: (f64, f64),
-    /// rad/s
-    pub velocity: (f64, f64),
-    /// N m/rad
-    pub kp: (f64, f64),
-    /// N m s/rad
-    pub kd: (f64, f64),
-    /// N m
-    pub torque: (f64, f64),
-}
-
-/// Last command to an actuator.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Setpoint {
-    /// rad
-    pub position: f64,
-    /// rad/s
-    pub velocity: f64,
-    /// N m/rad
-    pub kp: f64,
-    /// N m s/rad
-    pub kd: f64,
-    /// N m
-    pub torque: f64,
-}
 
 /// Motion of a shaft.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -59,41 +36,6 @@ pub enum Memory {
     Turn(f64),
     /// Nothing: the shaft is at 0 where it starts.
     Nothing,
-}
-
-/// Codes of [`Electronics::error`], after the feedback frame in Damiao's manual of the DM4310.
-pub mod error {
-    /// The supply voltage is too high.
-    pub const OVER_VOLTAGE: u8 = 0x8;
-    /// The supply voltage is too low.
-    pub const UNDER_VOLTAGE: u8 = 0x9;
-    /// The drive is too hot.
-    pub const HOT: u8 = 0xb;
-    /// No command has come for [`Electronics::timeout`](super::Electronics::timeout); a Damiao's alone.
-    pub const SILENCE: u8 = 0xd;
-    /// The load is too much; somebody else finds that.
-    pub const OVERLOAD: u8 = 0xe;
-}
-
-/// Frames that an actuator speaks.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Language {
-    /// The mini-cheetah's.
-    #[default]
-    MiniCheetah,
-    /// Damiao's: the same commands; replies with state, error and temperatures.
-    Damiao,
-    /// RobStride's private protocol; its replies go to the host with the identifier [`Electronics::reply_id`].
-    RobStride,
-}
-
-impl Language {
-    /// The frames with this name in robot files.
-    #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
-        let all = [("mit", Self::MiniCheetah), ("damiao", Self::Damiao), ("robstride", Self::RobStride)];
-        all.into_iter().find(|(other, _)| *other == name).map(|(_, language)| language)
-    }
 }
 
 /// Electronics of an actuator: frames in and out, and the torque on a shaft that somebody else moves.
@@ -287,136 +229,6 @@ impl Electronics {
         self.gives_torque() && (self.told.kp != 0.0 || self.told.kd != 0.0)
     }
 
-    /// True if a frame on the bus is for this actuator.
-    #[must_use]
-    pub fn hears(&self, frame: &Frame) -> bool {
-        match self.language {
-            Language::RobStride => frame.extended && frame.id & 0xff == u32::from(self.id),
-            Language::MiniCheetah => !frame.extended && frame.id == u32::from(self.id),
-            Language::Damiao => {
-                let asked = frame.id == REGISTERS && frame.data.first().copied() == Some(self.id as u8);
-                !frame.extended && (frame.id == u32::from(self.id) || asked)
-            }
-        }
-    }
-
-    /// Take a frame; the reply. It measures now.
-    pub fn answer(&mut self, frame: &Frame, shaft: &Shaft) -> Option<Frame> {
-        match self.language {
-            _ if !self.powered => None,
-            Language::RobStride => self.answer_as_robstride(frame, shaft),
-            Language::Damiao if frame.id == REGISTERS => self.answer_about_a_register(frame),
-            Language::MiniCheetah | Language::Damiao => {
-                self.receive(&frame.data, shaft).map(|data| Frame::standard(self.reply_id, data))
-            }
-        }
-    }
-
-    /// Identifier, 0, 0x33 to read or 0x55 to write, the register, a value, low byte first; the answer is the same with the value. Register 9
-    /// is the timeout, by 50 us.
-    fn answer_about_a_register(&mut self, frame: &Frame) -> Option<Frame> {
-        let &[id, 0, what, register, a, b, c, d] = frame.data.as_slice() else { return None };
-        if self.has_no_settings {
-            return None;
-        }
-        self.silent_for = 0.0;
-        if (what, register) == (0x55, 9) {
-            self.timeout = f64::from(u32::from_le_bytes([a, b, c, d])) * TIMEOUT_UNIT;
-        }
-        let value = if register == 9 { (self.timeout / TIMEOUT_UNIT).round() as u32 } else { 0 };
-        let [a, b, c, d] = value.to_le_bytes();
-        Some(Frame::standard(self.reply_id, vec![id, 0, what, register, a, b, c, d]))
-    }
-
-    /// Bits 28 to 24 of the identifier say what it is: 1 a command, whose torque stands in bits 23 to 8, 3 on, 4 off.
-    fn answer_as_robstride(&mut self, frame: &Frame, shaft: &Shaft) -> Option<Frame> {
-        let &[b0, b1, b2, b3, b4, b5, b6, b7] = frame.data.as_slice() else { return None };
-        self.silent_for = 0.0;
-        match frame.id >> 24 {
-            1 => {
-                let code = |high: u8, low: u8| u32::from(high) << 8 | u32::from(low);
-                let r = &self.ranges;
-                self.told = Setpoint {
-                    position: to_float(code(b0, b1), r.position, 16),
-                    velocity: to_float(code(b2, b3), r.velocity, 16),
-                    kp: to_float(code(b4, b5), r.kp, 16),
-                    kd: to_float(code(b6, b7), r.kd, 16),
-                    torque: to_float(frame.id >> 8 & 0xffff, r.torque, 16),
-                };
-            }
-            3 => {
-                (self.enabled, self.told) = (self.enabled || !self.ignores_enable, Setpoint::default());
-                self.told_off &= !self.enabled;
-            }
-            4 => {
-                self.exit();
-                if b0 == 1 {
-                    self.error = 0;
-                }
-            }
-            // A parameter: 17 read, 18 written. Index, 0, 0, value, low bytes first; 0x7028 is the timeout, by 50 us.
-            17 if !self.has_no_settings => {
-                let value = if [b0, b1] == [0x28, 0x70] { (self.timeout / TIMEOUT_UNIT).round() as u32 } else { 0 };
-                let id = 17 << 24 | u32::from(self.id) << 8 | u32::from(self.reply_id);
-                let [a, b, c, d] = value.to_le_bytes();
-                return Some(Frame { id, extended: true, data: vec![b0, b1, 0, 0, a, b, c, d] });
-            }
-            18 if !self.has_no_settings => {
-                if [b0, b1] == [0x28, 0x70] {
-                    self.timeout = f64::from(u32::from_le_bytes([b4, b5, b6, b7])) * TIMEOUT_UNIT;
-                }
-            }
-            _ => return None,
-        }
-        self.drive(shaft);
-        let bytes = |code: u32| (code as u16).to_be_bytes();
-        let data = [
-            bytes(to_code(shaft.position - self.zero, self.ranges.position, 16)),
-            bytes(to_code(shaft.velocity, self.ranges.velocity, 16)),
-            bytes(to_code(self.torque, self.ranges.torque, 16)),
-            bytes(10 * u32::from(self.temperature)),
-        ];
-        let errors = match self.error {
-            0 => 0,
-            error::UNDER_VOLTAGE => 1 << 0,
-            error::HOT => 1 << 2,
-            error::OVERLOAD => 1 << 4,
-            _ => 1 << 1,
-        };
-        let state = if self.enabled && self.error == 0 { 2 } else { 0 };
-        let id = 2 << 24 | state << 22 | errors << 16 | u32::from(self.id) << 8 | u32::from(self.reply_id);
-        Some(Frame { id, extended: true, data: data.concat() })
-    }
-
-    /// Take a command; the reply's data. It measures now.
-    pub fn receive(&mut self, data: &[u8], shaft: &Shaft) -> Option<Vec<u8>> {
-        let &[b0, b1, b2, b3, b4, b5, b6, b7] = data else { return None };
-        self.silent_for = 0.0;
-        match ([b0, b1, b2, b3, b4, b5, b6] == [0xff; 7], b7) {
-            (true, 0xfc) => {
-                self.enabled |= !self.ignores_enable;
-                self.told_off &= !self.enabled;
-                self.told = Setpoint::default();
-            }
-            (true, 0xfd) => self.exit(),
-            (true, 0xfe) => self.zero = shaft.position,
-            (true, 0xfb) if self.language == Language::Damiao => (self.enabled, self.error) = (false, 0),
-            _ => {
-                let code = |high: u8, low: u8| u32::from(high) << 8 | u32::from(low);
-                let r = &self.ranges;
-                self.told = Setpoint {
-                    position: to_float(code(b0, b1), r.position, 16),
-                    velocity: to_float(code(b2, b3) >> 4, r.velocity, 12),
-                    kp: to_float(code(b3 & 0xf, b4), r.kp, 12),
-                    kd: to_float(code(b5, b6) >> 4, r.kd, 12),
-                    torque: to_float(code(b6 & 0xf, b7), r.torque, 12),
-                };
-            }
-        }
-        self.drive(shaft);
-        Some(self.reply(shaft))
-    }
-
     /// Time goes by, s: towards the timeout, and the drive looks after itself.
     pub fn pass(&mut self, dt: f64) {
         if !self.powered {
@@ -471,74 +283,4 @@ impl Electronics {
     pub fn gives_torque(&self) -> bool {
         self.powered && self.enabled && self.error == 0 && !self.is_silent()
     }
-
-    fn reply(&self, shaft: &Shaft) -> Vec<u8> {
-        let p = to_code(shaft.position - self.zero, self.ranges.position, 16);
-        let v = to_code(shaft.velocity, self.ranges.velocity, 12);
-        let t = to_code(self.torque, self.ranges.torque, 12);
-        let damiao = self.language == Language::Damiao;
-        let state = if self.error == 0 { u8::from(self.enabled) } else { self.error };
-        let mut data = vec![
-            if damiao { state << 4 | self.id as u8 & 0xf } else { self.id as u8 },
-            (p >> 8) as u8,
-            p as u8,
-            (v >> 4) as u8,
-            ((v & 0xf) << 4) as u8 + (t >> 8) as u8,
-            t as u8,
-            self.temperature,
-            if damiao { self.temperature } else { self.error },
-        ];
-        data.truncate(self.reply_bytes);
-        data
-    }
-}
-
-/// An actuator at a bus: electronics and the shaft that they measure.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Actuator {
-    /// Frames, loop, errors.
-    pub electronics: Electronics,
-    /// The shaft: moved by [`Actuator::step`], or by an arm that carries it.
-    pub shaft: Shaft,
-    /// Inertia at the shaft, kg m^2, where [`Actuator::step`] moves it.
-    pub inertia: f64,
-}
-
-impl Actuator {
-    /// An actuator at rest at 0, off, with a free shaft.
-    #[must_use]
-    pub fn new(id: u16, ranges: Ranges) -> Self {
-        Self { electronics: Electronics::new(id, ranges), shaft: Shaft::default(), inertia: 0.01 }
-    }
-
-    /// Take a command; the reply's data.
-    pub fn receive(&mut self, data: &[u8]) -> Option<Vec<u8>> {
-        self.electronics.receive(data, &self.shaft)
-    }
-
-    /// Take a frame of the bus; the reply.
-    pub fn answer(&mut self, frame: &Frame) -> Option<Frame> {
-        self.electronics.answer(frame, &self.shaft)
-    }
-
-    /// Time goes by for a free shaft, under a torque from outside, N m.
-    pub fn step(&mut self, dt: f64, load: f64) {
-        self.electronics.pass(dt);
-        let torque = self.electronics.drive(&self.shaft);
-        self.shaft.velocity += dt * (torque + load) / self.inertia;
-        self.shaft.position += dt * self.shaft.velocity;
-    }
-}
-
-/// `float_to_uint`, on a value held inside the range.
-#[must_use]
-pub fn to_code(x: f64, (lo, hi): (f64, f64), bits: u32) -> u32 {
-    let top = f64::from((1_u32 << bits) - 1);
-    ((x.clamp(lo, hi) - lo) * top / (hi - lo)) as u32
-}
-
-/// `uint_to_float`.
-#[must_use]
-pub fn to_float(code: u32, (lo, hi): (f64, f64), bits: u32) -> f64 {
-    f64::from(code) * (hi - lo) / f64::from((1_u32 << bits) - 1) + lo
 }

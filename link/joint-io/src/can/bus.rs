@@ -1,0 +1,118 @@
+//! Frames to and from the buses.
+
+use super::joint::CanJoint;
+use super::limits::{BusCounts, RECEIVED_MAX, TRANSMIT_POLLS};
+use crate::can_bus::CanBus;
+use crate::frames::{Frames, Packet};
+use crate::queued::OUT;
+use dynamics_core::drive::MitDrive;
+use embedded_can::{Frame, Id};
+
+/// Joints by falling identifier; of equal ones (on two buses) the first joint first. At most `N` exchanges a joint.
+pub(super) fn sending_order<const N: usize>(drives: &[MitDrive; N]) -> [u8; N] {
+    let mut order: [u8; N] = core::array::from_fn(|i| i as u8);
+    order.sort_unstable_by_key(|&i| (drives.get(usize::from(i)).map(|drive| core::cmp::Reverse(drive.id)), i));
+    order
+}
+
+/// Rank of an identifier in arbitration: the lower one goes first. A standard one goes before the extended ones that begin as it does.
+pub(super) fn rank(id: Id) -> u32 {
+    match id {
+        Id::Standard(id) => u32::from(id.as_raw()) << 18,
+        Id::Extended(id) => id.as_raw(),
+    }
+}
+
+/// Fate of a frame that was given to a bus.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Sent {
+    /// It waits to be sent.
+    Queued,
+    /// It waits, and has pushed out the frame with this identifier.
+    InPlaceOf(Id),
+    /// There is no room for it, or the transmitter has an error.
+    Refused,
+}
+
+/// Queue one command.
+pub(super) fn transmit<B: CanBus>(bus: &mut B, packet: &Packet, counts: &mut BusCounts) -> Sent {
+    // Eight bytes are always a frame.
+    let Some(frame) = B::Frame::new(packet.id, &packet.data) else { return Sent::Refused };
+    for _ in 0..TRANSMIT_POLLS {
+        match bus.transmit(&frame) {
+            Ok(None) => return Sent::Queued,
+            Ok(Some(other)) => return Sent::InPlaceOf(other.id()),
+            Err(nb::Error::WouldBlock) => {}
+            Err(nb::Error::Other(_)) => {
+                counts.transmit_errors = counts.transmit_errors.wrapping_add(1);
+                return Sent::Refused;
+            }
+        }
+    }
+    Sent::Refused
+}
+
+/// Note for the joint that a frame with this identifier was for that it was not sent. A frame about a setting names no joint.
+pub(super) fn drop_frame<const N: usize>(id: Id, bus: u8, drives: &[MitDrive; N], joints: &mut [CanJoint; N]) {
+    let to = match id {
+        Id::Standard(id) => u32::from(id.as_raw()),
+        Id::Extended(id) => id.as_raw() & 0xff,
+    };
+    let mut ours = drives.iter().zip(joints).filter(|(drive, _)| drive.bus == bus && u32::from(drive.id) == to);
+    if let Some((_, joint)) = ours.next() {
+        joint.dropped();
+    }
+}
+
+/// Empty a bus's receiver; whether the bus is off.
+pub(super) fn collect<F: Frames, B: CanBus, const N: usize>(
+    bus: &mut B,
+    index: u8,
+    drives: &[MitDrive; N],
+    joints: &mut [CanJoint; N],
+    counts: &mut BusCounts,
+) -> bool {
+    for _ in 0..RECEIVED_MAX {
+        match bus.receive() {
+            Ok(frame) => {
+                if let Some(count) = take_frame::<F, B::Frame, N>(&frame, index, drives, joints, counts) {
+                    *count = count.wrapping_add(1);
+                }
+            }
+            Err(nb::Error::WouldBlock) => break,
+            Err(nb::Error::Other(_)) => counts.receive_errors = counts.receive_errors.wrapping_add(1),
+        }
+    }
+    for _ in 0..OUT {
+        let Some(id) = bus.dropped() else { break };
+        drop_frame(id, index, drives, joints);
+    }
+    let off = bus.is_off();
+    counts.off = counts.off.wrapping_add(u32::from(off));
+    off
+}
+
+/// Give a frame to its sender's joint; returns the error count to raise when no joint is the sender.
+pub(super) fn take_frame<'a, F: Frames, T: Frame, const N: usize>(
+    frame: &T,
+    index: u8,
+    drives: &[MitDrive; N],
+    joints: &mut [CanJoint; N],
+    counts: &'a mut BusCounts,
+) -> Option<&'a mut u32> {
+    let id = frame.id();
+    let mut ours = drives.iter().zip(joints).filter(|(drive, _)| drive.bus == index && F::answers(drive, id));
+    let Some(first) = ours.next() else { return Some(&mut counts.foreign) };
+    let data = if frame.is_data_frame() { frame.data() } else { &[] };
+    for (drive, joint) in core::iter::once(first).chain(ours) {
+        if let Some(setting) = F::setting(drive, id, data) {
+            if joint.take_setting(setting) {
+                return None;
+            }
+        } else if let Some(reply) = F::reply(drive, id, data) {
+            joint.take::<F>(&reply, drive);
+            return None;
+        }
+    }
+    Some(&mut counts.malformed)
+}

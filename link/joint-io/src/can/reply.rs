@@ -1,0 +1,157 @@
+//! What a reply, or its absence, means for a joint.
+
+use super::joint::{CanJoint, probe};
+use super::limits::{OWED_MAX, SHOWN, WEAK_MAX};
+use crate::frames::{Frames, Setting};
+use crate::mit::{Reply, Setpoint};
+use dynamics_core::drive::{MitDrive, Range};
+use session::readings::JointFaults;
+
+impl CanJoint {
+    pub(super) fn sent(&mut self, sent: bool) {
+        if sent {
+            self.owed = (self.owed + 1).min(OWED_MAX);
+        } else {
+            self.counts.unsent = self.counts.unsent.wrapping_add(1);
+        }
+    }
+
+    /// A frame that was counted as sent was not: no reply is due for it.
+    pub(super) fn dropped(&mut self) {
+        self.owed = self.owed.saturating_sub(1);
+        self.counts.unsent = self.counts.unsent.wrapping_add(1);
+    }
+
+    pub(super) fn take<F: Frames>(&mut self, reply: &Reply, drive: &MitDrive) {
+        if self.owed == 0 {
+            self.counts.duplicate = self.counts.duplicate.wrapping_add(1);
+            return;
+        }
+        if self.came > 0 {
+            // Two replies were due, and this is the second: the one before answers the tick before.
+            self.counts.late = self.counts.late.wrapping_add(1);
+        }
+        self.owed -= 1;
+        let first = self.came == 0;
+        self.came = self.came.saturating_add(1);
+        self.position = drive.gearing.joint_position(reply.position);
+        self.velocity = drive.gearing.joint_velocity(reply.velocity);
+        self.torque = drive.gearing.joint_torque(reply.torque);
+        (self.temperature, self.error) = (reply.temperature, reply.error);
+        let found = JointFaults::RANGE.when(reply.saturated) | JointFaults::DRIVE.when(reply.error != 0);
+        self.faults = self.faults.without(JointFaults::RANGE | JointFaults::DRIVE) | found;
+        if F::FACTS.reports_state {
+            self.take_state(reply, drive, first);
+        } else {
+            self.take_torque(reply, drive);
+        }
+    }
+
+    /// Takes the state in a reply. `first`: the first reply of this tick.
+    pub(super) fn take_state(&mut self, reply: &Reply, drive: &MitDrive, first: bool) {
+        let shows_on = !reply.off && reply.error == 0;
+        let was_powered = core::mem::replace(&mut self.powered, shows_on);
+        if shows_on {
+            if self.on {
+                // One that is on and gives no torque has not restarted.
+                self.weigh(reply, drive);
+            } else if first {
+                self.off_due = self.off_due.saturating_sub(1);
+                if self.asked > 0 {
+                    self.shown = self.shown.saturating_add(1);
+                    self.on = self.shown >= SHOWN && self.timeout.is_settled(drive);
+                }
+            }
+        } else if reply.error == 0 && (self.on || (was_powered && self.off_due == 0)) {
+            // It was not commanded off, whether it gave torque, damped, or was about to.
+            self.restarted(drive);
+        } else {
+            (self.on, self.shown) = (false, 0);
+        }
+    }
+
+    /// Takes the torque in a reply of a protocol whose replies carry no state.
+    pub(super) fn take_torque(&mut self, reply: &Reply, drive: &MitDrive) {
+        let floor = probe(drive);
+        if reply.error != 0 {
+            (self.on, self.powered) = (false, false);
+        } else if !self.on {
+            self.powered |= self.asked > 0;
+            if self.asked > 1 && (reply.torque - floor).abs() <= 0.5 * floor {
+                self.on = true;
+            }
+        } else {
+            if self.weigh(reply, drive) {
+                self.restarted(drive);
+            }
+        }
+    }
+
+    /// Counts the replies, one after the other, in which the drive gives less than half of its torque. After too many of them it no longer
+    /// counts as on, whatever state it reports: true then.
+    pub(super) fn weigh(&mut self, reply: &Reply, drive: &MitDrive) -> bool {
+        let floor = probe(drive);
+        // It answers the last command or, as a drive measures before it acts, the one before.
+        let [new, old] = self.told.map(|told| {
+            let Setpoint { position, velocity, kp, kd, torque } = told;
+            kp * (position - reply.position) + kd * (velocity - reply.velocity) + torque
+        });
+        let (low, high) = if new < old { (new, old) } else { (old, new) };
+        let Range { min, max } = drive.ranges.torque;
+        let weak = (low > floor && reply.torque < 0.5 * if low < max { low } else { max })
+            || (high < -floor && reply.torque > 0.5 * if high > min { high } else { min });
+        self.weak = if weak { self.weak.saturating_add(1) } else { 0 };
+        let lost = self.weak > WEAK_MAX;
+        if lost {
+            self.forget();
+            self.torque_lost = true;
+        }
+        lost
+    }
+
+    /// Takes a drive's answer about a setting; false when none was asked for.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn take_setting(&mut self, setting: Setting) -> bool {
+        let asked = self.timeout.due > 0 && self.owed > 0;
+        if asked {
+            (self.timeout.due, self.owed) = (0, self.owed - 1);
+            if let Setting::Timeout(value) = setting {
+                (self.timeout.value, self.timeout.written) = (Some(value), false);
+            }
+        }
+        asked
+    }
+
+    /// Greatest age of the reading, ticks. While a second reply is outstanding, the one that came may be late: it shows the drive as it was a tick
+    /// ago, and brakes must not open on it. Once they are open a late reading counts as fresh.
+    pub(super) fn age(&self, released: bool) -> u32 {
+        self.age_ticks.max(u32::from(self.overdue && !released))
+    }
+
+    /// Begin a tick: count the replies that came, and age the measurements without one.
+    pub(super) fn begin_tick(&mut self, drive: &MitDrive) {
+        let dark = self.age_ticks;
+        self.timeout.due = self.timeout.due.saturating_sub(1);
+        if core::mem::take(&mut self.came) > 0 {
+            self.age_ticks = 0;
+            if dark > drive.restart_ticks && core::mem::replace(&mut self.heard, true) {
+                self.restarted(drive);
+            }
+            // One reply came and one more is outstanding: either this one was late, and two come next, or the other is
+            // lost.
+            self.overdue = self.owed > 0 && !self.overdue;
+            if !self.overdue {
+                self.owed = 0;
+            }
+        } else {
+            self.age_ticks = self.age_ticks.saturating_add(1);
+            if self.owed > 0 {
+                self.counts.missing = self.counts.missing.wrapping_add(1);
+            }
+            if self.heard && self.age_ticks == drive.restart_ticks.saturating_add(1) {
+                self.restarted(drive);
+            }
+        }
+    }
+}

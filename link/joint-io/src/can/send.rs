@@ -1,0 +1,90 @@
+//! Commands to all drives of a tick.
+
+use super::CanJoints;
+use super::bus::{Sent, drop_frame, rank, transmit};
+use super::limits::Order;
+use crate::can_bus::CanBus;
+use crate::frames::{Frames, Packet};
+use dynamics_core::control::Spring;
+use embedded_hal::digital::OutputPin;
+
+impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> CanJoints<F, A, B, C, P, N> {
+    /// The joint whose drive gets a frame about its communication timeout in this tick: one of all, because all such frames of a bus can have one
+    /// identifier. Its drive has answered in this tick, is off, and has not confirmed its timeout.
+    pub(super) fn next_setting(&mut self, order: &impl Fn(usize) -> Order) -> Option<usize> {
+        let needs = |i: usize| {
+            let (Some(joint), Some(drive)) = (self.joints.get(i), self.drives.get(i)) else { return false };
+            let idle = match order(i) {
+                Order::Damp => !joint.powered,
+                _ => !joint.on,
+            };
+            joint.age_ticks == 0 && idle && joint.error == 0 && !joint.timeout.is_settled(drive)
+        };
+        let found = (self.next_setting..N).chain(0..self.next_setting).find(|&i| needs(i))?;
+        self.next_setting = if found + 1 < N { found + 1 } else { 0 };
+        Some(found)
+    }
+
+    pub(super) fn send_torque(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>) {
+        let spring = |i: usize| springs.and_then(|springs| springs.get(i).copied());
+        self.send_all(|i| torque.get(i).map_or(Order::Off, |&torque| Order::Torque(torque, spring(i))));
+    }
+
+    pub(super) fn send_all(&mut self, order: impl Fn(usize) -> Order) {
+        self.first.abandon();
+        self.second.abandon();
+        self.third.abandon();
+        let setting = if self.all_on() { None } else { self.next_setting(&order) };
+        let clears = self.clearing > 0;
+        self.clearing = self.clearing.saturating_sub(1);
+        if !F::COMMAND_IN_IDENTIFIER {
+            // Its identifier is the highest of all.
+            if let Some(i) = setting {
+                let packet = self.setting_packet(i);
+                self.send(i, packet.as_ref());
+            }
+            for i in self.order.map(usize::from) {
+                if setting != Some(i) {
+                    let packet = self.packet(i, order(i), clears);
+                    self.send(i, packet.as_ref());
+                }
+            }
+            return;
+        }
+        let mut packets: [(usize, Option<Packet>); N] = core::array::from_fn(|i| {
+            (i, if setting == Some(i) { self.setting_packet(i) } else { self.packet(i, order(i), clears) })
+        });
+        packets.sort_unstable_by_key(|(_, packet)| core::cmp::Reverse(packet.map(|packet| rank(packet.id))));
+        for (i, packet) in &packets {
+            self.send(*i, packet.as_ref());
+        }
+    }
+
+    /// The frame that carries out an order to a joint; `None` for a joint that is not there.
+    pub(super) fn packet(&mut self, i: usize, order: Order, clears: bool) -> Option<Packet> {
+        Some(self.joints.get_mut(i)?.packet::<F>(self.drives.get(i)?, order, clears))
+    }
+
+    /// The frame that reads or writes the communication timeout of a joint's drive.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn setting_packet(&mut self, i: usize) -> Option<Packet> {
+        self.joints.get_mut(i)?.setting_packet::<F>(self.drives.get(i)?)
+    }
+
+    pub(super) fn send(&mut self, i: usize, packet: Option<&Packet>) {
+        let (Some(drive), Some(joint), Some(packet)) = (self.drives.get(i), self.joints.get_mut(i), packet) else {
+            return;
+        };
+        let sent = match drive.bus {
+            0 => transmit(&mut self.first, packet, &mut self.buses[0]),
+            1 => transmit(&mut self.second, packet, &mut self.buses[1]),
+            _ => transmit(&mut self.third, packet, &mut self.buses[2]),
+        };
+        joint.sent(sent != Sent::Refused);
+        if let Sent::InPlaceOf(id) = sent {
+            let bus = drive.bus;
+            drop_frame(id, bus, &self.drives, &mut self.joints);
+        }
+    }
+}
