@@ -37,7 +37,7 @@ impl Watch {
         Self { state: machine.state(), torque, seen, confirmed: machine.homed(), silent, armed: q }
     }
 
-    /// The first rule that this tick breaks, by its number in `docs/safety.md`.
+    /// The first rule that this tick breaks, by its number in `docs/safety/rules.md`.
     pub(crate) fn broken(&mut self, inputs: &Setpoint, output: &Said) -> Option<&'static str> {
         let before = core::mem::replace(&mut self.state, output.state);
         let torque = acting(output);

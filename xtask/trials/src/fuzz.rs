@@ -10,7 +10,7 @@
 //! | [`link_channel`] | a stranger on the wire of a sealed session | no frame counts but the host's, once and in order; the host is always heard |
 //! | [`link_decoder`] | bytes on the wire, and the inside of a packet | no panic; a frame comes back the same; the next packet is read |
 //! | [`link_stream`] | packets and events on the link | exactly the whole packets arrive, and missing ones are counted |
-//! | [`session`] | packets, damage, readings and ticks | refused input leaves no trace; torque acts only by the rules of `docs/safety.md` |
+//! | [`session`] | packets, damage, readings and ticks | refused input leaves no trace; torque acts only by `docs/safety/rules.md` |
 //! | [`robot_file`] | TOML of a robot or a linkage | a robot with a model, or an error with a place |
 //! | [`urdf_file`] | URDF of a robot | the same |
 //! | [`scene_file`] | TOML of a scene | a scene with a source, a motion and a controller that keeps its limits, or an error with a place |

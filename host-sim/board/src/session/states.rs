@@ -1,5 +1,5 @@
-//! The transitions of the firmware's safety state machine, as `docs/safety.md` has them. Written from that page, not from the machine,
-//! because the tests of the machine use it.
+//! The transitions of the safety state machine of the firmware, as `docs/safety/state-machine.md` lists them. Written from that
+//! page, not from the machine, because the tests of the machine use it.
 
 use link::StateCode::{self, Armed, Arming, Disarming, Fault, Holding, Homing, Idle, Lowering, Running};
 use link::{Request, Status};

@@ -2,7 +2,7 @@
 //!
 //! A second session runs beside the one on the link. It receives only the frames that must be accepted, and reports
 //! every tick. A refused input must leave no trace: both sessions must give the same results to the last bit. The
-//! campaigns' judge checks their results against `docs/safety.md`.
+//! campaigns' judge checks their results against `docs/safety/rules.md`.
 
 mod events;
 mod ticks;

@@ -1,4 +1,4 @@
-//! Messages for the numbers of `docs/safety.md`, with advice. One table for each kind; a test compares them with the
+//! Messages for the numbers of `docs/safety/state-machine.md`, with advice. One table for each kind; a test compares them with the
 //! core's numbers. The words of a fault are the core's own: [`Fault`].
 
 use super::rejection::Rejection;
