@@ -138,7 +138,7 @@ pub trait Board<const N: usize> {
     /// Set up clocks, link and timers. Brakes are engaged and the control timer is held when this returns.
     fn start(peripherals: Self::Peripherals, rate_hz: f32) -> Parts<Self, N>;
 
-    /// The last thing the program does, from any state: drives off and brakes engaged first, then its last words, then
+    /// The last thing the program does, from any state: drives off and brakes engaged first, then the log, then
     /// it stops.
-    fn halt(last_words: impl FnOnce()) -> !;
+    fn halt(write_log: impl FnOnce()) -> !;
 }

@@ -1,4 +1,4 @@
-//! Would a physicist believe this robot file? Rules about the numbers of an arm.
+//! Checks of a robot file for impossible, placeholder and missing values. Rules about the numbers of an arm.
 //!
 //! Each rule is a function with its equation, its threshold and the reason for it. A rule says what it found, with units, and what
 //! to measure or write instead; [`findings`] asks them all, of all links.

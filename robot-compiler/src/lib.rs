@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `describe` | the types of an arm, a linkage and a scene, and the core's numbers for them; in public [`scene`], [`drive`], [`study`] |
 //! | `read` | TOML and URDF files: `load` of [`Robot`], [`LinkageFile`] and [`SceneFile`]; errors point at file, line and field |
-//! | [`check`] | rules about the numbers of an arm: would a physicist believe them? |
+//! | [`check`] | rules about the numbers of an arm: impossible, improbable and missing values |
 //! | [`choose`] | choices for a scene: the fewest terms, the remaining loop gain, the inverse dynamics |
 //! | [`kernel`] | from a model and a scene to a straight-line program |
 //! | [`emit`] | a checked arm, its controller and its kernels as Rust source for the chip |

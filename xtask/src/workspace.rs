@@ -35,7 +35,7 @@ impl Workspace {
     }
 }
 
-/// What is added to the name of a step.
+/// Suffix of a step's name.
 impl fmt::Display for Workspace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {

@@ -45,7 +45,7 @@ fn moved(profile: &Table, level: i64, there: &BTreeSet<String>, ours: &BTreeSet<
     profile
 }
 
-/// What differs, in words.
+/// The differences as text.
 fn differing(product: &Table, bench: &Table, product_lock: &Table, bench_lock: &Table) -> Vec<String> {
     let mut found = Vec::new();
     let workspace = |table: &Table, key: &str| table["workspace"].get(key).cloned();

@@ -141,12 +141,6 @@ fn prose() -> Vec<String> {
 }
 
 #[test]
-fn a_person_with_ten_minutes_can_read_the_readme() {
-    let lines = text("README.md").lines().count();
-    assert!(lines <= 130, "README.md has {lines} lines");
-}
-
-#[test]
 fn what_commands_write_stands_in_its_folder_alone() {
     for page in prose().iter().filter(|page| *page != "README.md") {
         assert!(!text(page).contains("<!-- measured: "), "{page}");

@@ -42,7 +42,7 @@ pub enum CollisionReaction {
     /// No stiffness: weight is carried and motion damped as long as something pushes; then as [`CollisionReaction::Hold`], until reset or
     /// the next push.
     Comply,
-    /// None: the external torques are told, and that is all.
+    /// None: the external torques are reported, and nothing else happens.
     Report,
 }
 

@@ -54,7 +54,7 @@ pub(crate) struct Observed<S, const N: usize> {
     aged: bool,
 }
 
-/// Reference and state that a torque is asked for.
+/// Inputs of one torque computation.
 pub(crate) struct ControlInput<'a, S, const N: usize> {
     pub(crate) reference: &'a Reference<S, N>,
     /// No limit acts on the reference: somebody has looked.
@@ -334,7 +334,7 @@ where
 
         let standing;
         let (mut reference, mut turn, mut collision_compliant) = (reference, None, false);
-        // Led by hand: the hand is no collision, and there is no reference to make up friction along.
+        // Hand guiding: the hand is no collision, and there is no reference to make up friction along.
         let hand_guided = is_running && config.law.is_hand_guided();
         if hand_guided && !protection.only_reports() {
             protection.forget();

@@ -26,7 +26,7 @@ pub enum ControlLaw {
     /// `tau = ID(q, 0, 0)` plus [`Teach`](super::Teach) while the arm runs: it is hand-guided, and follows no reference.
     /// [`ControlLaw::PdGravity`] while it is armed or held.
     Teach,
-    /// The torque of [`ControlLaw::Impedance`], whose spring and damper the actuators' own loops renew between two ticks: each is told the
+    /// The torque of [`ControlLaw::Impedance`], whose spring and damper the actuators' own loops renew between two ticks: each gets the
     /// torque, the measurement that it follows from, and its [`Spring`]. The bus's delay is outside of that loop.
     Split,
 }

@@ -9,7 +9,7 @@
 //! With `-icount shift=0` QEMU runs an instruction in 1 ns of its time, and TIM2 without prescaler counts them (as in
 //! `firmware/src/boards/netduinoplus2.rs`).
 //!
-//! What is counted here and measured elsewhere is the same, so the desk's measurements (the workspace `bench`) take these from here:
+//! The same functions are counted here and measured elsewhere, so the desk's measurements (the workspace `bench`) take these from here:
 //!
 //! | module | holds |
 //! |---|---|

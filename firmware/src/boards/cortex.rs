@@ -36,11 +36,11 @@ pub fn nonce(mut word: impl FnMut() -> Option<u32>) -> Option<(Nonce, NonceSourc
     Some((nonce, NonceSource::Generator))
 }
 
-/// Interrupts off, then the drives, then its last words, then it stops for good.
-pub fn halt(drives_off: impl FnOnce(), last_words: impl FnOnce()) -> ! {
+/// Interrupts off, then the drives, then the log, then it stops for good.
+pub fn halt(drives_off: impl FnOnce(), write_log: impl FnOnce()) -> ! {
     cortex_m::interrupt::disable();
     drives_off();
-    last_words();
+    write_log();
     loop {
         cortex_m::asm::wfi();
     }

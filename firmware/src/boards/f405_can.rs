@@ -21,6 +21,7 @@ use firmware::board::{Board, Parts};
 use firmware::joint_io::bus_time::{BusLoad, LEAD_US};
 use firmware::joint_io::can::CanJoints;
 use firmware::joint_io::can_bus::NoBus;
+use firmware::joint_io::frames::Frames as _;
 use stm32f4xx_hal::can::{Can, CanExt as _};
 use stm32f4xx_hal::gpio::{Output as OutputPin, PC4, PinState};
 use stm32f4xx_hal::prelude::*;
@@ -104,16 +105,16 @@ impl Board<{ arm::N }> for F405Can {
         }
     }
 
-    fn halt(last_words: impl FnOnce()) -> ! {
+    fn halt(write_log: impl FnOnce()) -> ! {
         f405::halt(
             || {
                 // PC4.
                 f405::set_port_c_low(1 << 4);
                 let on_bus = |bus| DRIVES.iter().filter(move |drive| drive.bus == bus).map(arm::Frames::exit);
-                can_bus::last_words::<Can<pac::CAN1>>(on_bus(0));
-                can_bus::last_words::<Can<pac::CAN2>>(on_bus(1));
+                can_bus::send_last::<Can<pac::CAN1>>(on_bus(0));
+                can_bus::send_last::<Can<pac::CAN2>>(on_bus(1));
             },
-            last_words,
+            write_log,
         )
     }
 }

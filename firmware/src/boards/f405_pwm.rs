@@ -140,13 +140,13 @@ impl Board<{ arm::N }> for F405Pwm {
         }
     }
 
-    fn halt(last_words: impl FnOnce()) -> ! {
+    fn halt(write_log: impl FnOnce()) -> ! {
         f405::halt(
             || {
                 // Enables and brake; bridges that are off do not hear the timer.
                 f405::set_port_c_low(0b1_1111);
             },
-            last_words,
+            write_log,
         )
     }
 }

@@ -216,7 +216,7 @@ fn give_up(registers: &Registers) {
 
 /// The last frames of a program, after giving up all others. Takes bounded time, and needs no
 /// ownership of the controller: call it with interrupts off, as the last action of the program.
-pub fn last_words<const AT: usize>(fd: bool, packets: impl Iterator<Item = Packet>) {
+pub fn send_last<const AT: usize>(fd: bool, packets: impl Iterator<Item = Packet>) {
     /// Looks at the rooms before a frame is given up: two frames at 1 Mbit/s are 270 us, a look some 20 cycles of 170 MHz.
     const LOOKS: u32 = 10_000;
     let (registers, memory) = (registers::<AT>(), memory::<AT>());

@@ -107,7 +107,7 @@ pub fn control_timer(timer: TIM3, rate_hz: f32) -> ControlTimer {
     let prescaler = (least..2 * least).find(|prescaler| period.is_multiple_of(*prescaler)).unwrap_or(least);
     timer.psc().write(|w| w.psc().set((prescaler - 1) as u16));
     timer.arr().write(|w| w.arr().set(period / prescaler - 1));
-    // Of updates only those by the counter's end are told.
+    // Of updates only those by the counter's end raise the flag.
     timer.cr1().write(|w| w.urs().counter_only());
     timer.dier().write(|w| w.uie().enabled());
     ControlTimer(timer)

@@ -22,6 +22,7 @@ use dynamics_core::drive::{DataRate, DriveKind, Drives, MitDrive};
 use firmware::board::{Board, Parts};
 use firmware::joint_io::bus_time::{BusLoad, LEAD_US};
 use firmware::joint_io::can::{BUSES, CanJoints};
+use firmware::joint_io::frames::Frames as _;
 use firmware::joint_io::queued::Queued;
 
 /// The arm's drives; another kind does not compile.
@@ -101,17 +102,17 @@ impl Board<{ arm::N }> for G474Fdcan {
         }
     }
 
-    fn halt(last_words: impl FnOnce()) -> ! {
+    fn halt(write_log: impl FnOnce()) -> ! {
         g474::halt(
             || {
                 g474::engage_brakes();
                 let on_bus = |bus| DRIVES.iter().filter(move |drive| drive.bus == bus).map(arm::Frames::exit);
                 let [one, two, three] = RATES.map(|rate| rate.is_some());
-                fdcan_bus::last_words::<FIRST>(one, on_bus(0));
-                fdcan_bus::last_words::<SECOND>(two, on_bus(1));
-                fdcan_bus::last_words::<THIRD>(three, on_bus(2));
+                fdcan_bus::send_last::<FIRST>(one, on_bus(0));
+                fdcan_bus::send_last::<SECOND>(two, on_bus(1));
+                fdcan_bus::send_last::<THIRD>(three, on_bus(2));
             },
-            last_words,
+            write_log,
         )
     }
 }

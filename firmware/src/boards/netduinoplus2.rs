@@ -94,8 +94,8 @@ impl Board<{ arm::N }> for NetduinoPlus2 {
         }
     }
 
-    fn halt(last_words: impl FnOnce()) -> ! {
-        last_words();
+    fn halt(write_log: impl FnOnce()) -> ! {
+        write_log();
         // Ends the emulator, so that a peer waiting for an answer notices at once.
         debug::exit(debug::EXIT_FAILURE);
         loop {

@@ -68,9 +68,9 @@ impl Board<{ arm::N }> for OdriveV3 {
         }
     }
 
-    fn halt(last_words: impl FnOnce()) -> ! {
+    fn halt(write_log: impl FnOnce()) -> ! {
         // PC4.
-        f405::halt(|| f405::set_port_c_low(1 << 4), last_words)
+        f405::halt(|| f405::set_port_c_low(1 << 4), write_log)
     }
 }
 

@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn every_bus_with_actuators_is_told_with_its_slack() {
+    fn every_bus_with_actuators_is_reported_with_its_slack() {
         let bus = |bus: u8| {
             format!(
                 "bus {bus}: 3 actuators, classic frames at 1 Mbit/s: at most 750.0 of 1000 us a tick, 25 % free; up to 1098 Hz"

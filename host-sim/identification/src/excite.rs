@@ -62,7 +62,7 @@ pub struct FourierSeries {
     pub deviations: Vec<f64>,
 }
 
-/// The arm, and what it is expected to weigh and to rub.
+/// The arm, and its expected masses and friction.
 pub struct Subject<'a> {
     /// Torque by parameters.
     pub arm: &'a dyn Arm,
@@ -226,10 +226,10 @@ fn information(subject: &Subject<'_>, room: &Room, motion: &Motion) -> (f64, DMa
     let mut matrix = DMatrix::zeros(unknowns, unknowns);
     for state in motion {
         for (joint, row) in rows(subject, state).iter().enumerate() {
-            let rub = [1.0, state[1][joint], state[1][joint].signum()];
+            let friction = [1.0, state[1][joint], state[1][joint].signum()];
             let mut all = DVector::zeros(unknowns);
             all.rows_mut(0, b).copy_from(row);
-            for (k, x) in rub.into_iter().enumerate() {
+            for (k, x) in friction.into_iter().enumerate() {
                 all[b + FRICTION * joint + k] = x;
             }
             matrix.syger(room.noise[joint].powi(-2), &all, &all, 1.0);

@@ -26,7 +26,7 @@ pub enum Term {
     Viscous,
     /// `s`, N m.
     Coulomb,
-    /// `s |load|`, without unit: gears that rub more under load.
+    /// `s |load|`, without unit: gears whose friction grows with the load.
     Load,
     /// `s sqrt|qd|`, N m sqrt(s/rad).
     Root,

@@ -62,9 +62,9 @@ impl Identified {
         let prepared = Prepared::new(&self.in_time(log), arm, &self.base, self.filters);
         let mut model = prepared.of_bodies(self.base.of_parameters(parameters).as_slice());
         for (joint, model) in model.iter_mut().enumerate() {
-            let rub: Vec<f64> =
+            let friction: Vec<f64> =
                 prepared.qd[joint].iter().zip(&*model).map(|(qd, load)| friction(joint, *qd, *load)).collect();
-            model.iter_mut().zip(prepared.low_pass.apply(&rub)).for_each(|(sum, x)| *sum += x);
+            model.iter_mut().zip(prepared.low_pass.apply(&friction)).for_each(|(sum, x)| *sum += x);
         }
         model
     }

@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn a_failure_is_told_and_all_results_are_there_without_one() {
+    fn a_failure_is_reported_and_all_results_are_there_without_one() {
         assert_eq!(try_in_parallel(100, |number| if number == 70 { Err(number) } else { Ok(number) }), Err(70));
         assert_eq!(try_in_parallel(100, Ok::<_, ()>).map(|all| all.len()), Ok(100));
     }

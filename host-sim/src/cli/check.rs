@@ -1,4 +1,4 @@
-//! `check`: would a physicist believe a robot file?
+//! `check`: checks a robot file for impossible, placeholder and missing values
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::gravity::GravityArgs;
@@ -22,7 +22,7 @@ Examples:
 
 Every finding has its place in the file, what is wrong with the number, and what to measure or write instead:
   wrong   no physics allows it, or the arm cannot hold itself
-  doubt   a physicist would ask
+  doubt   improbable: a placeholder, a unit, a missing value
   note    missing: measure it; or a setting of the scene to think about
 The rules, with their thresholds, stand in robots/README.md.
 

@@ -41,7 +41,7 @@ Terms that the scene's model calls live are fed from its [plant], to the desk's 
 
 A fault brakes the arm (drives released, brakes engaged); the run goes on to its end and exits with 3.
 The safety state machine is not in a run: `connect` has it. A joint that leaves its reference by more than `reach` of the
-scene's [safety] is told, with the tick in which the firmware would have held.
+scene's [safety] is reported, with the tick in which the firmware would have held.
 
 Columns:
   at rest, settles in

@@ -1,4 +1,4 @@
-//! Would a physicist believe a robot file: the command, and the loads behind it.
+//! Checks of a robot file: the command, and the loads behind it.
 
 use crate::compare_output;
 use crate::program::{at_its_fixtures, told};

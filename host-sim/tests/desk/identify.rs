@@ -134,7 +134,7 @@ fn a_simulated_yam_is_identified_from_the_log_of_an_excitation() {
 
     a_file_without_masses_is_identified_too(&folder, &log, &other);
 
-    // The robot file: no physicist objects, and gravity is known to within friction.
+    // The robot file: `check` finds nothing, and gravity is known to within friction.
     let new = Robot::load(&out).unwrap();
     done(&["check", out.to_str().unwrap()]);
     let scene = SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(SCENE)).unwrap();

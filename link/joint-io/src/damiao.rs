@@ -9,7 +9,7 @@
 //! | position, velocity, torque | 16, 12, 12 |
 //! | temperature of the transistors, of the winding, degrees Celsius | 8, 8 |
 //!
-//! Settings are registers. A request has the identifier 0x7FF; its answer has that of the replies, and is told from a reply by its bytes:
+//! Settings are registers. A request has the identifier 0x7FF; its answer has that of the replies, and differs from a reply in its bytes:
 //!
 //! | byte | request | answer |
 //! |---|---|---|

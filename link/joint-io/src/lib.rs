@@ -3,7 +3,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`frames`] | what an actuator on CAN is told and says, whatever its maker |
+//! | [`frames`] | commands and replies of an actuator on CAN, whatever its maker |
 //! | [`mit`] | commands and replies of MIT-mode actuators, packed |
 //! | [`mini_cheetah`], [`damiao`], [`robstride`] | the frames of three kinds of actuators |
 //! | [`bus_time`] | how long frames take on a CAN bus, and how fast a schedule can be; the core's |

@@ -191,7 +191,7 @@ impl Status {
         }
     }
 
-    /// The trajectory's reference, if it is told.
+    /// The trajectory's reference, if it is reported.
     #[must_use]
     pub fn reference(&self) -> Option<&Reference> {
         match &self.extra {
@@ -200,7 +200,7 @@ impl Status {
         }
     }
 
-    /// Torque from outside on each joint, N m or N, if it is told.
+    /// Torque from outside on each joint, N m or N, if it is reported.
     #[must_use]
     pub fn external(&self) -> Option<&[f32]> {
         match &self.extra {

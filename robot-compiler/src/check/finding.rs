@@ -8,7 +8,7 @@ use crate::describe::draft::{Draft, FileKind, Place};
 pub enum Severity {
     /// No physics allows it, or the arm cannot hold itself.
     Wrong,
-    /// A physicist would ask.
+    /// Improbable: a placeholder, another unit, or a missing value.
     Doubt,
     /// Missing: measure it.
     Note,
@@ -158,7 +158,7 @@ impl CheckRule {
     }
 }
 
-/// Something about a robot file that a physicist would not believe, or would miss.
+/// An impossible, improbable or missing value of a robot file.
 #[derive(Debug)]
 pub struct Finding {
     /// The rule that found it.

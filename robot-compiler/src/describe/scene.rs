@@ -249,7 +249,7 @@ impl SceneFile {
         if ratio.is_finite() && ratio >= 1.0 { ratio.min(f64::from(u32::MAX)) as u32 } else { 1 }
     }
 
-    /// Springs and dampers of a joint that is led by hand are those of the gains that hold it before and after.
+    /// Springs and dampers of a hand-guided joint are those of the gains that hold it before and after.
     fn teach(&self, spec: &TeachSpec, index: usize, limits: &Limits<f64>, gains: &Gains<f64>) -> Teach<f64> {
         let friction = self.friction(index);
         let Spring { stiffness, damping } = gains.spring();

@@ -66,7 +66,7 @@ fn arm_text<S: Float, const N: usize>(file: &SceneFile, model: &Model<f64, N>) -
     }
     let functions = [
         ("The arm.", "model", "Model", model_item(&model.cast::<S>())),
-        ("What acts on it.", "scene", "Scene", scene_item(&scene)),
+        ("Gravity, payload, wrench at the tip, and the terms of the model.", "scene", "Scene", scene_item(&scene)),
         ("Its controller.", "config", "ControllerConfig", item(&config)),
         ("The safety state machine around it.", "rules", "Rules", item(&rules)),
     ];

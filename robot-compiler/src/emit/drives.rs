@@ -21,7 +21,7 @@ pub fn drives_module<const N: usize>(drives: &Drives<N>) -> String {
     format!(
         "//! Generated from a robot and a scene file. Do not edit: change the files instead.\n\n\
          use dynamics_core::drive::{types};\n\n\
-         /// How the joints are reached.\npub const fn drives() -> Drives<{N}> {{\n    {}\n}}\n",
+         /// Drives of the joints.\npub const fn drives() -> Drives<{N}> {{\n    {}\n}}\n",
         item.print(4)
     )
 }

@@ -41,8 +41,8 @@ pub fn protection_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>
          #[derive(Clone, Copy, Debug, PartialEq, Eq)]\npub struct Thresholds;\n\n\
          impl CollisionConfiguration<f32, {N}> for Thresholds {{\n    #[inline]\n    \
          fn get(&self) -> &CollisionConfig<f32, {N}> {{\n        const {{ &{} }}\n    }}\n}}\n\n\
-         /// What watches the arm.\npub type Protection = CollisionWatch<f32, {N}, {momentum}, Thresholds>;\n\n\
-         /// What watches the arm.\npub fn protection() -> Protection {{\n    CollisionWatch::new(Thresholds, {value})\n}}\n",
+         /// Watch for collisions of the arm.\npub type Protection = CollisionWatch<f32, {N}, {momentum}, Thresholds>;\n\n\
+         /// The watch for collisions, at its start.\npub fn protection() -> Protection {{\n    CollisionWatch::new(Thresholds, {value})\n}}\n",
         item(&config.cast::<f32>()).print(8),
     )
 }

@@ -1,4 +1,4 @@
-//! What a firmware takes while it runs: printed by the program that measures it, read by the task that compares it.
+//! Costs of a firmware while it runs: printed by the program that measures them, read by the task that compares them.
 
 use serde::{Deserialize, Serialize};
 

@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn jumps_through_a_register_are_told_from_returns() {
+    fn jumps_through_a_register_are_distinguished_from_returns() {
         let onward = |code: &[u16]| references(code, 0).onward;
         // bx r12; ldr.w pc, [pc, #4]; bx lr and ldr.w r0, [pc, #4].
         assert_eq!([&[0x4760][..], &[0xf8df, 0xf004], &[0x4770, 0xf8df, 0x0004]].map(onward), [1, 1, 0]);

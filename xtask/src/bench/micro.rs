@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn another_program_on_the_board_and_a_counter_that_stands_still_are_told_apart() {
+    fn another_program_on_the_board_and_a_counter_that_stands_still_are_distinguished_apart() {
         let stretches = [Stretch { name: "a".into(), instructions: 90, cycles: [100, 150, 200] }];
         for measured in [&[row("a", 100)][..], &[row(NOTHING, 12), row("b", 100)]] {
             assert!(compare(&stretches, measured).unwrap_err().is::<BadInput>(), "{measured:?}");

@@ -61,9 +61,9 @@ pub(super) fn run() -> Result<()> {
     ]);
     let mut at_quarter = Vec::new();
     for (number, (name, settings, theirs)) in METHODS.into_iter().enumerate() {
-        for (rubs, truth) in [true, false].into_iter().zip(&truth) {
-            let friction = [("plant.friction", if rubs { "true" } else { "false" })];
-            let scene = scene(&format!("{number}-{rubs}"), &[settings, &friction].concat())?;
+        for (with_friction, truth) in [true, false].into_iter().zip(&truth) {
+            let friction = [("plant.friction", if with_friction { "true" } else { "false" })];
+            let scene = scene(&format!("{number}-{with_friction}"), &[settings, &friction].concat())?;
             let alone = alone(&scene, &folder)?;
             let whole = side_by_side(&scene, &folder, RUNS)?;
             let together = DURATION / whole;
@@ -72,22 +72,24 @@ pub(super) fn run() -> Result<()> {
                 None => None,
                 Some(_) => {
                     let finer = [("plant.step", "0.0625e-3")];
-                    let finer =
-                        setup::scene(&format!("{number}-{rubs}-finer"), &[settings, &friction, &finer].concat())?;
+                    let finer = setup::scene(
+                        &format!("{number}-{with_friction}-finer"),
+                        &[settings, &friction, &finer].concat(),
+                    )?;
                     Some(3.0 * DURATION / (side_by_side(&finer, &folder, RUNS)? - whole))
                 }
             };
             let error = truth.error(settings, &folder)?;
-            let rival = theirs.map(|method| errors::of_mujoco(&peer, method, rubs)).transpose()?;
+            let rival = theirs.map(|method| errors::of_mujoco(&peer, method, with_friction)).transpose()?;
             let pace = rival.as_ref().map(|rival| STEP / (rival.ns * 1e-9));
             if let (Some(ours), Some(pace), Some(method)) = (steps, pace, theirs) {
-                at_quarter.push(errors::Pace { method, rubs, ours, mujoco: pace });
+                at_quarter.push(errors::Pace { method, with_friction, ours, mujoco: pace });
             }
             let or = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.1}"));
             let their_error = rival.and_then(|rival| rival.error(STEP)).map_or("-".to_owned(), errors::short);
             table.row(&[
                 name.into(),
-                (if rubs { "viscous, Coulomb" } else { "none" }).into(),
+                (if with_friction { "viscous, Coulomb" } else { "none" }).into(),
                 "1".into(),
                 errors::short(error),
                 format!("{alone:.0}"),
@@ -112,8 +114,8 @@ pub(super) fn run() -> Result<()> {
     }
     let mut agreement = Table::new(&["MuJoCo", "friction", "largest difference in position, rad"]);
     let version = peer.get("version").and_then(Value::as_str).unwrap_or("?");
-    for (rubs, label) in [(false, "none"), (true, "viscous, Coulomb")] {
-        let apart = errors::apart(&peer, rubs)?;
+    for (with_friction, label) in [(false, "none"), (true, "viscous, Coulomb")] {
+        let apart = errors::apart(&peer, with_friction)?;
         agreement.row(&[version.into(), label.into(), errors::short(apart)]);
     }
     write_into(

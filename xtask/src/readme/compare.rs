@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_line_that_differs_is_told() {
+    fn the_first_line_that_differs_is_reported() {
         let told = difference("head\ntime per tick  1\nother\n", PRINTED, Masked::Times);
         assert_eq!(told.as_deref(), Some("  shown    other\n  printed  instructions        1353 to 1353 per tick"));
     }

@@ -14,7 +14,7 @@ pub(crate) struct Use {
     pub(crate) exported: bool,
 }
 
-/// What is named in some items, without what is compiled for tests alone.
+/// Names that some items use, without those that are compiled for tests alone.
 #[derive(Default)]
 pub(crate) struct Names {
     pub(crate) uses: Vec<Use>,

@@ -16,7 +16,7 @@
 //! | `machine` | the machine under test: the session on the desk, or the chip with the desk beside it |
 //! | `frames` | the comparison of the frames of chip and desk in one tick |
 //! | [`judge`] | the safety check of each command, written from docs/safety.md, independent of the machine's code |
-//! | `outcome` | what comes of a run |
+//! | `outcome` | the outcome of a run |
 //! | `stage` | the data that all runs of a scene share |
 //! | `run` | one run, from the first tick to the last |
 //! | `script` | what happens in every run, from a hello to the way back to torque |

@@ -52,7 +52,7 @@ impl<Y, const L: usize> Curve<'_, Y, L> {
     where
         Y: Point<N, L>,
     {
-        let of = |point: &Y| point.rubbing().qd[joint][lane];
+        let of = |point: &Y| point.friction_side().qd[joint][lane];
         let ends = [of(self.start), of(self.end)];
         match self.last {
             None => [ends[0], ends[1] - ends[0], 0.0, 0.0, 0.0],

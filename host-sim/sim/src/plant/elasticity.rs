@@ -70,11 +70,11 @@ impl<const N: usize> Point<N, 1> for BothSides<N> {
         self.motor.take(&other.motor, lanes);
     }
 
-    fn rubbing(&self) -> &States<N, 1> {
+    fn friction_side(&self) -> &States<N, 1> {
         &self.motor
     }
 
-    fn rubbing_mut(&mut self) -> &mut States<N, 1> {
+    fn friction_side_mut(&mut self) -> &mut States<N, 1> {
         &mut self.motor
     }
 }

@@ -59,10 +59,10 @@ pub(super) trait Point<const N: usize, const L: usize>: Copy {
     fn take(&mut self, other: &Self, lanes: &[bool; L]);
 
     /// The side of the joints that friction acts on.
-    fn rubbing(&self) -> &States<N, L>;
+    fn friction_side(&self) -> &States<N, L>;
 
-    /// As [`Point::rubbing`].
-    fn rubbing_mut(&mut self) -> &mut States<N, L>;
+    /// As [`Point::friction_side`].
+    fn friction_side_mut(&mut self) -> &mut States<N, L>;
 }
 
 /// A component of several lanes. A compiler that knew its number would make vectors of components, which lie apart, and gather them; lanes
@@ -139,12 +139,12 @@ impl<const N: usize, const L: usize> Point<N, L> for States<N, L> {
     }
 
     #[inline(always)]
-    fn rubbing(&self) -> &Self {
+    fn friction_side(&self) -> &Self {
         self
     }
 
     #[inline(always)]
-    fn rubbing_mut(&mut self) -> &mut Self {
+    fn friction_side_mut(&mut self) -> &mut Self {
         self
     }
 }

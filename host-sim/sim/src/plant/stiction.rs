@@ -57,7 +57,7 @@ impl<const N: usize, const L: usize> Dry<N, L> {
             flow.slope(point, input, self, slope, lanes);
             return;
         };
-        let qd = &point.rubbing().qd;
+        let qd = &point.friction_side().qd;
         self.look(rough, qd, lanes.active);
         flow.slope(point, input, self, slope, lanes);
         if self.rests {
@@ -94,7 +94,7 @@ impl<const N: usize, const L: usize> Dry<N, L> {
         let active = lanes.active;
         for exchange in 0..EXCHANGES_MAX {
             let most = if exchange < TOGETHER { N } else { 1 };
-            lanes.active = self.exchange(&point.rubbing().qd, &slope.rubbing().qd, most, lanes.live());
+            lanes.active = self.exchange(&point.friction_side().qd, &slope.friction_side().qd, most, lanes.live());
             if !lanes.active.contains(&true) {
                 break;
             }
@@ -161,7 +161,7 @@ impl<const N: usize, const L: usize> Dry<N, L> {
     /// The first change of each of these lanes in a step along a curve; `None` if no lane has any.
     #[inline(always)]
     pub(super) fn events<Y: Point<N, L>>(&self, curve: &Curve<'_, Y, L>, among: [bool; L]) -> Option<Events<N, L>> {
-        let qd = &curve.end.rubbing().qd;
+        let qd = &curve.end.friction_side().qd;
         if !self.is_disturbed(qd, curve.last.is_some()) {
             return None;
         }
@@ -176,7 +176,7 @@ impl<const N: usize, const L: usize> Dry<N, L> {
         for i in 0..N {
             for lane in (0..L).filter(|&lane| among[lane]) {
                 let sign = self.sign[i][lane];
-                let at = if sign * curve.end.rubbing().qd[i][lane] < 0.0 {
+                let at = if sign * curve.end.friction_side().qd[i][lane] < 0.0 {
                     root[i][lane] = first_zero(&curve.velocity(i, lane).map(|x| x * sign));
                     root[i][lane]
                 } else if let Some(at) = self.torn(i, lane, curve.last.is_some()) {
@@ -214,7 +214,7 @@ impl<const N: usize, const L: usize> Events<N, L> {
     pub(super) fn cut<Y: Point<N, L>>(&self, curve: &Curve<'_, Y, L>) -> Y {
         let (mut end, has) = (*curve.end, self.part.map(|part| part < 1.0));
         end.take(&curve.at(&self.part), &has);
-        let qd = &mut end.rubbing_mut().qd;
+        let qd = &mut end.friction_side_mut().qd;
         for i in 0..N {
             for lane in 0..L {
                 qd[i][lane] = if self.stops[i][lane] { 0.0 } else { qd[i][lane] };

@@ -134,7 +134,11 @@ mod tests {
         assert_eq!((found.joint, found.limit, found.tick), (1, "torque", 2));
         assert!((found.used - 0.8).abs() < 1e-15);
         let found = closest_limit(&record, 4, &all).unwrap();
-        assert_eq!((found.limit, found.tick), ("velocity", 3), "a tick after the fault counts only if it is asked for");
+        assert_eq!(
+            (found.limit, found.tick),
+            ("velocity", 3),
+            "a tick after the fault counts only if it was requested"
+        );
         assert_eq!(closest_limit(&record, 0, &all), None);
     }
 

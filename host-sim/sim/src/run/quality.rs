@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn only_the_last_move_counts_and_there_and_back_is_a_move() {
+    fn only_the_last_move_counts_and_back_and_forth_is_a_move() {
         // 1 rad there, a rest, 0.1 rad back: 2 mrad, not 20.
         let mut ticks = vec![(0.0, 1.0, 0.0), (0.5, 1.0, 0.5), (1.0, 0.0, 1.0), (1.0, 0.0, 1.0), (0.95, -1.0, 0.95)];
         ticks.extend([(0.9, 0.0, 0.895), (0.9, 0.0, 0.899)]);
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_joint_beyond_its_reach_is_told_with_its_first_tick() {
+    fn a_joint_beyond_its_reach_is_reported_with_its_first_tick() {
         let robot = "name = \"one\"\n[[joint]]\nname = \"swing\"\ntype = \"revolute\"\nmass = 1.0\ncom = [0.5, 0.0, 0.0]\n\
                      dh = { a = 1.0, alpha = 0.0, d = 0.0, theta = 0.0 }\nlimits = { velocity = 5.0 }\n";
         let safety = SceneFile::default_for(Robot::from_toml_str(robot, "one.toml").unwrap()).safety;

@@ -120,8 +120,8 @@ fn on_a_slow_course_smoothed_friction_is_the_error_and_coupled_feedback_gives_wa
         slow_pick(ControlLaw::ComputedTorque, 16),
         slow_pick(ControlLaw::PdGravity, 1),
     ];
-    let rubbing = [(&full, 4.773e-3), (&rarely, 4.324e-3), (&gravity, 3.455e-3)];
-    for (scene, measured) in rubbing {
+    let with_friction = [(&full, 4.773e-3), (&rarely, 4.324e-3), (&gravity, 3.455e-3)];
+    for (scene, measured) in with_friction {
         assert_near(error(scene), measured, &format!("{:?}, every {}", scene.control.law, scene.control.model_every));
     }
     // What the feedforward lacks below its smoothing speed is most of it.

@@ -71,7 +71,7 @@ pub struct ChooseArgs {
 pub fn run(args: &ChooseArgs, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), Failure> {
     if args.max_torque_error.is_none() && args.max_tracking_error.is_none() && args.budget.is_none() {
         return Err(Failure::Input(miette::miette!(
-            "nothing was asked for: expected --max-torque-error, --max-tracking-error, --budget, or several of them"
+            "no limit was given: expected --max-torque-error, --max-tracking-error, --budget, or several of them"
         )));
     }
     let base = Baseline::load(&args.scene, args.chain.ends())?;

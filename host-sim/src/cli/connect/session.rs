@@ -247,7 +247,7 @@ fn operate(args: &ConnectArgs, mut operator: Operator, mut console: Console) -> 
     }
     let begun = loop {
         match operator.begin() {
-            // Before the board has answered nobody knows whether the arm moves; a hello that comes again changes nothing.
+            // Before the board has answered it is unknown whether the arm moves; a hello that comes again changes nothing.
             Err(Stop::Pressed) => match operator.stop() {
                 Ok(()) => {}
                 Err(stop) => break Err(stop),

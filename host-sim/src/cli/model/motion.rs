@@ -60,7 +60,7 @@ pub fn run(args: &MotionArgs) -> Result<(), Failure> {
     });
     let total: f64 = motion.durations.iter().sum();
     let text = format!(
-        "# Led by hand: {} points in {total:.2} s, every joint within {:.1e} of the path{}.\n{}",
+        "# Guided by hand: {} points in {total:.2} s, every joint within {:.1e} of the path{}.\n{}",
         motion.points.len(),
         motion.error,
         if motion.slower > 1.0 { format!(", {:.2} times slower", motion.slower) } else { String::new() },

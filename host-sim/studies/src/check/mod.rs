@@ -1,4 +1,4 @@
-//! Would a physicist believe a robot file? The rules are the robot compiler's; the loads that they compare with are searched here.
+//! Checks of a robot file for impossible, placeholder and missing values. The rules are the robot compiler's; the loads that they compare with are searched here.
 
 mod hazard;
 mod report;

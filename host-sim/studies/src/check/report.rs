@@ -7,7 +7,7 @@ use serde::Serialize;
 /// Severities, the worst first, of the robot or of the scene, with their meaning.
 const MEANINGS: [(Severity, bool, &str); 4] = [
     (Severity::Wrong, false, "no physics allows it, the arm cannot hold itself, or a name is misspelt"),
-    (Severity::Doubt, false, "a physicist would ask"),
+    (Severity::Doubt, false, "improbable"),
     (Severity::Note, false, "missing: measure it"),
     (Severity::Note, true, "settings of the scene: think about them before the arm is armed"),
 ];

@@ -56,7 +56,7 @@ pub(super) fn quintic<const N: usize>(points: &[QuinticPoint]) -> Result<Motion<
     Motion::quintic(&way, Timing::Durations(&durations), &Bounds::none())
 }
 
-/// There and back between the ends at two steady speeds: a quintic passes evenly spaced points at their mean speed. `share_of_range` is
+/// Back and forth between the ends at two steady speeds: a quintic passes evenly spaced points at their mean speed. `share_of_range` is
 /// that of the free range.
 pub(super) fn sweeps(room: &Room, share_of_range: f64) -> Vec<QuinticPoint> {
     const WAY: [(f64, bool); 14] = [

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 /// Deviation of the scale of torques: of currents times a constant from a data sheet, and of torques in N m.
 const TORQUE_DEVIATION: (f64, f64) = (0.1, 0.02);
-/// Deviations on either side of the interval that is told.
+/// Half-width of the reported interval, in standard deviations.
 const WIDE: f64 = 1.96;
 
 /// Against an arm that was identified before.
@@ -26,8 +26,10 @@ pub fn against_file(subject: &Subject, logs: &[Log], settings: &Settings, deviat
     let torque = settings.torque_cutoff.unwrap_or(TORQUE_CUTOFF).min(0.2 * rate);
     let filters = Filters { motion: settings.motion_cutoff.unwrap_or(torque), torque };
     let joints = &subject.robot.joints;
-    let friction: Vec<(f64, f64)> =
-        joints.iter().map(|joint| joint.friction.map_or((0.0, 0.0), |rub| (rub.viscous, rub.coulomb))).collect();
+    let friction: Vec<(f64, f64)> = joints
+        .iter()
+        .map(|joint| joint.friction.map_or((0.0, 0.0), |friction| (friction.viscous, friction.coulomb)))
+        .collect();
     let known = Known::of_numbers(subject.arm.as_ref(), &subject.parameters, &friction, filters);
     // The file's masses are taken as they are: nothing is left to say of the scale.
     let scale = (1.0, deviation.unwrap_or(TORQUE_DEVIATION.1));

@@ -72,12 +72,12 @@ impl Outcome {
             let by = |parameters: &[f64], friction: &dyn Fn(usize, f64, f64) -> f64| {
                 found.predict_by(arm, log, parameters, friction)
             };
-            let rub = |joint: usize, qd: f64, load: f64| torque(&numbers.friction[joint].law, qd, load);
+            let friction = |joint: usize, qd: f64, load: f64| torque(&numbers.friction[joint].law, qd, load);
             JudgedLog {
                 file: log.file.clone(),
                 prediction: found.predict(arm, log),
                 before: by(&subject.parameters, &|joint, qd, load| subject.friction(joint, qd, load)),
-                file_model: by(&numbers.parameters(subject), &rub),
+                file_model: by(&numbers.parameters(subject), &friction),
             }
         };
         let judged: Vec<JudgedLog> = judged.iter().map(judge).collect();

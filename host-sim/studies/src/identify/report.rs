@@ -88,10 +88,10 @@ fn friction(outcome: &Outcome, subject: &Subject, joint: usize) -> Block {
         let terms = law_of.terms.iter().zip(&outcome.found.friction[joint]).skip(1);
         terms.map(|(term, c)| c * term.value(s, qd, 0.0)).sum()
     };
-    let rub = outcome.numbers.friction[joint].law;
+    let law = outcome.numbers.friction[joint].law;
     let name = subject.robot.joints[joint].name.clone();
     let figure = Figure::new(name, "speed / (rad/s)", format!("friction / ({})", unit(subject, joint)));
-    let file = curve("robot file", &|qd| friction_torque(&rub, qd, 0.0));
+    let file = curve("robot file", &|qd| friction_torque(&law, qd, 0.0));
     Block::Figure(figure.with(curve("identified", &identified)).with(file))
 }
 
@@ -147,7 +147,7 @@ fn links(outcome: &Outcome, subject: &Subject) -> Block {
         .enumerate()
         .map(|(joint, link)| {
             let three = |v: &nalgebra::Vector3<f64>| format!("{:.4}, {:.4}, {:.4}", v.x, v.y, v.z);
-            let (rotor, rub) = (outcome.numbers.rotors[joint], &outcome.numbers.friction[joint]);
+            let (rotor, law) = (outcome.numbers.rotors[joint], &outcome.numbers.friction[joint]);
             let i = &link.inertia;
             let seen = |index: usize| if link.seen[index] { "" } else { " (not seen)" };
             vec![
@@ -157,7 +157,7 @@ fn links(outcome: &Outcome, subject: &Subject) -> Block {
                 format!("{}{}", three(&link.com.0), seen(1)),
                 format!("{:.2e}, {:.2e}, {:.2e}{}", i.m11, i.m22, i.m33, seen(2)),
                 format!("{:.4} ± {:.1e}", rotor.0, rotor.1),
-                rub.entries().iter().map(|(key, x, _)| format!("{key} {x:.4}")).collect::<Vec<_>>().join(", "),
+                law.entries().iter().map(|(key, x, _)| format!("{key} {x:.4}")).collect::<Vec<_>>().join(", "),
             ]
         })
         .collect();

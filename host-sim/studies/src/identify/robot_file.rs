@@ -144,7 +144,7 @@ impl Numbers {
     fn edit(&self, subject: &Subject, joint: usize, table: &mut Table) {
         let link = &self.links[joint];
         let slides = subject.robot.joints[joint].spec.kind == JointKind::Prismatic;
-        let (rub, force) = if slides { ("N s/m", "N") } else { ("N m s/rad", "N m") };
+        let (viscous_unit, force) = if slides { ("N s/m", "N") } else { ("N m s/rad", "N m") };
         let source = |seen: bool, text: String| if seen { text } else { format!("{text}: not seen, near the maker's") };
         set(table, "mass", number(link.mass.0).into(), &source(link.seen[0], format!("+- {:.2e} kg", link.mass.1)));
         let com: Array = link.com.0.iter().map(|x| number(*x)).collect();
@@ -162,7 +162,7 @@ impl Numbers {
         set(table, "rotor", rotor.into(), &format!("+- {:.1e} kg m^2", deviation / (gear * gear)));
         let friction = &self.friction[joint];
         let entries: Vec<(&str, f64)> = friction.entries().iter().map(|(key, x, _)| (*key, *x)).collect();
-        set(table, "friction", inline(&entries).into(), &friction.note(rub, force));
+        set(table, "friction", inline(&entries).into(), &friction.note(viscous_unit, force));
     }
 }
 

@@ -54,14 +54,14 @@ pub fn choices(axes: &TradeAxes, base: &Baseline, rate: Option<f64>) -> Result<V
         return Err(Failure::Input(miette::miette!("--rate {rate}: expected a rate in Hz, 16 to 100,000")));
     }
     let model = &base.file.model;
-    let (rubs, turns) = (model.friction, !matches!(model.rotor, dynamics_core::Term::Absent));
+    let (with_friction, turns) = (model.friction, !matches!(model.rotor, dynamics_core::Term::Absent));
     // If the scene has no friction or rotors, leaving them out is not a choice.
     let on = |switches: &[bool], there: bool| if there { switches.to_vec() } else { vec![true] };
     let mut product = vec![own];
     spread(&mut product, &rates, |choice, rate| Choice { rate, ..choice });
     spread(&mut product, &axes.scalar, |choice, scalar| Choice { scalar, ..choice });
     spread(&mut product, &axes.terms, |choice, terms| Choice { terms, ..choice });
-    spread(&mut product, &on(&axes.friction, rubs), |choice, friction| Choice { friction, ..choice });
+    spread(&mut product, &on(&axes.friction, with_friction), |choice, friction| Choice { friction, ..choice });
     spread(&mut product, &on(&axes.rotors, turns), |choice, rotors| Choice { rotors, ..choice });
     spread(&mut product, &axes.kernel, |choice, kernel| Choice { kernel, ..choice });
     spread(&mut product, &axes.every, |choice, every| Choice { every, ..choice });
@@ -71,7 +71,7 @@ pub fn choices(axes: &TradeAxes, base: &Baseline, rate: Option<f64>) -> Result<V
         product.extend(ScalarChoice::NAMES.iter().map(|&(.., scalar)| Choice { scalar, ..own }));
         product.extend(Method::NAMES.iter().map(|&(.., trig)| Choice { trig, ..own }));
         product.extend(TermSet::value_variants().iter().map(|&terms| Choice { terms, ..own }));
-        product.extend(rubs.then_some(Choice { friction: false, ..own }));
+        product.extend(with_friction.then_some(Choice { friction: false, ..own }));
         product.extend(turns.then_some(Choice { rotors: false, ..own }));
         product.extend(OTHER_TICKS.map(|every| Choice { every, ..own }));
         product.extend(Level::ALL.map(|kernel| Choice { kernel, ..own }));

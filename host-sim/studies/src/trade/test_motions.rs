@@ -64,7 +64,7 @@ pub fn test_motions<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> 
         })
     };
     let make = |name, a, b, slow| {
-        let motion = there_and_back(file, model, a, b, slow).map_err(|error| {
+        let motion = back_and_forth(file, model, a, b, slow).map_err(|error| {
             Failure::Input(miette::miette!("{}: the {name} motion cannot be: {error}", file.path.display()))
         })?;
         Ok(TestMotion { name, motion })
@@ -135,7 +135,7 @@ fn ends<const N: usize>(file: &SceneFile, motion: &Motion<f64, N>, ranges: &[(f6
     (start, aside)
 }
 
-fn there_and_back<const N: usize>(
+fn back_and_forth<const N: usize>(
     file: &SceneFile,
     model: &Model<f64, N>,
     a: [f64; N],

@@ -144,7 +144,7 @@ pub(crate) fn cells() -> Result<Vec<Cell>, Failure> {
                   the next cell";
     add(
         "Coulomb friction three times the model's",
-        "joints rub thrice as much",
+        "joints have three times the friction",
         track(&scene, &rough, 1.0)?,
         0.05,
         reason,

@@ -1,4 +1,4 @@
-//! What a reply, or its absence, means for a joint.
+//! Effects of a reply, and of a missing one, on a joint's state.
 
 use super::joint::{CanJoint, probe};
 use super::limits::{OWED_MAX, SHOWN, WEAK_MAX};

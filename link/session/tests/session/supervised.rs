@@ -827,7 +827,7 @@ fn an_arm_that_cannot_hold_what_it_was_told_is_not_armed() {
     }
 }
 
-/// What the new host asks first is weighed against what still waits of the previous one.
+/// The new host's first request is ranked against those of the previous host that still wait.
 #[test]
 fn a_stop_that_waits_is_not_displaced_by_another_host() {
     let live = Hello { pacing: Pacing::Live, ..OWN };

@@ -16,13 +16,13 @@ impl Named for ControlLaw {
         ("pd-gravity", "Spring and damper, and the torque that holds the arm", Self::PdGravity),
         (
             "diagonal-inertia",
-            "A fixed inertia per joint for what is asked for, and the torque that holds the arm",
+            "A fixed inertia per joint for the commanded acceleration, and the torque that holds the arm",
             Self::DiagonalInertia,
         ),
         ("feedforward", "Spring and damper, and the torque of the reference motion", Self::Feedforward),
         ("split", "Impedance whose spring and damper are in the actuators' own loops", Self::Split),
         ("impedance", "Spring and damper of a chosen stiffness, and all that the model knows", Self::Impedance),
-        ("teach", "Led by hand: weight carried, friction made up for, soft walls at the limits", Self::Teach),
+        ("teach", "Hand guiding: weight carried, friction compensated, soft walls at the limits", Self::Teach),
     ];
 }
 

@@ -108,7 +108,7 @@ mod tests {
     use super::{Line, option_for};
 
     #[test]
-    fn each_emulator_is_told_in_its_own_words() {
+    fn each_emulator_gets_options_of_its_own_syntax() {
         let says = |version: &str| option_for(version).map(<[&str]>::to_vec);
         assert_eq!(says("QEMU emulator version 7.2.22 (Debian 1:7.2)\n"), Some(vec!["-singlestep"]));
         let newer = Some(vec!["-accel", "tcg,one-insn-per-tb=on"]);

@@ -31,21 +31,21 @@ const AT: [f64; 2] = [1e-4, 1e-6];
 
 /// Our reference: with friction or without.
 pub(super) struct Truth {
-    rubs: bool,
+    with_friction: bool,
     /// Its log, whose torques MuJoCo gets.
     pub(super) log: PathBuf,
     positions: Vec<Vec<f64>>,
 }
 
 impl Truth {
-    pub(super) fn new(rubs: bool, folder: &Path) -> Result<Self> {
-        let log = open_loop(FINEST, rubs, &folder.join(format!("truth-{rubs}")))?;
-        Ok(Self { rubs, positions: positions(&log)?, log })
+    pub(super) fn new(with_friction: bool, folder: &Path) -> Result<Self> {
+        let log = open_loop(FINEST, with_friction, &folder.join(format!("truth-{with_friction}")))?;
+        Ok(Self { with_friction, positions: positions(&log)?, log })
     }
 
     /// Error of a way to integrate, rad.
     pub(super) fn error(&self, settings: Settings, folder: &Path) -> Result<f64> {
-        self.apart(&open_loop(settings, self.rubs, &folder.join("error"))?)
+        self.apart(&open_loop(settings, self.with_friction, &folder.join("error"))?)
     }
 
     fn apart(&self, log: &Path) -> Result<f64> {
@@ -57,8 +57,8 @@ impl Truth {
 }
 
 /// Runs the open loop; returns its log.
-fn open_loop(settings: &[(&str, &str)], rubs: bool, out: &Path) -> Result<PathBuf> {
-    let friction = [("plant.friction", if rubs { "true" } else { "false" })];
+fn open_loop(settings: &[(&str, &str)], with_friction: bool, out: &Path) -> Result<PathBuf> {
+    let friction = [("plant.friction", if with_friction { "true" } else { "false" })];
     let path = scene("open", &[&OPEN, settings, &friction].concat())?;
     let done =
         cargo_run("host-sim").arg("run").arg(&path).args(["--quiet", "--no-report", "--out"]).arg(out).status()?;
@@ -94,10 +94,10 @@ impl Rival {
 }
 
 /// Output of MuJoCo's side for a method.
-pub(super) fn of_mujoco(peer: &Value, method: &str, rubs: bool) -> Result<Rival> {
+pub(super) fn of_mujoco(peer: &Value, method: &str, with_friction: bool) -> Result<Rival> {
     let asked = |step: &&Value| {
         step.get("method").and_then(Value::as_str) == Some(method)
-            && step.get("friction").and_then(Value::as_bool) == Some(rubs)
+            && step.get("friction").and_then(Value::as_bool) == Some(with_friction)
     };
     let read = || {
         let found = peer.get("steps")?.as_array()?.iter().find(asked)?;
@@ -105,19 +105,19 @@ pub(super) fn of_mujoco(peer: &Value, method: &str, rubs: bool) -> Result<Rival>
         let errors = found.get("errors")?.as_array()?.iter().map(pair).collect::<Option<_>>()?;
         Some(Rival { ns: found.get("ns")?.as_f64()?, errors })
     };
-    read().with_context(|| format!("MuJoCo's side has no {method}, friction {rubs}"))
+    read().with_context(|| format!("MuJoCo's side has no {method}, friction {with_friction}"))
 }
 
 /// Distance of MuJoCo's finest integration from ours, rad.
-pub(super) fn apart(peer: &Value, rubs: bool) -> Result<f64> {
-    let key = if rubs { "apart_with_friction" } else { "apart" };
+pub(super) fn apart(peer: &Value, with_friction: bool) -> Result<f64> {
+    let key = if with_friction { "apart_with_friction" } else { "apart" };
     peer.get(key).and_then(Value::as_f64).with_context(|| format!("MuJoCo's side has no `{key}`"))
 }
 
 /// Times faster than real, steps alone, at a step of 0.25 ms.
 pub(super) struct Pace {
     pub(super) method: &'static str,
-    pub(super) rubs: bool,
+    pub(super) with_friction: bool,
     pub(super) ours: f64,
     pub(super) mujoco: f64,
 }
@@ -135,26 +135,35 @@ pub(super) fn at_equal_error(paces: &[Pace], truth: &[Truth; 2], peer: &Value, f
     ]);
     let mut ours: Vec<Found> = Vec::new();
     let mut theirs: Vec<Found> = Vec::new();
-    for Pace { method, rubs, ours: pace, mujoco } in paces {
+    for Pace { method, with_friction, ours: pace, mujoco } in paces {
         let (integrator, name) = match *method {
             "RK4" => ("\"runge-kutta\"", "Runge-Kutta"),
             _ => ("\"semi-implicit-euler\"", "semi-implicit Euler"),
         };
-        let own = truth.iter().find(|truth| truth.rubs == *rubs).context("a reference for each friction")?;
-        let rival = of_mujoco(peer, method, *rubs)?;
+        let own = truth
+            .iter()
+            .find(|truth| truth.with_friction == *with_friction)
+            .context("a reference for each friction")?;
+        let rival = of_mujoco(peer, method, *with_friction)?;
         for step in STEPS {
             let settings = [("plant.integrator", integrator), ("plant.tolerance", ""), ("plant.step", step)];
-            let error = own.apart(&open_loop(&settings, *rubs, &folder.join("error"))?)?;
+            let error = own.apart(&open_loop(&settings, *with_friction, &folder.join("error"))?)?;
             let length: f64 = step.parse()?;
-            let found = |error, pace: f64| Found { rubs: *rubs, name, step: length, error, pace: pace * length / STEP };
+            let found = |error, pace: f64| Found {
+                with_friction: *with_friction,
+                name,
+                step: length,
+                error,
+                pace: pace * length / STEP,
+            };
             ours.push(found(error, *pace));
             theirs.extend(rival.error(length).map(|error| found(error, *mujoco)));
         }
     }
     for at in AT {
-        for rubs in [false, true] {
+        for with_friction in [false, true] {
             let best = |all: &[Found]| {
-                let fit = all.iter().filter(|found| found.rubs == rubs && found.error <= at);
+                let fit = all.iter().filter(|found| found.with_friction == with_friction && found.error <= at);
                 fit.max_by(|a, b| a.pace.total_cmp(&b.pace)).cloned()
             };
             let (ours, theirs) = (best(&ours), best(&theirs));
@@ -165,7 +174,7 @@ pub(super) fn at_equal_error(paces: &[Pace], truth: &[Truth; 2], peer: &Value, f
                 None => ["no step above 0.03 ms".to_owned(), "-".to_owned()],
             };
             let ratio = ours.as_ref().zip(theirs.as_ref()).map(|(ours, theirs)| ours.pace / theirs.pace);
-            let friction = if rubs { "viscous, Coulomb" } else { "none" };
+            let friction = if with_friction { "viscous, Coulomb" } else { "none" };
             let [a, b] = [cells(&ours), cells(&theirs)];
             let ratio = ratio.map_or("-".to_owned(), |ratio| format!("{ratio:.1}"));
             table.row(&[vec![format!("{at:.0e}"), friction.into()], a.to_vec(), b.to_vec(), vec![ratio]].concat());
@@ -177,7 +186,7 @@ pub(super) fn at_equal_error(paces: &[Pace], truth: &[Truth; 2], peer: &Value, f
 /// A method with a step: its error and its speed.
 #[derive(Clone)]
 struct Found {
-    rubs: bool,
+    with_friction: bool,
     name: &'static str,
     step: f64,
     error: f64,

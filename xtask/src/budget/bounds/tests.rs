@@ -29,7 +29,7 @@ fn what_is_blessed_is_kept_and_reads_back() {
 }
 
 #[test]
-fn a_number_that_leaves_its_range_either_way_is_told_with_row_field_found_and_expected() {
+fn a_number_that_leaves_its_range_either_way_is_reported_with_row_field_found_and_expected() {
     let budget = blessed(&[row("pick", &[(Field::Flash, 40_000)])]);
     for passes in [39_200, 40_000, 40_800] {
         assert_eq!(held(&budget, &[row("pick", &[(Field::Flash, passes)])]), [""; 0], "{passes}");
@@ -59,7 +59,7 @@ fn ticks_that_were_alike_must_stay_alike() {
 }
 
 #[test]
-fn rows_and_fields_that_are_missing_or_new_are_told() {
+fn rows_and_fields_that_are_missing_or_new_are_reported() {
     let budget = blessed(&[row("pick", &[(Field::Flash, 1)]), row("gone", &[(Field::Flash, 1)])]);
     let now = [row("pick", &[(Field::Ram, 5)]), row("new", &[])];
     assert_eq!(
@@ -126,7 +126,7 @@ fn no_blessing_moves_a_target() {
 }
 
 #[test]
-fn a_tick_that_is_later_than_the_mask_is_told_and_so_is_a_flood_that_met_none() {
+fn a_tick_that_is_later_than_the_mask_is_reported_and_so_is_a_flood_that_met_none() {
     let budget = Budget::parse(TARGETS).unwrap();
     let late = |most| Late { ticks: 1, delayed: 1, most, bytes_to_chip: 1, bytes_from_chip: 1 };
     assert_eq!((budget.hold_late(&late(100)).len(), budget.hold_late(&late(1)).len()), (0, 0));

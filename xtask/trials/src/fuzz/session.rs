@@ -53,7 +53,7 @@ fn examples() -> Vec<Vec<u8>> {
         for pacing in 0..4 {
             // Hello, watch everything, the board's lines normal; then home and arm.
             let begin: &[u8] = &[arm, 3, pacing, 14, 6, 0, 0, 2, 0, 2, 1, 2, 2, 1, 3];
-            // A trajectory from here, to there and back; then run along it.
+            // A trajectory from here to another point and back; then run along it.
             let go: &[u8] = &[5, 0, 0, 5, 20, 40, 5, 20, 0, 2, 4, 1, 5];
             // Stopped, off again, then silence of the host until the fault; cleared.
             all.push([begin, go, &[2, 5, 1, 63], go, &[20, 255, 2, 6, 1, 3]].concat());

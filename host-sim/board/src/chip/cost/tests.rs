@@ -29,7 +29,7 @@ fn ticks_after_the_run_up_are_counted_and_compared() {
 }
 
 #[test]
-fn a_tick_that_differs_or_brakes_is_told() {
+fn a_tick_that_differs_or_brakes_is_reported() {
     let first = |command: &str| cost(measured(command, RUN_UP + 2), &desk()).unwrap();
     assert!(!first("drive,2,0").matches_desk);
     let braked = first("brake,5,2");

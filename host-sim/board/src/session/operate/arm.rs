@@ -228,7 +228,7 @@ pub(super) struct Arm {
     pub(super) drives: Vec<DriveNumbers>,
     /// For each joint, true if the board follows its motor's heat; empty for an arm without drives.
     pub(super) has_heat: Vec<bool>,
-    /// The drives' own words for their errors.
+    /// The drives' error texts.
     pub(super) words: Option<fn(u8) -> &'static str>,
 }
 
@@ -257,7 +257,8 @@ impl Arm {
         let of_friction = |joint: &RobotJoint| {
             hidden(joint.friction.map_or(0.0, |friction| friction.starting()), joint.spec.limits.torque)
         };
-        let rubs = |joint: &RobotJoint| joint.friction.map_or((0.0, 0.0), |rubs| (rubs.viscous, rubs.coulomb));
+        let coefficients =
+            |joint: &RobotJoint| joint.friction.map_or((0.0, 0.0), |friction| (friction.viscous, friction.coulomb));
         // What the plant holds is not declared to a board whose model has no place for it.
         let mut declared: Live<f32, N> = scene.live(model).cast();
         if !matches!(scene.model.payload, Term::Live) {
@@ -298,7 +299,7 @@ impl Arm {
             torque: limits.map(|limits| limits.torque).to_vec(),
             range: limits.map(|limits| limits.position).to_vec(),
             hidden: scene.robot.joints.iter().map(of_friction).collect(),
-            friction: scene.robot.joints.iter().map(rubs).collect(),
+            friction: scene.robot.joints.iter().map(coefficients).collect(),
             drives: scene.robot.joints.iter().map(DriveNumbers::of).collect(),
             has_heat: has_heat(scene),
             words: scene.protocol().map(joint_io::frames::error_text),

@@ -45,7 +45,7 @@ pub enum Command {
     Stiffness(f64),
     /// Say what the arm holds, and tell it to the board.
     Weigh,
-    /// Say how much torque of a joint acts, of what is told; `None`: of each joint.
+    /// Measure the actual over the commanded torque of a joint; `None`: of each joint.
     CheckTorque(Option<usize>),
     /// Cut a simulated cable (`true`) or plug it in again.
     Cut(Cut, bool),
@@ -100,8 +100,8 @@ pub const HELP: [(&str, &str); 37] = [
     ("soft", "a quarter of the scene's stiffness, in steps without a jump of torque"),
     ("stiff", "four times the scene's stiffness"),
     ("stiffness FACTOR", "so many times the scene's stiffness, 0.25 to 4"),
-    ("check-torque [JOINT]", "move a joint a little, and say how much torque acts of what is told"),
-    ("weigh", "what the arm holds, from slow motions there and back; the board is told"),
+    ("check-torque [JOINT]", "move a joint slightly back and forth, and report actual over commanded torque"),
+    ("weigh", "measure what the arm holds by slow back-and-forth motions, and declare it"),
     ("dump [FILE]", "the ticks that the board remembers: a table, or a CSV file"),
     ("erase", "release the black box of an earlier fault, so that it records again"),
     ("full-range", "show what was seen in the first motion after homing, and lift its limits"),

@@ -4,7 +4,7 @@
 //! Time is simulated: it passes only while the operator waits, one control period at a time, so that a script has the
 //! same result on every machine; for a person at a terminal it passes at the pace of the clock. Behind ideal drives the simulated arm is driven while torque acts, and braked otherwise, for any safe
 //! action. Simulated drives begin switched off, are switched on by the first torque, and do the safe action otherwise; their faults and
-//! temperature are told to the target beside the operator's lines.
+//! temperature are sent to the target with the operator's lines.
 
 use super::device::{Device, DeviceError, Pace, Tap};
 use crate::chip::ChipError;

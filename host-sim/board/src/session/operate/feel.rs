@@ -20,7 +20,7 @@ const AT_REST: f64 = 0.12;
 /// Steps of a change of stiffness.
 const STEPS: u32 = 24;
 
-/// Smallest part of a payload that is told at once.
+/// Smallest part of a payload that is reported at once.
 const PART_MIN: f64 = 1.0 / 256.0;
 
 /// Number of a joint's position gain, and of its velocity gain.

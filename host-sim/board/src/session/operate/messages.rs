@@ -103,14 +103,14 @@ pub fn in_first_motion(status: &Status, share: f64) -> String {
     }
 }
 
-/// Report of a joint's drive or sensor, with the drive's own words for its error.
+/// Report of a joint's drive or sensor, with the drive's error text.
 #[must_use]
 pub fn drive_fault(drive_fault: &DriveFaultReport, words: Option<fn(u8) -> &'static str>) -> String {
     let DriveFaultReport { joint, faults, error } = *drive_fault;
     let mut all: Vec<&str> =
         JointFaults::NAMES.iter().filter(|(fault, _)| faults & fault.bits() != 0).map(|(_, name)| *name).collect();
     let said = words.filter(|_| error != 0).map(|words| words(error));
-    // Its own words say more than that it has an error.
+    // Its error text says more than that it has an error.
     if said.is_some() {
         all.retain(|name| {
             !JointFaults::NAMES.iter().any(|(fault, other)| *fault == JointFaults::DRIVE && other == name)

@@ -146,7 +146,7 @@ impl Operator {
     }
 
     /// Go to a place and back in this time each, s, and wait for the end; the board's reason if it denies one of the two.
-    pub(super) fn there_and_back(
+    pub(super) fn back_and_forth(
         &mut self,
         name: &str,
         here: Vec<f64>,

@@ -160,7 +160,7 @@ impl Operator {
         text
     }
 
-    /// Keep where the arm is and what it is told, as long as torque acts.
+    /// Keep the arm's positions and commanded torques while torque acts.
     pub(super) fn sample(&mut self, status: &Status) {
         if status.state == StateCode::Armed && !self.drives() {
             (self.judged, self.samples) = (false, Samples::default());

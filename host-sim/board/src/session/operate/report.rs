@@ -24,7 +24,7 @@ pub struct StatusView<'a> {
     pub wrench: Option<[f64; 6]>,
     /// Report of the first joint with a fault, in the state of a fault.
     pub drive_fault: Option<DriveFaultReport>,
-    /// The drives' own words for their errors.
+    /// The drives' error texts.
     pub words: Option<fn(u8) -> &'static str>,
     /// Heat of each joint's motor; empty for an arm without drives.
     pub heat: Vec<Heat>,

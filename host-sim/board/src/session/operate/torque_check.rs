@@ -1,4 +1,4 @@
-//! Torque units: does a drive give the torque that it is told?
+//! Check of torque units: whether a drive gives the commanded torque.
 //!
 //! ```text
 //! acted = ID(q, qd, qdd)      from the arm's motion, by the scene's model
@@ -8,7 +8,7 @@
 //!
 //! Positions of some 0.1 s give `q`, `qd` and `qdd` by a parabola of least squares, so that an arm at rest, one that settles and one
 //! that a wrong unit throws are judged alike. What friction may hide is allowed for. A joint without weight says nothing at rest:
-//! `check-torque` moves it a little, there and back, and fits `told = s acted + c sign(qd)`; its factor is `1 / s`.
+//! `check-torque` moves it slightly back and forth, and fits `commanded = s acted + c sign(qd)`; its factor is `1 / s`.
 
 use super::arm::Arm;
 use super::samples::{SAMPLES_MIN, Sample, WINDOW};
@@ -26,7 +26,7 @@ const REFUSED: f64 = 2.0;
 /// Distance that `check-torque` moves a joint, rad or m.
 const REACH: f64 = 0.2;
 
-/// Greatest standard deviation of a factor that is told.
+/// Greatest standard deviation of a factor that is reported.
 const DOUBT: f64 = 0.1;
 
 /// Torque that acted on each joint, and torque that was told, both N m or N, in the middle of these samples; velocities too.
@@ -191,7 +191,7 @@ impl Operator {
         Ok(false)
     }
 
-    /// Move a joint, or each in turn, a little there and back, and say how much torque acts of what is told.
+    /// Move a joint, or each in turn, slightly back and forth, and report actual over told.
     pub(super) fn check_torque(&mut self, joint: Option<usize>) -> Result<(), Stop> {
         let held = matches!(self.state(), Some(StateCode::Armed | StateCode::Holding | StateCode::Running))
             && !self.is_moving();
@@ -209,7 +209,7 @@ impl Operator {
                 break;
             }
         }
-        self.say("check-torque", &format!("check-torque: torque that acts, of what is told\n{}", lines.join("\n")))
+        self.say("check-torque", &format!("check-torque: actual over commanded torque\n{}", lines.join("\n")))
     }
 
     fn check_one(&mut self, joint: usize) -> Result<String, Stop> {
@@ -225,7 +225,7 @@ impl Operator {
         let time = self.way("check-torque", &here, &there, None)?.0.duration();
         self.samples.keep((4.0 * time / self.arm.period) as usize + SAMPLES_MIN);
         self.watch(1)?;
-        let denial = self.there_and_back("check-torque", here, there, time)?;
+        let denial = self.back_and_forth("check-torque", here, there, time)?;
         let line = self.factor_of(joint);
         self.watch_as_before()?;
         if let Some(denial) = denial {

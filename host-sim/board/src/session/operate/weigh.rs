@@ -12,17 +12,17 @@ use link::StateCode;
 const REACH: f64 = 0.35;
 const SLOWER: f64 = 2.0;
 
-/// Directions of the joints in each of the motions, there and back: bit `i` is joint `i`.
+/// Directions of the joints in each of the back-and-forth motions: bit `i` is joint `i`.
 const WAYS: [u32; 4] = [0b11_0101, 0b00_1010, 0b10_0110, 0b01_1001];
 
-/// Deviations on either side of the interval that is told.
+/// Half-width of the reported interval, in standard deviations.
 const WIDE: f64 = 1.96;
 
 /// Fewest samples that are a log.
 const SAMPLES_MIN: usize = 100;
 
 impl Operator {
-    /// Move all joints a little there and back, four times; say what the arm holds, and tell it to the board.
+    /// Move all joints slightly back and forth, four times; say what the arm holds, and tell it to the board.
     ///
     /// The arm itself counts as known, by the scene's model and its friction.
     pub(super) fn weigh(&mut self) -> Result<(), Stop> {
@@ -47,7 +47,7 @@ impl Operator {
             let there = self.beside(&here, way);
             let time = SLOWER * self.way("weigh", &here, &there, None)?.0.duration();
             self.samples.keep((2.5 * time / self.arm.period) as usize);
-            if let Some(denial) = self.there_and_back("weigh", here.clone(), there, time)? {
+            if let Some(denial) = self.back_and_forth("weigh", here.clone(), there, time)? {
                 self.watch_as_before()?;
                 return refused(self, &super::messages::rejection(&denial));
             }

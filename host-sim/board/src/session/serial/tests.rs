@@ -48,7 +48,7 @@ fn a_frame_that_comes_in_two_pieces_is_whole() {
 }
 
 #[test]
-fn a_damaged_packet_is_told_and_the_next_is_read_with_the_loss() {
+fn a_damaged_packet_is_reported_and_the_next_is_read_with_the_loss() {
     let (mut board, mut link) = pair();
     let mut encoder = Encoder::new();
     let (first, mut second, third) =

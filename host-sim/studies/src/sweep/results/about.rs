@@ -76,7 +76,7 @@ mod tests {
     use std::path::Path;
 
     #[test]
-    fn values_are_told_in_words() {
+    fn values_are_reported_in_words() {
         let text = "name = \"a\"\nscene = \"a.toml\"\n[runs]\ncount = 9\n[[metric]]\nname = \"drift\"\n\
             [[vary]]\nkey = \"a\"\nuniform = [0.5, 2.0]\nrelative = \"factor\"\n\
             [[vary]]\nkey = \"b\"\nnormal = { mean = 1.0, deviation = 0.2, within = [0.5, 1.5] }\n\

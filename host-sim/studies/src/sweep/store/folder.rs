@@ -22,7 +22,7 @@ pub struct Progress<'a> {
     pub jobs: &'a Jobs,
     /// Ends the work after the last whole block.
     pub stop: &'a AtomicBool,
-    /// Is told of the number of rows after each block.
+    /// Receives the number of rows after each block.
     pub after_block: &'a dyn Fn(u64),
 }
 

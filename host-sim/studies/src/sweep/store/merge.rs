@@ -72,7 +72,7 @@ pub fn merge(
     output.folder(out, &[FILES, &[RUNS, MANIFEST]].concat())?;
     let beside = out.join("runs.new");
     if let Err(error) = put_together(&shards, &mut whole, &beside, after_shard) {
-        // What led to the failure is told; a file that stays is no worse than that.
+        // The cause of the failure is reported; a file that stays is no worse than that.
         fs::remove_file(&beside).ok();
         return Err(error);
     }

@@ -1,4 +1,4 @@
-//! What the judge sees of a tick, and what it keeps of the time since the safe action was due.
+//! The judge's view of a tick, and its memory since the safe action was due.
 
 use dynamics_core::Reference;
 use link::Request;
