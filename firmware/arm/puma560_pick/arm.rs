@@ -155,7 +155,7 @@ pub const fn model() -> Model<f32, N> {
     )
 }
 
-/// What acts on it.
+/// Gravity, payload, wrench at the tip, and the terms of the model.
 pub const fn scene() -> Scene<f32, N> {
     Scene {
         gravity: Term::Constant(Vector3::new(0.0, 0.0, -9.81)),

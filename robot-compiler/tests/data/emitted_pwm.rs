@@ -2,7 +2,7 @@
 
 use dynamics_core::drive::{Drives, Gearing, PwmDrive};
 
-/// How the joints are reached.
+/// Drives of the joints.
 pub const fn drives() -> Drives<2> {
     Drives::Pwm([
         PwmDrive {
