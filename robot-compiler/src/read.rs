@@ -3,6 +3,8 @@
 mod fields;
 mod friction;
 mod linkage;
+#[cfg(test)]
+mod pages_tests;
 mod rest;
 mod robot;
 mod scene;

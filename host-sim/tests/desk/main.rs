@@ -33,6 +33,7 @@ mod live_board;
 mod margins;
 mod operate;
 mod outputs;
+mod page_commands;
 mod pages;
 #[path = "../program/mod.rs"]
 mod program;

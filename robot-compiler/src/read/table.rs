@@ -66,6 +66,8 @@ impl<'a> Table<'a> {
 
     /// Refuses every key that is not in the list.
     pub(crate) fn only(&self, known: &[&str]) -> Result<(), FileError> {
+        #[cfg(test)]
+        super::pages_tests::record(known);
         let unknown =
             self.table.iter().flat_map(|table| table.keys()).filter(|key| !known.contains(&key.get_ref().as_ref()));
         let Some(first) = unknown.min_by_key(|key| key.span().start) else {
