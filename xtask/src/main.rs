@@ -4,6 +4,7 @@ mod bench;
 mod budget;
 mod check;
 mod cost;
+mod docs;
 mod gate;
 mod machine;
 mod measured;
@@ -86,6 +87,8 @@ enum Task {
         #[command(flatten)]
         options: report::ReportOptions,
     },
+    /// The documentation as a book with a search, in target/book, and the crates' documentation next to it
+    Docs,
     /// Inject every fault in every state of the safety state machine, and judge every tick; --help lists the options
     #[command(disable_help_flag = true)]
     Campaign {
@@ -174,6 +177,7 @@ fn run(task: Task) -> anyhow::Result<()> {
         Task::Cycles { write, .. } => bench::cycles::run(write),
         Task::Measured { options } => measured::run(&options),
         Task::Report { options } => report::run_task(&options),
+        Task::Docs => docs::build(),
         Task::Campaign { arguments } => process::become_command(trials::program("campaign").args(arguments)),
         Task::Gate { scene } => gate::check(&scene),
         Task::Firmware { task } => match task {

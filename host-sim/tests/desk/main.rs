@@ -32,6 +32,7 @@ mod linkage;
 mod live_board;
 mod margins;
 mod operate;
+mod output_reference;
 mod outputs;
 mod page_commands;
 mod pages;
