@@ -22,7 +22,7 @@ record! {
     /// A wall resists with its whole stiffness while the joint moves into it, `h = 1` and `e = [|p| / w] in 1`, and gives a tenth of it back:
     /// `h = 0.1` and `e = 1` while the joint comes out. A joint that runs into it stops there and does not rebound.
     ///
-    /// The law [`ControlLaw::Teach`](super::Law::Teach) itself lets a joint slow down by the arm's own inertia, `qdd = -qd / T`: let go at a
+    /// The law [`ControlLaw::Teach`](super::ControlLaw::Teach) itself lets a joint slow down by the arm's own inertia, `qdd = -qd / T`: let go at a
     /// speed `u` it coasts `u T`, in every posture.
     ///
     /// The springs and dampers `K = M0 Kp` and `D = M0 Kd` are those of the law that holds the arm before and after.

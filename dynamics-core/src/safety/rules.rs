@@ -138,7 +138,7 @@ record! {
 
 /// Where a machine finds its numbers: limits, guards, encoders and observer are the controller's own.
 ///
-/// A firmware implements it for a type without a size, as it does [`crate::control::SafetyConfiguration`].
+/// A firmware implements it for a type without a size, as it does [`crate::control::Configuration`].
 pub trait SafetyConfiguration<S, const N: usize>: ControlConfiguration<S, N> {
     /// The rules; always the same.
     fn rules(&self) -> &Rules<S, N>;

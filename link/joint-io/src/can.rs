@@ -19,14 +19,14 @@
 //! |---|---|
 //! | from an actuator with an outstanding reply | taken; its joint's measurement is fresh |
 //! | two in one tick, after a tick without | the first is counted as late, the second taken |
-//! | none | counted as missing; the joint's measurement is a tick older, and at fault after [`MISSING_MAX`] of them |
+//! | none | counted as missing; the joint's measurement is a tick older, and at fault after [`MISSING_MAX`](crate::MISSING_MAX) of them |
 //! | from one without an outstanding reply | counted as a duplicate and ignored |
 //! | of an unknown identifier, of another length, remote | counted for the bus and ignored |
 //! | about a setting that was not asked for | counted for the bus and ignored |
 //!
 //! ## On
 //!
-//! A drive is on when it has **shown** it ([`Readings::on`]), not when it was told to be. [`JointIo::enable`] repeats the frame that enables it
+//! A drive is on when it has **shown** it ([`Readings::on`](session::readings::Readings::on)), not when it was told to be. [`JointIo::enable`](crate::JointIo::enable) repeats the frame that enables it
 //! until then:
 //!
 //! | the kind's replies | shown by |
@@ -39,7 +39,7 @@
 //! bus that is off and a silence in which the drive may have restarted ([`MitDrive::restart_ticks`]) forget it, and so does a reply that shows the drive off, in its own tick. A drive
 //! that has shown that it is on, also while it damps, and then shows that it is off, without an error and without having been commanded off, has restarted. A drive
 //! of any kind no longer counts as on when its torque was less than half of what it was told to give, in more than [`WEAK_MAX`]
-//! replies that follow each other ([`JointFaults::TORQUE`]); below a fiftieth of the frame's range nothing is seen.
+//! replies that follow each other ([`JointFaults::TORQUE`](session::readings::JointFaults::TORQUE)); below a fiftieth of the frame's range nothing is seen.
 //!
 //! Before a drive is enabled, its own communication timeout is read and set where the protocol has one. It is a fault of the joint if the drive
 //! does not confirm it in [`TIMEOUT_TRIES`] frames.

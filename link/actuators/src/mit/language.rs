@@ -8,7 +8,7 @@ pub enum Language {
     MiniCheetah,
     /// Damiao's: the same commands; replies with state, error and temperatures.
     Damiao,
-    /// RobStride's private protocol; its replies go to the host with the identifier [`Electronics::reply_id`].
+    /// RobStride's private protocol; its replies go to the host with the identifier [`Electronics::reply_id`](super::Electronics::reply_id).
     RobStride,
 }
 
@@ -21,7 +21,7 @@ impl Language {
     }
 }
 
-/// Codes of [`Electronics::error`], after the feedback frame in Damiao's manual of the DM4310.
+/// Codes of [`Electronics::error`](super::Electronics::error), after the feedback frame in Damiao's manual of the DM4310.
 pub mod error {
     /// The supply voltage is too high.
     pub const OVER_VOLTAGE: u8 = 0x8;
