@@ -6,10 +6,10 @@ use robot_compiler::Ends;
 /// Options of every command that takes a robot.
 #[derive(Clone, Debug, Default, Args)]
 pub struct ChainArgs {
-    /// Of a URDF robot, the link that the arm ends at; the end of the only chain otherwise.
+    /// For a URDF robot: the link at the tip of the arm; default: the end of the only chain.
     #[arg(long, value_name = "LINK")]
     pub tip: Option<String>,
-    /// Of a URDF robot, the link that the arm stands on; the root otherwise.
+    /// For a URDF robot: the link at the base of the arm; default: the root.
     #[arg(long, value_name = "LINK")]
     pub base: Option<String>,
 }

@@ -6,7 +6,7 @@ use sim::output::Output;
 /// Permission to overwrite files that exist.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub struct ForceArgs {
-    /// Overwrite files that exist. Otherwise only files are replaced that newtau wrote and nobody changed since.
+    /// Overwrite existing files. Without it, newtau replaces only files that it wrote and that have not changed since.
     #[arg(long)]
     pub force: bool,
 }

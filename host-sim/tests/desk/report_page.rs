@@ -48,6 +48,7 @@ fn a_report_loads_plays_scrubs_and_shows_the_numbers_of_the_summary_on_a_desk_an
         assert_eq!(browser.value("document.getElementById('viewer').dataset.webgl"), "yes", "{width}");
         let wide = browser.beyond();
         assert!(wide <= 0.0, "{wide} pixels wider than {width}");
+        opens_at_the_largest_error(&mut browser, &run);
         plays(&mut browser);
         scrubs(&mut browser, &run);
         draws_the_arm_where_the_plant_has_it(&mut browser, &scene, &run);
@@ -60,7 +61,30 @@ fn time(browser: &mut Browser) -> f64 {
     browser.value("Number(document.getElementById('viewer').dataset.time)").as_f64().unwrap()
 }
 
+fn opens_at_the_largest_error(browser: &mut Browser, run: &Run) {
+    let ticks = (0..run.record.ticks()).flat_map(|tick| {
+        run.record.tick(tick).into_iter().enumerate().map(move |(joint, sample)| (sample.error().abs(), tick, joint))
+    });
+    let (size, tick, joint) = ticks.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+    assert!(
+        (time(browser) - run.record.time()[tick]).abs() < 1e-9,
+        "{} and {}",
+        time(browser),
+        run.record.time()[tick]
+    );
+    let pressed = "[...document.querySelectorAll('.chips button')].findIndex((chip) => chip.ariaPressed === 'true')";
+    assert_eq!(browser.value(pressed), joint + 1);
+    let text = browser.value("document.querySelector('.largest').textContent").to_string();
+    assert!(text.contains(&run.record.joints()[joint].name) && text.contains(&engineering(size, "rad")), "{text}");
+    let unnamed = "[...document.querySelectorAll('button, input, select, a, canvas, svg[role]')].filter((control) => \
+         !(control.ariaLabel || control.getAttribute('aria-label') || control.title || control.textContent.trim() \
+         || control.labels?.length \
+         || control.closest('section[aria-label]') && control.tagName === 'CANVAS')).map((control) => control.outerHTML.slice(0, 80))";
+    assert_eq!(browser.value(unnamed), json!([]), "every control has a name");
+}
+
 fn plays(browser: &mut Browser) {
+    browser.press("Home");
     assert!(time(browser) == 0.0);
     browser.press(" ");
     browser.until("Number(document.getElementById('viewer').dataset.time) > 0.1");
@@ -186,6 +210,7 @@ fn all_joints_of_an_arm_with_a_slide_have_each_its_own_unit() {
     assert!(html.contains("1 to 4 choose a joint"));
     browser.open(&write("slide", &html), 1280, 800);
     browser.until(READY);
+    browser.press("Home");
     browser.press("a");
     let slide = run.record.joints().iter().position(|joint| joint.position_unit() == "m").unwrap();
     let (name, sample) = (&run.record.joints()[slide].name, run.record.tick(0)[slide]);
@@ -212,6 +237,7 @@ fn keys_work_after_a_click_and_an_address_or_an_event_sets_the_time() {
     browser
         .value("(() => { const chip = document.querySelectorAll('.chips button')[3]; chip.focus(); chip.click(); })()");
     assert_eq!(browser.value(pressed), 3);
+    browser.press("Home");
     browser.press("ArrowRight");
     assert!((time(&mut browser) - 1e-3).abs() < 1e-12, "an arrow moves the time while a chip has the focus");
     browser.press("2");
@@ -222,7 +248,7 @@ fn keys_work_after_a_click_and_an_address_or_an_event_sets_the_time() {
     browser.value("location.hash = '#t=0.3&joint=5'");
     browser.until("Number(document.getElementById('viewer').dataset.time) === 0.3");
     assert_eq!(browser.value(pressed), 5);
-    let marks = browser.value("document.querySelector('.marks').textContent").to_string();
+    let marks = browser.value("document.querySelector('.marks:not(.largest)').textContent").to_string();
     assert!(marks.contains("band: push") && marks.contains("line: fault"), "{marks}");
     // Twice the same event, with another time between.
     for _ in 0..2 {

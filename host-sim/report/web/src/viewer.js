@@ -14,6 +14,7 @@ import { Clock } from './clock.js';
 import { decode } from './columns.js';
 import { ofAll, ofJoint } from './curves.js';
 import { element, onTheme } from './dom.js';
+import { engineering } from './numbers.js';
 import { keys, player, readout } from './player.js';
 import { Stage } from './scene.js';
 
@@ -52,7 +53,7 @@ function choose(joint) {
 
 const key = element('ul', { class: 'key' });
 for (const [kind, name, there] of [
-  ['c0', runs.length > 1 ? `tip of ${runs[0].letter}` : 'way of the tip', true],
+  ['c0', runs.length > 1 ? `tip of ${runs[0].letter}` : 'path of the tip', true],
   ['c1', `tip of ${runs[1]?.letter}`, runs.length > 1],
   ['gravity', `gravity ${Math.hypot(...runs[0].gravity).toFixed(2)} m/s\u00b2`, Math.hypot(...runs[0].gravity) > 0],
   ['payload', `payload ${runs[0].payload?.mass} kg`, runs[0].payload],
@@ -71,9 +72,28 @@ for (const [kind, name] of [
   if (events.some((event) => event.kind === kind)) marks.append(element('span', { class: kind }, name));
 }
 
+/** The largest position error of all runs while their drives give torque: its size, time, joint and run. */
+function largestError() {
+  let most = { size: 0, at: 0, joint: data.joint, run: runs[0] };
+  for (const run of runs) {
+    run.columns.error.forEach((column, joint) => {
+      for (let row = 0; row < run.driven; row += 1) {
+        const size = Math.abs(column.at[row]);
+        if (size > most.size) most = { size, at: run.time[row], joint, run };
+      }
+    });
+  }
+  return most;
+}
+
+const worst = largestError();
+const { name: worstJoint, position_unit: worstUnit } = worst.run.joints[worst.joint];
+const found = element('p', { class: 'marks largest' }, element('a', { href: `#t=${worst.at}&joint=${worst.joint + 1}` },
+  `largest position error${runs.length > 1 ? ` (${worst.run.letter})` : ''}: ${worstJoint}, ${engineering(worst.size, worstUnit)} at ${worst.at.toFixed(3)} s`));
+
 host.replaceChildren(
   element('div', { class: 'stage' }, scene, key, player(clock, events), readout(clock, runs)),
-  element('div', { class: 'panel' }, chips, marks, curves),
+  element('div', { class: 'panel' }, chips, found, marks, curves),
 );
 const arms = stage(scene);
 if (arms) {
@@ -94,8 +114,9 @@ function go(hash) {
   if (Number.isInteger(joint) && joint >= 0 && joint <= runs[0].joints.length) choose(joint - 1);
   if (Number.isFinite(t)) clock.set(t);
 }
-choose(data.joint);
-clock.set(0);
+// A report opens where a reader looks first.
+choose(worst.size > 0 ? worst.joint : data.joint);
+clock.set(worst.at);
 go(location.hash);
 addEventListener('hashchange', () => go(location.hash));
 // An event of the list: also a second time, when the address is already that one.

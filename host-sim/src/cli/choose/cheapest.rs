@@ -35,10 +35,10 @@ pub struct ChooseArgs {
     /// The chain of a URDF robot.
     #[command(flatten)]
     pub chain: ChainArgs,
-    /// Greatest torque error of any joint on any course, as a share of its limit: 0.2% or 0.002.
+    /// Greatest torque error of any joint on any test motion, as a share of its limit: 0.2% or 0.002.
     #[arg(long, value_name = "SHARE")]
     pub max_torque_error: Option<Percentage>,
-    /// Greatest tracking error of any joint on any course, rad or m.
+    /// Greatest tracking error of any joint on any test motion, rad or m.
     #[arg(long, value_name = "RAD", allow_negative_numbers = true)]
     pub max_tracking_error: Option<f64>,
     /// Percentage of the processor that the whole interrupt may take at a control rate: 20%@4kHz.

@@ -78,7 +78,7 @@ pub struct TradeArgs {
     /// Measure again what is known.
     #[arg(long)]
     pub fresh: bool,
-    /// Put the tables between `<!-- measured: trade, NAME -->` and `<!-- end measured: trade, NAME -->` of this file, and the picture beside it.
+    /// Put the tables between `<!-- measured: trade, NAME -->` and `<!-- end measured: trade, NAME -->` of this file, and the picture next to it.
     #[arg(long, value_name = "FILE")]
     pub write: Option<PathBuf>,
     /// Print JSON, and nothing else.

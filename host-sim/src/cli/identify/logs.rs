@@ -50,7 +50,7 @@ sign, a unit, the order of columns, or gravity explains a log that the arm does 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct IdentifyArgs {
-    /// The robot file (TOML or URDF): its geometry is believed, its masses are where the search starts.
+    /// The robot file (TOML or URDF): its geometry is used as it is, its masses are the start of the search.
     pub robot: PathBuf,
     /// Logs to identify from.
     #[arg(long, value_name = "FILE", num_args = 1..)]
@@ -70,7 +70,7 @@ pub struct IdentifyArgs {
     /// A folder for the report: index.html.
     #[arg(long, value_name = "FOLDER")]
     pub report: Option<PathBuf>,
-    /// A file for measured and predicted torque (behind the same filter) of the first judged log, CSV.
+    /// A file for measured and predicted torque (after the same filter) of the first judged log, CSV.
     #[arg(long, value_name = "FILE")]
     pub predict: Option<PathBuf>,
     /// Overwriting.

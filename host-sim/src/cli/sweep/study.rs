@@ -50,7 +50,7 @@ Files, in the folder given by --out:
 pub struct SweepArgs {
     /// The study file (TOML).
     pub study: PathBuf,
-    /// Folder for the runs; the study's name under out/ otherwise, with --replay the index behind it.
+    /// Folder for the runs; the study's name under out/ otherwise, with --replay followed by the index.
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
     /// Number of runs; the study's otherwise.
