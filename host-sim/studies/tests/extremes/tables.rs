@@ -103,12 +103,12 @@ fn the_page_sums_up_the_tables() {
     let page = format!(
         "# The extremes\n\n\
         Dynamics, controller and simulated arm at the edges of their range. `cargo nextest run -p studies --test extremes` measures all \
-        of it again; a number that leaves its pin by more than 2 % fails, in either direction. [What this says, in short](../theory/numerics.md#the-extremes).\n\n\
-        A requirement has a bound from theory or from use, or a documented outcome. A record is a number that nothing requires. Each group's \
-        cells, with what is done, stand in its table.\n\n{counts}\n\
+        of it again; a number that differs by more than 2 % from the recorded one fails the test, in either direction. [What this says, in short](../theory/numerics.md#the-extremes).\n\n\
+        A requirement has a bound from theory or from use, or a documented outcome. A record is a number without a requirement. The table of \
+        each group lists its cells and what each of them does.\n\n{counts}\n\
         ## What fails\n\n{failing}\n\
         ## Nearest to their bounds\n\nThe {SHOWN} passing requirements of each group that use most of their bound.\n\n{near}\n\
-        ## A day\n\nMeasured only where the tables are written anew, which takes two minutes: a million ticks of 1 µs, and 24 simulated hours at 1 kHz.\n\n\
+        ## A day\n\nMeasured only when the tables are written again, which takes two minutes: a million ticks of 1 µs, and 24 simulated hours at 1 kHz.\n\n\
         | cell | expected | found | |\n|---|---|---|---|\n{long}"
     );
     assert!(page.split_whitespace().count() < 1500, "{} words", page.split_whitespace().count());
