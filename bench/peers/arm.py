@@ -17,7 +17,7 @@ import tomllib
 
 import numpy as np
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "robots/golden"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "robots/golden"))
 import make  # noqa: E402
 
 Z = np.array([0.0, 0.0, 1.0])
