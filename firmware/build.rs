@@ -1,4 +1,4 @@
-//! Tells the linker about the chip's memory.
+//! Passes the chip's memory map to the linker.
 
 mod link_arguments;
 

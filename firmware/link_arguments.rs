@@ -1,11 +1,10 @@
-//! Location of the chip's memory, for the build script of every program that runs on it.
+//! Linker arguments with the chip's memory map, for the build scripts of all programs that run on it.
 
 use std::path::Path;
 
-/// Give the linker its scripts, in addition to the start-up code's. Does nothing unless the program is built for a
-/// chip.
+/// Passes scripts to the linker, in addition to that of the start-up code. Does nothing unless the program is built for a chip.
 ///
-/// `memory` is the folder of the chip's map, `chip_memory.x`, which the workspace's `memory.x` includes.
+/// `memory` is the folder with the chip's memory map, `chip_memory.x`, which the workspace's `memory.x` includes.
 pub(crate) fn write(memory: &Path, scripts: &[&str]) {
     if std::env::var("CARGO_CFG_TARGET_OS").unwrap_or_default() != "none" {
         return;

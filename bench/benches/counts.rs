@@ -1,5 +1,4 @@
-//! Instructions on the desk, counted by callgrind through gungraun; `cargo xtask bench` holds them to
-//! `bench/baseline.toml`.
+//! Instructions on the desk, counted by callgrind through gungraun; `cargo xtask bench` compares them with `bench/baseline.toml`.
 #![allow(
     missing_docs,
     clippy::unwrap_used,
@@ -13,7 +12,7 @@ mod list;
 use gungraun::{library_benchmark, library_benchmark_group, main};
 use list::Work;
 
-/// States that a benchmark runs through; `cargo xtask bench` divides by them.
+/// Number of states that a benchmark runs through; `cargo xtask bench` divides by it.
 const STATES: usize = 64;
 
 fn find(name: &str) -> Work {

@@ -1,5 +1,4 @@
-//! Time on the desk. criterion keeps its estimates in files, from which `cargo xtask bench` writes the tables (divan 0.1
-//! only prints).
+//! Times on the desk. criterion stores its estimates in files, from which `cargo xtask bench` writes the tables; divan 0.1 only prints them.
 //!
 //! One iteration runs through all states; `cargo xtask bench` divides by their number.
 #![allow(clippy::unwrap_used, unreachable_pub, reason = "a measurement stops at the first surprise")]

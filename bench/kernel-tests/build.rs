@@ -9,11 +9,11 @@ use std::error::Error;
 use std::fmt::Write;
 use std::path::PathBuf;
 
-/// The scene whose arm gets a kernel of every function.
+/// Scene with a kernel of every function.
 const EVERY_FUNCTION: &str = "stanford_reach";
-/// The scenes whose kernels are written for every scalar.
+/// Scenes with kernels for every scalar.
 const EVERY_SCALAR: [&str; 4] = ["ur5_wave", "puma560_pick", "stanford_reach", "scara_pick"];
-/// The scene whose kernel is also written with every term live.
+/// Scene with an additional kernel in which every term is live.
 const LIVE: &str = "puma560_pick";
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (mut modules, mut list) = (Modules::new(folder), String::new());
     for (number, path) in scenes.iter().enumerate() {
         let scene = SceneFile::load(path)?;
-        // Both levels in both precisions, one of each pair for every scene.
+        // Each scene gets both levels, each in one precision; the assignment alternates.
         let precisions = if number % 2 == 0 {
             [Precision::Single, Precision::Double]
         } else {

@@ -1,5 +1,5 @@
-//! Time of the kernel compiler for the arm that takes the most work, from the model to the text: `LEVEL,milliseconds`, the
-//! least of several runs.
+//! Measures the time of the kernel compiler, from the model to the source text, for the arm that needs the most work. Prints
+//! `LEVEL,milliseconds`, the shortest of several runs.
 
 use bench::general;
 use robot_compiler::emit::kernel::{Title, module};

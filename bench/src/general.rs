@@ -1,4 +1,4 @@
-//! Six-joint arm that leaves a compiler the least to fold.
+//! A six-joint arm with as few simplifications for the kernel compiler as possible.
 
 use dynamics_core::{
     Body, Dh, Frame, Inertia, JointKind, JointSpec, Limits, Model, ModelError, Rotor, Scene, Term, Tool, geometry,

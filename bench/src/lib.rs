@@ -1,12 +1,12 @@
-//! Contents of `cargo xtask bench`: kernels of three arms, generated when this crate is built, and the states for the
-//! measurement. On the chip `no_std`, so that it runs the same code.
+//! Code that `cargo xtask bench` measures: kernels of three arms, generated when this crate is built, and the states for the measurement. On the
+//! chip it is `no_std`, so that the chip runs the same code.
 //!
 //! | module | holds |
 //! |---|---|
 //! | [`kernels`] | `ARM_FUNCTION_LEVEL_SCALAR`, for example [`kernels::puma560_inverse_dynamics_regrouped_f32`]; `ARM_arm`, the arm's numbers in f32 |
-//! | [`hand`], [`states`] | of the programs that count on the chip ([`probe`]) |
-//! | `general` | the arm that leaves the compiler the least to fold (on the desk) |
-//! | `plain` | the arms as the files give them (on the desk); a file of the task that counts them on the chip |
+//! | [`hand`], [`states`] | modules of the programs that count on the chip ([`probe`]) |
+//! | `general` | an arm with as few simplifications for the kernel compiler as possible (on the desk) |
+//! | `plain` | the arms from their files (on the desk); shared with the task that counts on the chip |
 #![cfg_attr(target_os = "none", no_std)]
 #![forbid(unsafe_code)]
 
@@ -24,7 +24,7 @@ pub use probe::{hand, states};
 /// |---|---|
 /// | `ARM_inverse_dynamics_LEVEL_SCALAR::Kernel` | implements `InverseDynamics<SCALAR, 6>` |
 /// | `ARM_gravity_LEVEL_SCALAR::gravity` | `fn(turn) -> [SCALAR; 6]` |
-/// | `ARM_mass_matrix_LEVEL_SCALAR::mass_matrix` | `fn(turn, ..) -> [SCALAR; 21]`, with `q` where the arm has a prismatic joint |
+/// | `ARM_mass_matrix_LEVEL_SCALAR::mass_matrix` | `fn(turn, ..) -> [SCALAR; 21]`, with `q` if the arm has a prismatic joint |
 /// | `ARM_inverse_dynamics_regrouped_any::Kernel` | the same for every scalar |
 /// | `ARM_forward_dynamics_regrouped_f64::forward_dynamics` | `fn(turn, .., qd, tau) -> [f64; 12]`: `qdd` and the pivots |
 /// | `ARM_arm::{model, scene}` | the arm for the recursion, f32 |

@@ -1,4 +1,4 @@
-//! Gravity torques written by hand, against the kernel of gravity alone.
+//! Test of the kernel of gravity alone against gravity torques written by hand.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 
 use bench::kernels::puma560_gravity_regrouped_f64::gravity;
@@ -21,7 +21,7 @@ fn hand_and_kernel_agree() {
     }
 }
 
-/// Operations of the hand-written function without simplification, and of the kernels.
+/// Compares the number of operations of the hand-written function, without simplification, and of the kernels.
 #[test]
 fn a_kernel_of_gravity_alone_comes_near_the_hand_written_one() {
     let (outputs, tape) = trace(Arena::new(RuleSet::NONE, Precision::Double), || {

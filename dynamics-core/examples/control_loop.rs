@@ -79,7 +79,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             println!("{:.1} s: off by {:.2} mrad", f64::from(tick) * PERIOD, 1e3 * error);
         }
     }
-    // At most the weight missing from the model, over the stiffness.
+    // At most the weight missing from the model, divided by the stiffness.
     assert!((1e-4..0.02).contains(&error), "at rest it is off by {error} rad");
     Ok(())
 }

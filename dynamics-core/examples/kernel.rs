@@ -1,7 +1,7 @@
-//! An arm's straight-line kernel beside the recursion that it was traced from: the same bits.
+//! An arm's straight-line kernel compared with the recursion from which it was traced: the same bits.
 //!
-//! `kernel/planar2r.rs` is the output of `cargo newtau model kernel robots/planar2r.toml`. It needs this crate and nothing else,
-//! no `std` and no allocation: a crate for a microcontroller includes it as a module, as here, and calls `Kernel` in
+//! `kernel/planar2r.rs` is the output of `cargo newtau model kernel robots/planar2r.toml`. It needs only this crate,
+//! no `std` and no allocation. A crate for a microcontroller includes it as a module, as here, and calls `Kernel` in
 //! its control tick.
 //!
 //! ```console
@@ -38,7 +38,7 @@ fn joints() -> [JointSpec; 2] {
 
 fn main() -> Result<(), ModelError> {
     let model = Model::new(&joints(), &Tool::default())?.cast::<f32>();
-    // On a floor: gravity along the joints' axes does nothing, and is not in the kernel.
+    // On a floor: gravity along the joints' axes has no effect, and is not in the kernel.
     let recursion = Dynamics::new(model, Scene::with_gravity(Vector3::new(0.0, 0.0, -9.81), &model));
     let nothing = Live::zero();
     for k in 0..1000 {

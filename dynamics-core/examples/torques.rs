@@ -17,7 +17,7 @@ fn rod(mass: f64, length: f64) -> JointSpec {
     let inertia = mass * length * length / 12.0;
     JointSpec {
         kind: JointKind::Revolute,
-        // The frame lies at the far end, the mass half way back.
+        // The frame is at the far end, the mass centre half way back.
         frame: Frame::ClassicalDh(Dh { a: length, ..Dh::default() }),
         body: Body {
             mass,
@@ -30,7 +30,7 @@ fn rod(mass: f64, length: f64) -> JointSpec {
 }
 
 fn main() -> Result<(), ModelError> {
-    // Checked once, in f64; then in the scalar that computes.
+    // Checked once, in f64; then cast to the scalar of the computation.
     let model = Model::new(&[rod(2.0, 1.0), rod(1.5, 0.8)], &Tool::default())?.cast::<f32>();
     // It swings in a vertical plane: gravity along -y of the base, m/s^2.
     let dynamics = Dynamics::new(model, Scene::with_gravity(Vector3::new(0.0, -9.81, 0.0), &model));

@@ -1,5 +1,5 @@
-//! The textbook's other methods: the same numbers for the same arms at a higher cost. Read them beside the chapter, or
-//! check the recursions against them. No controller needs them.
+//! Other methods of the textbook (Jazar, *Theory of Applied Robotics*, chapter 12). They give the same numbers for the same arms as the recursions,
+//! at a higher cost. Read them together with the chapter, or check the recursions against them. No controller needs them.
 //!
 //! | module | holds |
 //! |---|---|

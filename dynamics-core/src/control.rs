@@ -4,8 +4,8 @@
 //! measurement -> observer -> guard -> law (inverse dynamics) -> friction -> integral -> limits -> command
 //! ```
 //!
-//! [`Controller::tick`] is total: for every input, and that includes NaN, it returns a command. Bad input becomes a
-//! numbered [`Fault`] that stays in force until [`Controller::reset`]; a limit that acts is reported, and is no fault.
+//! [`Controller::tick`] is total: it returns a command for every input, including NaN. Bad input becomes a
+//! numbered [`Fault`] that stays in force until [`Controller::reset`]. A limit that acts is reported, but is not a fault.
 
 mod answer;
 mod build;
@@ -50,7 +50,7 @@ pub use torque_request::TorqueRequest;
 
 /// Reading of the joint sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
-// A tag of a word: behind a byte, copies of the rest start at odd addresses, at three times the instructions.
+// The tag is a word. With a byte tag, copies of the rest start at odd addresses and need three times the instructions.
 #[repr(u32)]
 pub enum Sensed<S, const N: usize> {
     /// Position and velocity are both measured.
@@ -75,14 +75,14 @@ pub struct Measurement<S, const N: usize> {
 
 /// Command to the actuators: torques, or a stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
-// A tag of a word: behind a byte, copies of the rest start at odd addresses, at three times the instructions.
+// The tag is a word. With a byte tag, copies of the rest start at odd addresses and need three times the instructions.
 #[repr(u32)]
 pub enum Command<S, const N: usize> {
     /// Drive these torques.
     Drive {
-        /// Actuator torque or force, N m or N.
+        /// Actuator torque or force of each joint, N m or N.
         torque: [S; N],
-        /// Which limits acted on each joint in this tick.
+        /// Limits that acted on each joint in this tick.
         limits: [LimitFlags; N],
     },
     /// Stop: release the drives, engage the brakes.

@@ -1,7 +1,7 @@
-//! Scales, offsets and ranges between a joint and the wire to its drive.
+//! Scales, offsets and ranges that convert between a joint and the frames of its drive.
 //!
-//! A robot file gives these in the units of a data sheet; they are converted once, on the desk, and rounded to single
-//! precision. Everything here works in the drive's own units on one side and in the joint's SI units on the other.
+//! A robot file gives these in the units of a data sheet. They are converted once, on the desk, and rounded to single
+//! precision. Everything here converts between the drive's own units and the joint's SI units.
 //!
 //! [`bus_time`] computes how long the frames of such drives take on their buses.
 
@@ -22,7 +22,7 @@ pub struct Range {
 }
 
 impl Range {
-    /// The code nearest to `x`, on `bits` bits; values outside the range take the code of its end. `None` for NaN.
+    /// The code nearest to `x`, with `bits` bits; values outside the range give the code of the nearer end. `None` for NaN.
     ///
     /// `code = floor((x - min) (2^bits - 1) / (max - min) + 1/2)`
     ///
@@ -40,14 +40,14 @@ impl Range {
         Some(((share + 0.5) as u16).min(top))
     }
 
-    /// The value that a code of `bits` bits stands for: `min + code (max - min) / (2^bits - 1)`.
+    /// The value of a code of `bits` bits: `min + code (max - min) / (2^bits - 1)`.
     #[inline]
     #[must_use]
     pub fn value(&self, code: u16, bits: u32) -> f32 {
         f32::from(code) * self.step(bits) + self.min
     }
 
-    /// Distance of neighbouring codes: `(max - min) / (2^bits - 1)`.
+    /// Distance between neighbouring codes: `(max - min) / (2^bits - 1)`.
     #[inline]
     #[must_use]
     pub fn step(&self, bits: u32) -> f32 {
@@ -68,7 +68,7 @@ const fn top(bits: u32) -> u16 {
 /// tau = ratio tau_drive        torque of the joint, N m or N
 /// ```
 ///
-/// `ratio` is drive turns per joint turn (rad per m on a prismatic joint), negative where the two turn against each other.
+/// `ratio` is drive turns per joint turn (rad per m on a prismatic joint), negative if they turn in opposite directions.
 /// `per_ratio` is its reciprocal, rounded once, so that no tick divides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gearing {
@@ -109,7 +109,7 @@ impl Gearing {
         joint * self.ratio
     }
 
-    /// Spring and damper at the drive's shaft, N m/rad and N m s/rad, that are these at the joint: divided by `ratio^2`.
+    /// Converts a spring and a damper at the joint to N m/rad and N m s/rad at the drive's shaft: divides by `ratio^2`.
     #[inline]
     #[must_use]
     pub fn drive_spring(&self, joint: &Spring<f32>) -> Spring<f32> {
@@ -150,7 +150,7 @@ pub struct MitRanges {
 /// Unit of a drive's own communication timeout, us: Damiao's register 9 and RobStride's parameter 0x7028 both count 50 us.
 pub const TIMEOUT_UNIT_US: u32 = 50;
 
-/// Rates of the data of CAN FD frames. Identifiers go at [`bus_time::NOMINAL_RATE`].
+/// Bit rates of the data of CAN FD frames. Identifiers are sent at [`bus_time::NOMINAL_RATE`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DataRate {
     /// 2 Mbit/s.
@@ -173,22 +173,22 @@ impl DataRate {
     }
 }
 
-/// An actuator on a CAN bus with an impedance loop of its own: position, velocity, stiffness, damping and torque in one frame.
+/// An actuator on a CAN bus with its own impedance loop: position, velocity, stiffness, damping and torque in one frame.
 ///
-/// Which frames it understands is a type: [`MiniCheetah`], [`Damiao`] or [`RobStride`], so that a firmware has one of them.
+/// The frames that it understands are a type: [`MiniCheetah`], [`Damiao`] or [`RobStride`], so that a firmware contains the code of one kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MitDrive {
-    /// Which bus, counted from 0.
+    /// Number of its bus, counted from 0.
     pub bus: u8,
-    /// Rate of the data of its frames, which are FD frames then; `None`: classic frames. The same for all drives of a bus.
+    /// Bit rate of the data of its FD frames; `None` for classic frames. The same for all drives of a bus.
     pub data_rate: Option<DataRate>,
     /// The motor's identifier: that of its commands, and part of its replies.
     pub id: u8,
-    /// The identifier of its replies; a RobStride's, of the host that it replies to.
+    /// The identifier of its replies. For a RobStride drive: the identifier of the host to which it replies.
     pub reply_id: u16,
     /// Bytes of a reply: 6, 7 with a temperature, 8 with temperature and error.
     pub reply_bytes: u8,
-    /// Temperature of code 0 in a reply of 7 or 8 bytes, degrees Celsius; a code is a degree. `None` where replies have none.
+    /// Temperature of code 0 in a reply of 7 or 8 bytes, degrees Celsius; a code is a degree. `None` if replies have none.
     pub temperature_offset: Option<f32>,
     /// Ranges of the fields of its frames.
     pub ranges: MitRanges,
@@ -196,29 +196,29 @@ pub struct MitDrive {
     pub gearing: Gearing,
     /// Damping of a damped stop at the drive's shaft, N m s/rad.
     pub damping: f32,
-    /// The drive's own communication timeout, which is set before the arm is armed, in units of [`TIMEOUT_UNIT_US`]: without a command
-    /// for so long it gives no torque. 0: it is neither read nor set.
+    /// The drive's own communication timeout, in units of [`TIMEOUT_UNIT_US`]: without a command for so long it gives no torque. It is set before
+    /// the arm is armed. 0: it is neither read nor set.
     pub timeout: u32,
-    /// Ticks without a reply after which the drive may have restarted.
+    /// Number of ticks without a reply after which the drive may have restarted.
     pub restart_ticks: u32,
-    /// The joint's position is known after a restart: every position within its limits has an angle of its own.
+    /// True if the joint's position is known after a restart: every position within its limits corresponds to a different angle.
     pub absolute: bool,
 }
 
 /// A motor with an H-bridge that takes a duty cycle, and a magnetic encoder of 14 bits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PwmDrive {
-    /// Which of the board's channels, counted from 0.
+    /// Channel of the board, counted from 0.
     pub channel: u8,
-    /// Joint and motor: `zero` is unused, the encoder has its own.
+    /// Gearing between joint and motor. Its `zero` is unused: the encoder has its own.
     pub gearing: Gearing,
     /// Reading of the encoder at `q = 0`, counts.
     pub encoder_zero: u16,
-    /// The encoder counts down as the joint moves up.
+    /// True if the encoder counts down as the joint moves up.
     pub encoder_reversed: bool,
-    /// The most that the encoder can have moved in one tick, counts.
+    /// Greatest possible motion of the encoder in one tick, counts.
     pub jump_max: u16,
-    /// Speed of the motor when the encoder moves one count, up, in a tick: rad/s.
+    /// Speed of the motor at which the encoder moves by one count per tick, rad/s.
     pub speed_per_count: f32,
     /// Torque constant, N m/A, which is also the back-EMF constant, V s/rad.
     pub torque_constant: f32,
@@ -239,7 +239,7 @@ pub struct PwmDrive {
 /// Wiring of the joints of an arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Drives<const N: usize> {
-    /// The robot file does not say: measurements come and commands go over the link.
+    /// Not given in the robot file: measurements and commands go over the link.
     Link,
     /// MIT-mode actuators on CAN.
     Mit([MitDrive; N]),

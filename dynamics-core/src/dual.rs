@@ -6,8 +6,8 @@ use num_traits::{One, Zero};
 
 /// A number and its derivative along one direction: `value + slope e` with `e^2 = 0`.
 ///
-/// Run a recursion on it with the slopes of its inputs (of a joint `q_k`, 1; of its sine, the cosine; of its cosine, minus the
-/// sine), and the slopes of the results are the derivatives along that direction, wrong by rounding alone. A constant has
+/// Run a recursion on it with the slopes of its inputs: 1 for a joint `q_k`, the cosine for its sine, minus the sine for its
+/// cosine. The slopes of the results are then the derivatives along that direction, exact up to rounding. A constant has
 /// slope zero. A sum costs two additions, a product three multiplications and an addition.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dual {

@@ -1,4 +1,4 @@
-//! The recursions that a controller and a simulation of an arm call. The crate hands every module on under its own name.
+//! The recursions that a controller and a simulation of an arm call. The crate re-exports every module under its own name.
 
 pub mod articulated_body;
 pub mod energy;

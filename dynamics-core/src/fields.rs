@@ -1,14 +1,14 @@
 //! Records of numbers whose fields are listed once, where they are declared.
 //!
-//! `record!` declares a structure over a scalar and gives it `cast` and [`Fields`]; every other pass over its fields (a
-//! hash, source for a firmware) is a [`Visitor`]. A new field is cast, hashed and written out without further work. No
+//! `record!` declares a structure over a scalar and gives it `cast` and [`Fields`]. Every other pass over its fields (a
+//! hash, source for a firmware) is a [`Visitor`]. So a new field is cast, hashed and written out without further work. No
 //! tick uses any of this.
 
 use crate::scalar::Scalar;
 
 /// Something whose parts can be visited in the order in which they are declared.
 pub trait Fields<S> {
-    /// Show every part to a visitor.
+    /// Visits every part.
     fn visit(&self, visitor: &mut impl Visitor<S>);
 }
 
@@ -20,7 +20,7 @@ pub trait Visitor<S> {
     /// A whole number: a count, ticks.
     fn integer(&mut self, x: i64);
 
-    /// A variant of an enumeration, by the names of both and by a number of its own that never changes.
+    /// A variant of an enumeration, by the names of both and by its number, which never changes.
     fn word(&mut self, kind: &'static str, name: &'static str, number: u32);
 
     /// Something that may be absent.
@@ -43,9 +43,9 @@ pub trait Visitor<S> {
 /// Grouping of the parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Group {
-    /// A structure of this name, of named fields.
+    /// A structure of this name with named fields.
     Record(&'static str),
-    /// The result of a call of this function with the parts as arguments.
+    /// A call of this function with the parts as arguments.
     Call(&'static str),
     /// A tuple.
     Tuple,
@@ -139,8 +139,8 @@ impl<S, F: Fields<S>> Fields<S> for Option<F> {
     }
 }
 
-/// Declares a structure over a scalar `S` (and a number of joints), with `cast` and [`Fields`]. One whose fields are private names
-/// the function that makes it from their values: `made by`.
+/// Declares a structure over a scalar `S` (and a number of joints), with `cast` and [`Fields`]. If its fields are private, `made by` names
+/// the function that makes it from their values.
 macro_rules! record {
     (
         $(#[$about:meta])*
@@ -204,7 +204,7 @@ macro_rules! record {
     };
 }
 
-/// Lists the variants of an enumeration that stands in a `record!`, each with the number that hashes know it by: it never changes.
+/// Lists the variants of an enumeration that is a field of a `record!`, each with its number in hashes, which never changes.
 macro_rules! words {
     ($name:ident { $($variant:ident = $number:literal),* $(,)? }) => {
         impl $crate::fields::Cast for $name {

@@ -59,21 +59,21 @@ fn snap_scalar(x: f64) -> f64 {
     }
 }
 
-/// Turn by `angle` (rad) about x, right angles exact.
+/// Rotation by `angle` (rad) about x, right angles exact.
 #[must_use]
 pub fn about_x(angle: f64) -> Matrix3<f64> {
     let (s, c) = libm::sincos(angle);
     snap(&Matrix3::new(1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c))
 }
 
-/// Turn by `angle` (rad) about y, right angles exact.
+/// Rotation by `angle` (rad) about y, right angles exact.
 #[must_use]
 pub fn about_y(angle: f64) -> Matrix3<f64> {
     let (s, c) = libm::sincos(angle);
     snap(&Matrix3::new(c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c))
 }
 
-/// Turn by `angle` (rad) about z, right angles exact.
+/// Rotation by `angle` (rad) about z, right angles exact.
 #[must_use]
 pub fn about_z(angle: f64) -> Matrix3<f64> {
     let (s, c) = libm::sincos(angle);

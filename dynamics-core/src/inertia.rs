@@ -62,7 +62,7 @@ impl<S: Scalar> Wrench<S> {
         Self { force, moment: apply(rotation, &self.moment) + translation.cross(&force) }
     }
 
-    /// A wrench about the parent's origin and in its axes, about the origin of this frame and in its axes: undoes
+    /// Moves a wrench about the parent's origin and in its axes to the origin and axes of this frame: the inverse of
     /// [`Wrench::in_parent`].
     ///
     /// `F' = R^T F`, `M' = R^T (M - p x F)` (eq. 12.167-12.168 with `iT_{i+1}^{-1}`, the moment moved to this origin).
@@ -72,7 +72,7 @@ impl<S: Scalar> Wrench<S> {
         Self { force: apply_transposed(rotation, &self.force), moment }
     }
 
-    /// Cast through the nearest literal.
+    /// Casts each number through the nearest literal.
     #[must_use]
     pub fn cast<T: Scalar>(&self) -> Wrench<T>
     where
@@ -132,8 +132,8 @@ impl<S: Scalar> Inertia<S> {
 
     /// The same body with the entries of its tensor above the diagonal copied below it.
     ///
-    /// Rounding after a rotation leaves the two halves different in their last bits; a peer that receives six entries
-    /// instead of nine would compute other torques.
+    /// Rounding after a rotation leaves the two halves different in their last bits. A peer that receives six entries
+    /// instead of nine would then compute different torques.
     #[must_use]
     pub fn symmetric(&self) -> Self {
         let i = &self.about_origin;
@@ -141,7 +141,7 @@ impl<S: Scalar> Inertia<S> {
         Self { about_origin, ..*self }
     }
 
-    /// Cast through the nearest literal.
+    /// Casts each number through the nearest literal.
     #[must_use]
     pub fn cast<T: Scalar>(&self) -> Inertia<T>
     where
@@ -160,10 +160,10 @@ impl<S: Real> Inertia<S> {
     ///
     /// With `c = h / m` and the second moment `Sigma = tr(I) / 2 1 - I`: `0 <= m <= m_max`, `tr(Sigma) <= m R^2` and
     /// `Sigma / m - c c^T` positive semidefinite, which are necessary and sufficient (Wensing, Kim and Slotine, "Linear matrix
-    /// inequalities for physically consistent inertial parameter identification", 2018). Without mass there is nothing.
+    /// inequalities for physically consistent inertial parameter identification", 2018). Without mass, all ten numbers must be zero.
     ///
-    /// Semidefinite to within 1e-5 of `R^2`, which leaves room for the rounding of an f32. False where a number is not finite.
-    /// Some 60 operations, 6 divisions; no root, no loop.
+    /// Semidefinite to within 1e-5 of `R^2`, a margin for the rounding of an f32. False if a number is not finite.
+    /// About 60 operations, 6 divisions; no root, no loop.
     #[must_use]
     pub fn is_within(&self, bounds: &InertiaBounds<S>) -> bool {
         let (zero, one) = (S::zero(), S::one());
@@ -180,7 +180,7 @@ impl<S: Real> Inertia<S> {
         let slack = S::literal(1e-5);
         let diagonal = |moment: S, c: S| trace - moment - c * c + slack;
         let beside = |product: S, c: S, d: S| -product - c * d;
-        // Gauss's elimination: positive definite where every pivot is above zero.
+        // Gauss's elimination: positive definite if every pivot is above zero.
         let first = diagonal(i.m11, c.x);
         let (a12, a13) = (beside(i.m12, c.x, c.y), beside(i.m13, c.x, c.z));
         let (f2, f3) = (a12 / first, a13 / first);

@@ -1,4 +1,4 @@
-//! User's description of a joint and the link that moves with it, before it is checked.
+//! The user's description of a joint and the link that moves with it, before it is checked.
 
 use crate::fields::record;
 use nalgebra::{Matrix3, Vector3};
@@ -27,7 +27,7 @@ pub struct Dh {
     pub theta: f64,
 }
 
-/// Where a joint sits on its parent link, and which frame the link's data are given in.
+/// Location of a joint on its parent link, and the frame in which the link's data are given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Frame {
     /// The chapter's convention: `A_i = Rz(theta) Tz(d) Tx(a) Rx(alpha)` leads from `B_{i-1}` to `B_i`; joint `i` acts
@@ -68,12 +68,12 @@ impl Body {
 
 /// A motor's rotor, seen from the joint through its gear as `gear^2 * inertia`.
 ///
-/// The usual model: the spin of the rotor about the joint axis only, its mass being part of the link that carries it.
+/// The usual model: only the rotor's spin about the joint axis counts. Its mass is part of the link that carries it.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Rotor {
     /// Rotor inertia about its own axis, kg m^2.
     pub inertia: f64,
-    /// Rotor turns per joint turn (or rad per m); the sign does not matter here.
+    /// Rotor turns per joint turn (or rad per m); the sign has no effect here.
     pub gear: f64,
 }
 
@@ -101,14 +101,14 @@ record! {
 }
 
 impl Limits<f64> {
-    /// No limit at all.
+    /// No limits.
     #[must_use]
     pub fn none() -> Self {
         let free = f64::INFINITY;
         Self { position: (-free, free), velocity: free, torque: free, torque_rate: free }
     }
 
-    /// Distance between the position limits, rad or m; infinite where one is missing.
+    /// Distance between the position limits, rad or m; infinite if one is missing.
     #[must_use]
     pub fn range(&self) -> f64 {
         self.position.1 - self.position.0
@@ -120,7 +120,7 @@ impl Limits<f64> {
 pub struct JointSpec {
     /// Motion that the joint allows.
     pub kind: JointKind,
-    /// Place of the joint on its parent link.
+    /// Location of the joint on its parent link.
     pub frame: Frame,
     /// The link's mass properties.
     pub body: Body,

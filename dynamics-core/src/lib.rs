@@ -36,7 +36,7 @@
 //! robot-dynamics chapter that this crate implements, in the corrected form that `docs/theory/dynamics.md` derives.
 //!
 //! # Example
-//! A pendulum of one link, and the torque that holds it out level:
+//! A pendulum of one link, and the torque that holds it horizontally:
 //!
 //! ```
 //! use dynamics_core::trig::Polynomial;
@@ -45,7 +45,7 @@
 //!
 //! let rod = JointSpec {
 //!     kind: JointKind::Revolute,
-//!     // The link's frame lies at its far end, 1 m along x; its mass half way back.
+//!     // The link's frame is at its far end, 1 m along x; its mass centre is half way back.
 //!     frame: Frame::ClassicalDh(Dh { a: 1.0, ..Dh::default() }),
 //!     body: Body { mass: 2.0, com: Vector3::new(-0.5, 0.0, 0.0), inertia: Matrix3::from_diagonal(&Vector3::new(0.0, 0.17, 0.17)) },
 //!     rotor: Rotor::default(),

@@ -1,6 +1,6 @@
 //! Planar closed loops with one degree of freedom: the four-bar linkage of Example 324 and the slider-crank of Exercise 7.
 //!
-//! An arm's links hang one from the other; here the ground also holds the last one. The crank's angle gives the poses
+//! The links of an arm form an open chain; here the ground also holds the last link. The crank's angle gives the poses
 //! of all links ([`Linkage::posture`]). The closure of the loop gives their motion ([`LinkagePosture::coefficients`]).
 //! Nine equations of Newton and Euler, solved together, give the forces in the joints and the moment of the motor
 //! ([`LinkagePosture::forces`]).
@@ -15,7 +15,7 @@
 //! ```
 //!
 //! Everything lies in one plane. Its origin is the crank's ground pivot, joint 0; x points to the follower's ground
-//! pivot, or along the guide; angles count from x towards y. For a linkage that is mounted otherwise, turn the gravity
+//! pivot, or along the guide; angles count from x towards y. For a linkage in another orientation, turn the gravity
 //! vector instead.
 //!
 //! | link | its own frame: origin, x |
@@ -25,7 +25,7 @@
 //! | follower | joint 3, to joint 2 |
 //! | slider | joint 2, along the guide; it does not turn |
 //!
-//! No angle is ever computed from a direction: links are unit vectors. Beside the operations of a field only square
+//! No angle is ever computed from a direction: the directions of links are unit vectors. Besides the operations of a field, only square
 //! roots are needed.
 
 use crate::dynamics::solve::rounding;
@@ -48,7 +48,7 @@ pub use four_bar::{FourBar, FourBarLengths, Grashof};
 pub use posture::{Coefficients, GroundJoint, LinkagePosture, PlanarLink, PlanarMotion};
 pub use slider_crank::{SliderCrank, SliderCrankLengths};
 
-/// Which of the two ways to close the loop at one crank angle.
+/// One of the two ways to close the loop at one crank angle.
 ///
 /// A linkage is assembled in one of them. It changes to the other only through a dead point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -57,7 +57,7 @@ pub enum Branch {
     /// cross. Slider-crank: the slider ahead of the crank pin, towards x.
     #[default]
     Open,
-    /// The mirror image about that line; the slider behind the crank pin.
+    /// Four-bar: the mirror image about that line. Slider-crank: the slider behind the crank pin.
     Crossed,
 }
 
@@ -74,9 +74,9 @@ pub struct PlanarBody<S> {
 
 /// A loop that its crank's angle determines.
 pub trait Linkage<S: Real> {
-    /// Where all links are, with the crank at the angle of this sine and cosine.
+    /// The poses of all links, with the crank at the angle of this sine and cosine.
     ///
-    /// At a dead point the links still have a place, and both branches have the same.
+    /// At a dead point the links still have poses, and both branches give the same.
     ///
     /// # Errors
     /// [`LinkageError::TooFar`], [`LinkageError::TooNear`]: the loop does not close at this angle, and by how much.
@@ -86,13 +86,13 @@ pub trait Linkage<S: Real> {
     /// The crank angles at which the loop closes.
     fn crank_range(&self) -> CrankRange<S>;
 
-    /// The crank angles at which crank and coupler (rod) lie in line, stretched out first, then folded, where there are such.
+    /// The crank angles at which crank and coupler (rod) are in line, stretched out first, then folded; `None` if there is no such angle.
     ///
-    /// There the follower (slider) turns back: it stands still while the crank moves, and could not drive the crank.
+    /// There the follower (slider) turns back: it does not move while the crank moves, and could not drive the crank.
     fn dead_centres(&self, branch: Branch) -> [Option<SinCos<S>>; 2];
 }
 
-/// Function of the crank's angle that is bounded.
+/// Function of the crank's angle to which bounds apply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Projection {
     /// Its cosine, the crank's part along x.
@@ -101,9 +101,9 @@ pub enum Projection {
     Sine,
 }
 
-/// The crank angles at which a loop closes: those whose cosine (sine) lies within bounds.
+/// The crank angles at which a loop closes: those whose cosine (or sine) lies within bounds.
 ///
-/// One bound leaves one arc. Two leave two arcs, mirrored about the axis, and the crank stays in the one it was put in.
+/// One bound leaves one arc. Two bounds leave two arcs, mirrored about the axis, and the crank stays in the arc in which it was assembled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrankRange<S> {
     /// The bounded function of the crank's angle.
@@ -115,7 +115,7 @@ pub struct CrankRange<S> {
 }
 
 impl<S: Real> CrankRange<S> {
-    /// True if the crank turns all the way round.
+    /// True if the crank can make full turns.
     #[must_use]
     pub fn is_full_turn(&self) -> bool {
         self.low.is_none() && self.high.is_none()

@@ -50,9 +50,9 @@ pub struct Model<S, const N: usize> {
 }
 
 impl<const N: usize> Model<f64, N> {
-    /// Check a description and bring every joint's axis to z.
+    /// Checks a description and aligns every joint's axis with z.
     ///
-    /// A body that no mass distribution could have is refused; see [`Impossible`] for the list.
+    /// A body that no mass distribution could have is rejected; see [`Impossible`] for the list.
     ///
     /// # Errors
     /// [`ModelError`] names the joint (counted from 0) or the tool, and the reason why it is impossible.
@@ -60,11 +60,11 @@ impl<const N: usize> Model<f64, N> {
         Self::build(joints, tool, true)
     }
 
-    /// As [`Model::new`], but an inertia tensor need only be finite and symmetric: published parameter sets, identified
-    /// from motion, often break the triangle inequality or leave out parameters that no joint can feel.
+    /// As [`Model::new`], but an inertia tensor need only be finite and symmetric. Published parameter sets that were identified
+    /// from motion often break the triangle inequality, or leave out parameters that no joint can feel.
     ///
     /// # Errors
-    /// As [`Model::new`], except that inertia tensors of no possible body pass, with or without mass.
+    /// As [`Model::new`], except that inertia tensors of no possible body are accepted, with or without mass.
     pub fn new_unphysical(joints: &[JointSpec; N], tool: &Tool) -> Result<Self, ModelError> {
         Self::build(joints, tool, false)
     }
@@ -120,7 +120,7 @@ impl<const N: usize> Model<f64, N> {
 }
 
 impl<S, const N: usize> Model<S, N> {
-    /// From links that [`Model::new`] has made and checked before, for example on the desk at build time.
+    /// From links that [`Model::new`] has checked before, for example on the desk at build time.
     #[must_use]
     pub const fn from_checked(links: [Link<S>; N], tip: Placement<S>) -> Self {
         Self { links, tip }
@@ -140,7 +140,7 @@ impl<S, const N: usize> Model<S, N> {
 }
 
 impl Placement<f64> {
-    /// The parent's place in this frame: undoes the placement.
+    /// The parent's placement in this frame: the inverse of this placement.
     #[must_use]
     pub fn inverse(&self) -> Self {
         let rotation = self.rotation.transpose();
@@ -158,7 +158,7 @@ impl Placement<f64> {
 }
 
 impl Frame {
-    /// Where the frame of a link's data stands in the link's own frame, z along the joint: `link_from_body`.
+    /// The frame of a link's data, placed in the link's own frame with z along the joint: `link_from_body`.
     #[must_use]
     pub fn link_from_body(&self) -> Placement<f64> {
         split(self).1
@@ -171,7 +171,7 @@ fn body_inertia(body: &Body) -> Inertia<f64> {
 
 /// The fixed placements before and after the joint's motion: `(description_from_joint, link_from_body)`.
 ///
-/// `Rz(theta + q) Tz(d)` commutes, so the constant offset may stand on either side; after the motion it leaves the
+/// `Rz(theta + q) Tz(d)` commutes, so the constant offset may be applied on either side. Applied after the motion, it leaves the
 /// joint frame on the previous link simple, with its origin at the chapter's `O_{i-1}`.
 fn split(frame: &Frame) -> (Placement<f64>, Placement<f64>) {
     let identity = Placement { rotation: Matrix3::identity(), translation: Vector3::zeros() };

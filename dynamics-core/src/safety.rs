@@ -12,13 +12,13 @@
 //!   +------------------ at the rest pose ------------------ Lowering <--- no host for too long, where there is a rest pose
 //! ```
 //!
-//! An arm whose brakes need time to engage ([`Rules::brake_delay`]) passes through `Disarming` before it is idle, and before the fault of a host
-//! that is gone.
+//! An arm whose brakes need time to engage ([`Rules::brake_delay`]) passes through `Disarming` before `Idle`, and also before the fault that is
+//! raised when the host is gone.
 //!
 //! Torque acts in `Armed`, `Running`, `Holding` and `Lowering`, and with engaged brakes in `Disarming` and the second part of `Arming`. In
-//! all other states, and in the very tick in which a fault is raised, the drives do the robot's [`SafeAction`]. There is no hardware in here: the readings of a board
-//! or a simulator come in as [`Inputs`], and the commands to the drives go out as [`Output`]. The law in between is a
-//! function: [`Safety::tick`] calls it at most once, when torque may act.
+//! all other states, and already in the tick in which a fault is raised, the drives do the robot's [`SafeAction`]. This module contains no
+//! hardware: the readings of a board or a simulator come in as [`Inputs`], and the commands to the drives go out as [`Output`]. The control law
+//! in between is a function: [`Safety::tick`] calls it at most once, when torque may act.
 //!
 //! ```
 //! # use dynamics_core::control::{ArmBuild, Controller};
@@ -54,19 +54,19 @@ use crate::control::{Fault, LimitFlags, Reference, Sensed};
 pub enum Request {
     /// Any state `-> Fault`: emergency stop over the link, [`Fault::EmergencyStop`]. Always accepted.
     Stop,
-    /// `Idle -> Homing`: forget the zeros.
+    /// `Idle -> Homing`: forget the joints' zeros.
     Home,
     /// `Homing -> Idle`, homed: the joints know their zeros, and an operator has checked them.
     Confirm,
     /// `Idle -> Arming -> Armed`: switch the drives on, then hold the arm by torque where it is.
     Arm,
-    /// `Armed, Holding -> Idle`, at rest only, with [`Rules::brake_delay`] by way of `Disarming`; `Homing, Arming -> Idle`.
+    /// `Armed, Holding -> Idle`, at rest only, through `Disarming` if there is a [`Rules::brake_delay`]; `Homing, Arming -> Idle`.
     Disarm,
     /// `Armed, Holding -> Running`: follow the reference, which must be where the arm is.
     Run,
-    /// `Running -> Holding`: stop along the path, and stay. `Lowering -> Holding`. `Arming -> Idle`.
+    /// `Running -> Holding`: stop along the path, and stay there. `Lowering -> Holding`. `Arming -> Idle`.
     Hold,
-    /// `Fault -> Idle`, when the cause of the fault is gone.
+    /// `Fault -> Idle`, if the cause of the fault is gone.
     Clear,
     /// Lifts the limits of the first motion after homing ([`Rules::first_motion`]). In `Idle`, once homed; in
     /// `Armed` and `Holding`, at rest and while no joint's torque is at its limit.
@@ -74,7 +74,7 @@ pub enum Request {
 }
 
 impl Request {
-    /// Rank of the request among several of one tick: the highest wins, the first of equal ones. Stop 3, hold 2, disarm 1, all
+    /// Rank of the request among several of one tick: the highest wins, and the first of equal ones. Stop 3, hold 2, disarm 1, all
     /// others 0.
     #[must_use]
     pub const fn rank(self) -> u8 {
@@ -90,17 +90,17 @@ impl Request {
 /// State of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
-    /// Nothing: the safe action holds the arm.
+    /// No torque: the safe action holds the arm.
     Idle,
-    /// The joints look for their zeros, by hand or by their own means; no torque.
+    /// The joints find their zeros, by hand or by their own means; no torque.
     Homing,
     /// Torque holds the arm where it was armed.
     Armed,
     /// The arm follows the reference.
     Running,
-    /// The arm comes to rest from the last reference, and stays.
+    /// The arm comes to rest from the last reference, and stays there.
     Holding(HoldCause),
-    /// The safe action, until it is cleared.
+    /// The safe action, until the fault is cleared.
     Fault(Fault),
     /// The drives are switched on, then they take up the arm's weight, with engaged brakes.
     Arming,
@@ -146,10 +146,10 @@ impl State {
     }
 }
 
-/// Why the arm holds instead of following the reference.
+/// Reason why the arm holds instead of following the reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HoldCause {
-    /// It was asked to.
+    /// On request.
     Requested,
     /// The host fell silent.
     HeartbeatLost,
@@ -160,14 +160,14 @@ pub enum HoldCause {
         /// Joint, counted from 0.
         joint: u8,
     },
-    /// The reference was farther from this joint than it may be.
+    /// The reference was farther from this joint than allowed.
     OutOfReach {
         /// Joint, counted from 0.
         joint: u8,
     },
     /// The live inputs are older than [`Rules::live_max`].
     StaleInput,
-    /// The reference of this joint was faster than the first motion after homing may be ([`Rules::first_motion`]).
+    /// The reference of this joint was faster than allowed in the first motion after homing ([`Rules::first_motion`]).
     FirstMotion {
         /// Joint, counted from 0.
         joint: u8,
@@ -189,7 +189,7 @@ impl HoldCause {
         }
     }
 
-    /// The cause with this number, on this joint where it is one joint's. The inverse of [`HoldCause::code`].
+    /// The cause with this number, on this joint if it concerns one joint. The inverse of [`HoldCause::code`].
     #[must_use]
     pub const fn from_code(code: u8, joint: u8) -> Option<Self> {
         Some(match code {
@@ -208,7 +208,7 @@ impl HoldCause {
 /// Reason for which a request is rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
-    /// The request has no meaning in this state.
+    /// The request is not possible in this state.
     WrongState,
     /// A fault is in force, or was raised in this tick; for [`Request::Clear`], the fault that still has a cause.
     Fault(Fault),
@@ -229,20 +229,20 @@ pub enum Refusal {
         /// Joint, counted from 0.
         joint: u8,
     },
-    /// The first reference is not where this joint is, or not as fast as it is.
+    /// The first reference is not at this joint's position, or does not have its speed.
     OutOfReach {
         /// Joint, counted from 0.
         joint: u8,
     },
-    /// A change of live inputs or parameters waits for this tick; the session judges it first.
+    /// A change of live inputs or parameters waits for this tick; the session checks it first.
     ChangePending,
-    /// The scene needs this live input, and it has not come since the hello.
+    /// The scene needs this live input, and none has come since the hello.
     MissingInput(LiveInput),
     /// This live input is older than [`Rules::live_max`].
     StaleInput(LiveInput),
     /// The black box has not been read since the fault that it holds.
     Unread,
-    /// The first reference of this joint is faster than the first motion after homing may be ([`Rules::first_motion`]).
+    /// The first reference of this joint is faster than allowed in the first motion after homing ([`Rules::first_motion`]).
     FirstMotion {
         /// Joint, counted from 0.
         joint: u8,
@@ -278,29 +278,29 @@ impl Refusal {
 pub struct Inputs<S, const N: usize> {
     /// Request of this tick, if there is one.
     pub request: Option<Request>,
-    /// The emergency stop is pressed, or its wire is broken.
+    /// True if the emergency stop is pressed, or its wire is broken.
     pub emergency_stop: bool,
-    /// The tick before had not ended when this one was due, or a watchdog says so.
+    /// True if the tick before had not ended when this one was due, or if a watchdog reports so.
     pub overrun: bool,
     /// Ticks since the host was last heard.
     pub heartbeat_age: u32,
-    /// Every joint knows its zero: absolute encoders always do.
+    /// True if every joint knows its zero; always true for absolute encoders.
     pub zeroed: bool,
     /// The sensors' reading.
     pub sensed: Sensed<S, N>,
     /// Ticks since each joint's reading was taken; 0 is fresh.
     pub age_ticks: [u32; N],
-    /// The joint's drive reports a fault.
+    /// True for each joint whose drive reports a fault.
     pub drive_fault: [bool; N],
-    /// The joint's drive has shown, after its enable frame, that it is on.
+    /// True for each joint whose drive has shown, after its enable frame, that it is on.
     pub on: [bool; N],
-    /// A drive may have lost its zero since the tick before: the arm must be homed again.
+    /// True if a drive may have lost its zero since the tick before: the arm must be homed again.
     pub zero_lost: bool,
     /// Ticks since the live inputs came; `u32::MAX` if none have come since the hello.
     pub live_age: u32,
-    /// Supply voltage, V, where the board measures it.
+    /// Supply voltage, V, if the board measures it.
     pub supply: Option<S>,
-    /// Highest temperature, degrees Celsius, where the board measures it.
+    /// Highest temperature, degrees Celsius, if the board measures it.
     pub temperature: Option<S>,
     /// Reference of this tick; `None` when the host has not sent one.
     pub reference: Option<Reference<S, N>>,
@@ -308,21 +308,21 @@ pub struct Inputs<S, const N: usize> {
 
 /// Action of the drives in one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
-// A tag of a word: behind a byte, copies of the rest start at odd addresses, at three times the instructions.
+// The tag is a word. With a byte tag, copies of the rest start at odd addresses and need three times the instructions.
 #[repr(u32)]
 pub enum Actuation<S, const N: usize> {
-    /// These torques, brakes released.
+    /// Drive these torques, brakes released.
     Drive {
-        /// Actuator torque or force, N m or N: finite, inside its limit, and no farther from the one before than its rate allows.
+        /// Actuator torque or force, N m or N: finite, inside its limit, and within the torque rate of the last one.
         torque: [S; N],
         /// Which limits acted on each joint.
         limits: [LimitFlags; N],
     },
     /// No torque.
     Safe(SafeAction),
-    /// Switch the drives on, without torque, brakes engaged. The action says what a drive that is on does meanwhile.
+    /// Switch the drives on, without torque, brakes engaged. The action is what a drive that is already on does meanwhile.
     Enable(SafeAction),
-    /// These torques, brakes engaged: the drives take up the arm's weight.
+    /// Drive these torques, brakes engaged: the drives take up the arm's weight.
     Preload {
         /// As those of [`Actuation::Drive`].
         torque: [S; N],
@@ -338,9 +338,9 @@ pub struct Output<S, const N: usize> {
     pub actuation: Actuation<S, N>,
     /// State of the machine, with its reason.
     pub state: State,
-    /// The joints' zeros have been confirmed, and no jump has occurred since.
+    /// True if the joints' zeros have been confirmed and no jump has occurred since.
     pub homed: bool,
-    /// The request of this tick was not granted.
+    /// Reason why the request of this tick was rejected; `None` if it was accepted or there was none.
     pub refused: Option<Refusal>,
 }
 

@@ -16,7 +16,7 @@ pub trait Scalar:
     /// The value nearest to `x`. Used when a model is built or cast, never inside a recursion.
     fn literal(x: f64) -> Self;
 
-    /// The value itself. A scalar that records its operations may note the label.
+    /// Returns the value itself. A scalar that records its operations may note the label.
     #[inline]
     #[must_use]
     fn labelled(self, _label: Label) -> Self {
@@ -24,7 +24,7 @@ pub trait Scalar:
     }
 }
 
-/// `+=`, `-=` and `*=` of a scalar by its `+`, `-` and `*`: nalgebra asks for them, and no scalar has a better way.
+/// Implements `+=`, `-=` and `*=` of a scalar by its `+`, `-` and `*`: nalgebra requires them, and no scalar has a faster implementation.
 ///
 /// `assign_by_operators!(MyScalar)`, or `assign_by_operators!(MyScalar<R>, R: MyBound)`.
 #[macro_export]
@@ -70,8 +70,8 @@ impl Label {
 
 /// A scalar that can be divided, still without order.
 ///
-/// Only code that solves for accelerations needs it. A division by zero gives NaN or infinity: functions that divide
-/// document where that shows.
+/// Only code that solves for accelerations needs it. A division by zero gives NaN or infinity; functions that divide
+/// document where that appears.
 pub trait Field: Scalar + Div<Output = Self> {}
 
 /// An ordered field with a notion of "finite": `f32` or `f64`.
@@ -97,7 +97,7 @@ pub trait Real: Field + PartialOrd {
     /// A whole number, rounded to nearest when the type cannot hold it.
     fn from_i32(x: i32) -> Self;
 
-    /// `self` limited to `[lo, hi]`; NaN stays NaN. `lo <= hi` is the caller's promise.
+    /// `self` limited to `[lo, hi]`; NaN stays NaN. The caller ensures `lo <= hi`.
     #[inline]
     fn clamp_to(self, lo: Self, hi: Self) -> Self {
         if self < lo {
@@ -117,7 +117,7 @@ pub trait Real: Field + PartialOrd {
 
     /// `self` limited to `[-bound, bound]`, by its bits and therefore without a branch; NaN becomes a bound.
     ///
-    /// On a Cortex-M4F 6 instructions, where two comparisons take up to 11, and how many depends on the number.
+    /// On a Cortex-M4F it needs 6 instructions. Two comparisons need up to 11, and their number depends on the value.
     fn saturated(self, bound: Self) -> Self;
 }
 
@@ -157,7 +157,7 @@ macro_rules! impl_scalar {
             }
             #[inline]
             fn saturated(self, bound: Self) -> Self {
-                // Without their sign, floats are ordered as their bits are.
+                // Without their sign, floats are ordered like their bits.
                 let (bits, bound) = (self.to_bits(), bound.to_bits());
                 let sign = bits & (-0.0 as $float).to_bits();
                 Self::from_bits(if bits << 1 > bound << 1 { sign | bound } else { bits })

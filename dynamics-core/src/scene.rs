@@ -8,11 +8,11 @@ use nalgebra::Vector3;
 /// One effect of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Term<T> {
-    /// Absent: it costs no operation.
+    /// Absent: it adds no operation.
     Absent,
     /// Known when the scene is made.
     Constant(T),
-    /// Known only in each tick: taken from [`Live`].
+    /// Known only in each tick: read from [`Live`].
     Live,
 }
 
@@ -27,7 +27,7 @@ impl<T> Term<T> {
         }
     }
 
-    /// The same term with its constant changed.
+    /// The same term with its constant converted.
     pub fn map<U>(self, f: impl FnOnce(T) -> U) -> Term<U> {
         match self {
             Self::Absent => Term::Absent,
@@ -45,18 +45,18 @@ pub struct Scene<S, const N: usize> {
     /// Gravitational acceleration in the base frame, m/s^2: `(0, 0, -9.81)` on a floor, `(0, 0, 9.81)` under a ceiling.
     pub gravity: Term<Vector3<S>>,
     /// A body held by the tip. Constant: in the tip frame. Live: in the last link's frame, as
-    /// [`Dynamics::payload_in_last_link`] gives it, so that its shift is paid when it changes and not in every tick.
+    /// [`Dynamics::payload_in_last_link`] returns it, so that it is transformed when it changes and not in every tick.
     pub payload: Term<Inertia<S>>,
     /// Wrench of the environment on the arm at the tip's origin, in tip axes.
     pub tip_wrench: Term<Wrench<S>>,
     /// Reflected rotor inertias, kg m^2 (kg for a prismatic joint).
     pub rotor: Term<[S; N]>,
-    /// Centrifugal and Coriolis terms. Live: at the velocity given to the recursion. Constant: at this velocity, for a
+    /// Centrifugal and Coriolis terms. Live: at the velocity passed to the recursion. Constant: at this velocity, for a
     /// motion about a steady speed.
     pub coriolis: Term<[S; N]>,
 }
 
-/// The live inputs of a scene, read only where its terms are [`Term::Live`].
+/// The live inputs of a scene, read only if its terms are [`Term::Live`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Live<S, const N: usize> {
     /// Gravitational acceleration in the base frame, m/s^2.
@@ -92,7 +92,7 @@ impl<S: Scalar, const N: usize> Live<S, N> {
 }
 
 impl<S: Scalar, const N: usize> Scene<S, N> {
-    /// No gravity, nothing held, no contact, no rotors; velocity terms live.
+    /// No gravity, no payload, no contact, no rotors; velocity terms live.
     #[must_use]
     pub fn free_space() -> Self {
         Self {
@@ -133,8 +133,8 @@ impl<S: Scalar, const N: usize> Scene<S, N> {
 
 /// A model bound to a scene: the input of the recursions.
 ///
-/// Binding folds a constant payload into the last link once. The model itself stays as it was, so taking the payload
-/// away again gives back the very bits from before.
+/// Binding folds a constant payload into the last link once. The model itself is unchanged, so removing the payload
+/// restores exactly the same bits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dynamics<S, const N: usize> {
     model: Model<S, N>,
@@ -143,7 +143,7 @@ pub struct Dynamics<S, const N: usize> {
 }
 
 impl<S: Scalar, const N: usize> Dynamics<S, N> {
-    /// Bind a model to a scene.
+    /// Binds a model to a scene.
     #[must_use]
     pub fn new(model: Model<S, N>, scene: Scene<S, N>) -> Self {
         let own = model.links()[N - 1].inertia;
@@ -154,7 +154,7 @@ impl<S: Scalar, const N: usize> Dynamics<S, N> {
         Self { model, scene, last_inertia }
     }
 
-    /// Hold another payload (in the tip frame), or none.
+    /// Replaces the payload (in the tip frame), or removes it.
     pub fn set_payload(&mut self, payload: Option<Inertia<S>>) {
         self.scene.payload = payload.map_or(Term::Absent, Term::Constant);
         *self = Self::new(self.model, self.scene);

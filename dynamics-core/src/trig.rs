@@ -5,8 +5,8 @@
 //! division and no fused operation, and so gives the same bits on every machine.
 //!
 //! # How it works
-//! 1. **Range.** `x c 0` with a `c` so large that the product overflows just beyond the limit is zero for an angle that is
-//!    accepted, and NaN for all others. Added to the number that rounds, it changes nothing or makes both results NaN.
+//! 1. **Range.** `x c 0`, with `c` so large that the product overflows just beyond the limit, is zero for an accepted
+//!    angle, and NaN for all others. Added to the number that rounds, it changes nothing or makes both results NaN.
 //! 2. **Reduction.** `k = round(x 2/pi)` (adding and subtracting 1.5 * 2^23 rounds, ties to even, hence symmetrically)
 //!    and `r = x - k pi/2`. pi/2 is split into parts of so few bits that the products of `k` with the leading parts are
 //!    exact, and so are the first two differences: what remains is the rounding of the last subtraction.
@@ -24,7 +24,7 @@
 //! # Measured errors
 //! f32: against libm's f64 functions, every float of each range (`tests/trig.rs`, the ignored test; a sample pins the
 //! same numbers from both sides in every run). f64: near 1,500 angles whose functions are known to 32 digits. A unit
-//! in the last place (ulp) is that of the result; where the result is smaller than 2^-8 the bound is absolute instead.
+//! in the last place (ulp) is that of the result; if the result is smaller than 2^-8 the bound is absolute instead.
 //!
 //! | \|x\| up to | sin, absolute | cos, absolute | sin, ulp | cos, ulp | absolute, result below 2^-8 |
 //! |---|---|---|---|---|---|
@@ -34,7 +34,8 @@
 //! | f32, 8192 ([`Polynomial::LIMIT_F32`]) | 8.20e-8 | 8.36e-8 | 1.99 | 1.98 | 3.38e-10 |
 //! | f64, 2^20 ([`Polynomial::LIMIT_F64`]) | 8.45e-17 | 8.59e-17 | 0.77 | 0.78 | 2.19e-19 |
 //!
-//! The others, over a sample of the same angles (`tests/trig.rs`), from both sides; absolute, the worse of sine and cosine:
+//! The other implementations, measured over a sample of the same angles and pinned from both sides (`tests/trig.rs`). Absolute errors, the
+//! worse of sine and cosine:
 //!
 //! | | f32, 2 pi | f32, 100 | f32, 8192 | f64, 2^20 |
 //! |---|---|---|---|---|
@@ -42,8 +43,8 @@
 //! | [`Polynomial3`] | 1.53e-4 | 1.53e-4 | 1.53e-4 | 1.53e-4 |
 //! | [`Table`] | 8.76e-8 | 8.76e-8 | 1.86e-7 | 5.90e-8 |
 //!
-//! At the tabled zeros and quadrant changes the f64 results stay below 0.78 ulp too. The f32 results do not: they lack
-//! the second float, so next to a zero far from the origin they are good absolutely, not relatively.
+//! At the tabled zeros and quadrant changes the f64 results stay below 0.78 ulp too. The f32 results do not, because they lack
+//! the second float: next to a zero far from the origin their absolute error is small, but not their relative error.
 //!
 //! # Cost
 //! Instructions on a Cortex-M4F (thumbv7em-none-eabihf, rustc 1.95, opt-level 3), counted in the disassembly of a
@@ -54,7 +55,7 @@
 //! | one pair | 50 | 61 |
 //! | six pairs, `sin_cos_all` | 247, 41.2 a pair | 274, 45.7 a pair |
 //!
-//! The others, default tuning:
+//! The other implementations, default tuning:
 //!
 //! | f32 | one pair | six pairs |
 //! |---|---|---|
@@ -62,13 +63,13 @@
 //! | [`Polynomial3`] | 39 | 190 |
 //! | [`Table`], and 2.5 KiB of flash | 35 | 162 |
 //!
-//! Six share the loads of the constants. The default tuning uses VMLA, which rounds the product as a separate VMUL does
-//! (same bits, fewer instructions, not fewer cycles); tuned for the M4 the compiler keeps VMUL and VADD apart.
+//! Six pairs share the loads of the constants. The default tuning uses VMLA, which rounds the product as a separate VMUL does
+//! (same bits, fewer instructions, not fewer cycles). Tuned for the M4, the compiler keeps VMUL and VADD apart.
 //!
-//! `docs/measured/batch.md` has the time of six pairs on the desk, beside libm's and glibc's.
+//! `docs/measured/batch.md` compares the time of six pairs on the desk with libm's and glibc's.
 //!
-//! In f32 the sine is `r (1 + z S)`, not the more accurate `r + r z S` (1.5 instead of 2 ulp): that one turns the sine
-//! of -0 into +0, and repairing the sign cost three instructions a pair.
+//! In f32 the sine is `r (1 + z S)` and not the more accurate `r + r z S` (1.5 instead of 2 ulp). The latter turns the sine
+//! of -0 into +0, and repairing the sign costs three instructions a pair.
 mod double;
 mod short;
 mod sin_cos;
@@ -91,8 +92,8 @@ impl Polynomial {
     /// The largest f64 angle, rad, either sign; beyond it both results are NaN.
     pub const LIMIT_F64: f64 = double::LIMIT;
 
-    /// Sine and cosine by sums, differences and products alone, so that they can be traced. Equal (`==`) to the f64's for angles within
-    /// [`Polynomial::LIMIT_F64`] and of no meaning beyond; a zero may have the other sign. For scalars of double precision.
+    /// Sine and cosine by sums, differences and products alone, so that they can be traced. For scalars of double precision. Equal (`==`) to the
+    /// f64 results for angles within [`Polynomial::LIMIT_F64`], except that a zero may have the other sign; meaningless beyond.
     #[must_use]
     pub fn by_arithmetic<S: Scalar>(angle: S) -> SinCos<S> {
         double::by_arithmetic(angle)
@@ -116,8 +117,8 @@ impl Trig<f64> for Polynomial {
 /// The `libm` crate. Its f32 functions compute in f64, 2,000 to 3,000 instructions a pair on a chip without a
 /// double-precision unit.
 ///
-/// In f64 any finite angle; in f32 as far as [`Polynomial::LIMIT_F32`], beyond which both results are NaN. The functions could
-/// go on, but the angle has been rounded by half a milliradian and more: a torque from it would be wrong without a fault.
+/// In f64 it accepts any finite angle. In f32 it accepts angles up to [`Polynomial::LIMIT_F32`]; beyond, both results are NaN. The functions
+/// could go on, but the angle is rounded by half a milliradian or more: a torque from it would be wrong without a fault.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Libm;
 

@@ -1,4 +1,4 @@
-//! All equations of a chain at once, against the recursion that never writes them down.
+//! All equations of a chain solved at once, compared with the recursion that never writes them down.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 use crate::common::moving::{Moving, fixed, moving, worst, worst_over_arms};
@@ -11,7 +11,7 @@ use dynamics_core::{
 };
 use nalgebra::{Matrix3, Vector3};
 
-/// Result of the recursion, in base axes.
+/// Joint wrenches from the recursion, in base axes.
 fn wanted<const N: usize>(case: &Moving<N>) -> [Wrench<f64>; N] {
     let found = joint_wrenches(&case.dynamics(), &turns(&case.q), &case.q, &case.qd, &case.qdd, &Live::zero());
     into_base(&case.posture(), &found)
@@ -23,7 +23,7 @@ fn assembled<const N: usize>(case: &Moving<N>) -> Assembled<f64, N> {
     Assembled::new(&posture, &motion, &weights(&posture, &case.gravity), &case.push())
 }
 
-/// Found against wanted, all components of all joints.
+/// Error of the solution compared with the recursion, over all components of all joints.
 fn solution_error<const N: usize>(case: &Moving<N>) -> f64 {
     let found = assembled(case).solve().unwrap();
     relative_error(&numbers_of(&found), &numbers_of(&wanted(case)))
@@ -71,7 +71,7 @@ fn numbers_that_are_not_finite_have_no_solution() {
     assert!(Assembled::new(&posture, &posture.motion(&case.qd, &case.qdd), &none, &Wrench::zero()).solve().is_some());
 }
 
-/// 12.2 as printed, without `omega x (I omega)`: its moments, and so the first joint's, are off by the sum of those terms.
+/// 12.2 as printed, without `omega x (I omega)`: its moments, and so the first joint's, are wrong by the sum of those terms.
 #[test]
 fn without_the_gyroscopic_term_a_spatial_arm_is_wrong_and_a_planar_one_right() {
     fn printed<const N: usize>(case: &Moving<N>) -> f64 {
@@ -114,7 +114,7 @@ fn one_beam_has_the_forces_of_12_25_corrected_and_the_moment_of_12_28() {
     let found = system.solve().unwrap()[0];
     let (s, c) = theta.sin_cos();
     let half = m * l / 2.0;
-    // With the sign that 12.18 and 12.25 give the centripetal part, and with the other one.
+    // With the sign that 12.18 and 12.25 give to the centripetal part, and with the other sign.
     let forces = |sign: f64| [half * (-qdd * s + sign * qd * qd * c), half * (qdd * c + sign * qd * qd * s) + m * g];
     assert!(relative_error(&[found.force.x, found.force.y], &forces(-1.0)) < 1e-15);
     pinned("force of 12.25 as printed", relative_error(&forces(1.0), &[found.force.x, found.force.y]), 0.528);
@@ -165,12 +165,12 @@ fn matrix_12_75(posture: &Posture<f64, 2>, s: f64) -> [[f64; 6]; 6] {
 fn the_planar_system_is_the_books_with_its_third_and_sixth_row_corrected() {
     let (case, posture) = planar();
     let system = assembled(&case);
-    // Force x, force y, moment z of each link and joint.
+    // Force x, force y and moment z of each link and joint.
     let kept = [(0, 0), (0, 1), (0, 5), (1, 0), (1, 1), (1, 5)];
     let matrix = kept.map(|(i, r)| kept.map(|(j, c)| system.matrix[i][r][j][c]));
     assert_eq!(matrix, matrix_12_75(&posture, 1.0));
 
-    // b of 12.76, its g the signed component of gravity.
+    // b of 12.76; its g is the signed component of gravity.
     let motion = posture.motion(&case.qd, &case.qdd);
     let b = kept.map(|(i, r)| system.right[i][r]);
     let book: Vec<f64> = (0..2)
@@ -181,7 +181,7 @@ fn the_planar_system_is_the_books_with_its_third_and_sixth_row_corrected() {
         .collect();
     assert!(relative_error(&b, &book) < 1e-15);
 
-    // Each unknown follows from those before it in this order: no solver is needed, and none is shared.
+    // In this order, each unknown follows from those before it: no solver is needed, so none is shared with the core.
     let solved = |matrix: [[f64; 6]; 6]| {
         let mut x = [0.0; 6];
         for k in [3, 4, 5, 0, 1, 2] {

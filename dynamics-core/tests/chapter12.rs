@@ -1,5 +1,5 @@
-//! The robot-dynamics chapter's examples and exercises: closed forms against the general code, and printed forms that are
-//! wrong, kept to show that they are.
+//! Examples and exercises of the robot-dynamics chapter (Jazar, *Theory of Applied Robotics*, chapter 12): closed forms compared with the general
+//! code. Wrong printed forms are kept to show that they are wrong.
 #![allow(clippy::unwrap_used, reason = "an arm that cannot be built should stop the test")]
 
 mod example_323;

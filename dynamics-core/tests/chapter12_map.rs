@@ -1,9 +1,9 @@
-//! `docs/theory/chapter12.md` leads from every equation, example and exercise of the robot-dynamics chapter to code and tests: nothing is
-//! left out, and everything that it names is there.
+//! The tables of `docs/theory/chapter12.md` are complete: they lead from every equation, example and exercise of the robot-dynamics chapter to
+//! code and tests, and everything that they name exists.
 //!
 //! Rows are `| numbers | what | code and files | tests |` under the headings `Equations`, `Examples` and `Exercises`. In the
 //! last two columns every name in backticks is an entry: `crate::module::item` (an item or a method), a file with its
-//! path, or `file.rs::test`. A row without an entry says `none:` and why, which only an exercise may.
+//! path, or `file.rs::test`. A row without an entry has `none:` and the reason, which is allowed only for exercises.
 #![allow(clippy::unwrap_used, reason = "a table that cannot be read should stop the test")]
 
 mod calls;
@@ -13,11 +13,11 @@ use calls::{Reached, sources};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// Numbers that the chapter has of each kind.
+/// Numbers of each kind in the chapter.
 const HEADINGS: [(&str, core::ops::RangeInclusive<u32>); 3] =
     [("Equations", 1..=535), ("Examples", 323..=347), ("Exercises", 1..=38)];
 
-/// Crates that an entry may name, and the folders of their modules. `dynamics-core` hands the modules of `src/dynamics` on as its own.
+/// Crates that an entry may name, and the folders of their modules. `dynamics-core` re-exports the modules of `src/dynamics` as its own.
 const CRATES: [(&str, &str); 6] = [
     ("dynamics_core", "dynamics-core/src"),
     ("dynamics_core", "dynamics-core/src/dynamics"),
@@ -45,7 +45,7 @@ fn read(path: &str) -> String {
     std::fs::read_to_string(root().join(path)).unwrap()
 }
 
-/// Texts between pairs of backticks.
+/// The texts between pairs of backticks.
 fn quoted(text: &str) -> impl Iterator<Item = &str> {
     text.split('`').skip(1).step_by(2)
 }
@@ -83,7 +83,7 @@ fn rows(text: &str) -> Result<Vec<Row<'_>>, String> {
     Ok(rows)
 }
 
-/// Numbers that no row has, and rows that lead nowhere though they should.
+/// Numbers without a row, and rows without an entry that need one.
 fn missing(rows: &[Row]) -> Vec<String> {
     let mut missing = Vec::new();
     for (heading, all) in HEADINGS {
@@ -97,7 +97,7 @@ fn missing(rows: &[Row]) -> Vec<String> {
     missing
 }
 
-/// `word name` with nothing of a name behind it.
+/// True if the text has `word name`, and the name ends there.
 fn makes(text: &str, word: &str, name: &str) -> bool {
     let wanted = format!("{word} {name}");
     text.match_indices(&wanted)
@@ -216,7 +216,7 @@ fn every_entry_of_the_map_is_there() {
     assert!(found.is_empty(), "not found:\n{}", found.join("\n"));
 }
 
-/// Names of tests in `docs/theory/errata.md` are long and have underscores; no formula there looks like that.
+/// Names of tests in `docs/theory/errata.md` are long and have underscores; no formula there looks like a name.
 #[test]
 fn every_test_that_the_errata_name_is_there() {
     let folders = ["dynamics-core/tests", "dynamics-core/tests/chapter12"].map(|folder| root().join(folder));
@@ -235,7 +235,7 @@ fn every_test_that_the_errata_name_is_there() {
     assert!(gone.is_empty(), "not found: {gone:?}");
 }
 
-/// The call is found through helpers, methods, imports under another name and implementations; a name alone is none.
+/// A call is found through helpers, methods, imports under another name and implementations; a mention of the name is not a call.
 #[test]
 fn a_call_is_told_from_a_name() {
     let text = "\
@@ -301,6 +301,6 @@ fn a_broken_table_is_refused() {
         "dynamics_core::gone::motion",
     ];
     assert_eq!(unresolved(&broken), wanted);
-    // A first column that starts as a number and goes on as something else.
+    // A first column that starts with a number but continues with something else.
     assert!(rows("## Equations\n| 12.1 and 12.2 | two | `a` | `b` |\n").is_err());
 }

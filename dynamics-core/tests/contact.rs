@@ -1,4 +1,4 @@
-//! The wrench at the tip, felt in the base.
+//! The wrench at the tip, computed from the base's wrench.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 use crate::common::moving::{Moving, fixed, moving, worst, worst_over_arms};
@@ -12,14 +12,14 @@ fn reading<const N: usize>(case: &Moving<N>) -> Wrench<f64> {
 }
 
 fn felt<const N: usize>(case: &Moving<N>, reading: &Wrench<f64>) -> Wrench<f64> {
-    // The contact is not known to the model; the payload is live, as one that has been picked up would be.
+    // The contact is not part of the model; the payload is live, like a body that has been picked up.
     let scene = Scene { tip_wrench: Term::Absent, payload: Term::Live, ..*case.dynamics().scene() };
     let dynamics = Dynamics::new(case.model, scene);
     let live = Live { payload: dynamics.payload_in_last_link(&case.payload), ..Live::zero() };
     contact_wrench(&dynamics, &turns(&case.q), &case.q, &case.qd, &case.qdd, reading, &live)
 }
 
-/// Difference of the felt wrench from the applied one, relative to the base's wrench: the rest of the base's wrench has
+/// Difference of the computed wrench from the applied one, relative to the base's wrench, because the rest of the base's wrench has
 /// to cancel.
 fn undone<const N: usize>(case: &Moving<N>) -> f64 {
     let reading = reading(case);
@@ -54,7 +54,7 @@ fn an_arm_left_alone_feels_nothing_and_a_push_along_the_tips_x_is_felt_along_it(
     let nothing = felt(&alone, &reading(&alone));
     let size = numbers_of(&[reading(&alone)]).into_iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     assert!(numbers_of(&[nothing]).iter().all(|x| x.abs() < 1e-13 * size), "{nothing:?}");
-    // Wrench of the environment on the arm: the base has to hold against it.
+    // Wrench of the environment on the arm; the base has to hold against it.
     let push = Wrench { force: Vector3::new(7.0, 0.0, 0.0), moment: Vector3::zeros() };
     let pushed = Moving { contact: push, ..case };
     let more = reading(&pushed) - reading(&alone);
@@ -68,7 +68,7 @@ fn a_sensor_elsewhere_in_the_base_is_moved_to_its_origin() {
     let case = fixed(moving::<5>(), 1).next().unwrap();
     let (rotation, translation) = (geometry::from_rpy(0.3, -0.8, 2.0), Vector3::new(0.1, -0.2, -0.4));
     let at_origin = reading(&case);
-    // Reading of that sensor, from the laws of statics alone.
+    // Reading of that sensor, computed from the laws of statics only.
     let read = Wrench {
         force: rotation.transpose() * at_origin.force,
         moment: rotation.transpose() * (at_origin.moment - translation.cross(&at_origin.force)),
@@ -77,7 +77,7 @@ fn a_sensor_elsewhere_in_the_base_is_moved_to_its_origin() {
     assert!(relative_error(&numbers_of(&[felt]), &numbers_of(&[case.contact])) < 1e-13);
 }
 
-/// The text after 12.168 lets the negative of the wrench that a link hands on act on the next.
+/// According to the text after 12.168, the negative of the wrench that a link passes on acts on the next link.
 #[test]
 fn a_wrench_handed_on_with_its_sign_turned_over_is_wrong() {
     let handed_on = |case: &Moving<2>, sign: f64| {
@@ -108,11 +108,11 @@ struct Noise {
     qdd: f64,
 }
 
-/// A base sensor for some hundred newtons, encoders of 2^16 counts a turn, and their differences once and twice over some
+/// Noise of a base sensor for some hundred newtons, of encoders with 2^16 counts a turn, and of their first and second differences over some
 /// milliseconds.
 const NOISE: Noise = Noise { force: 0.5, moment: 0.05, q: 1e-4, qd: 5e-3, qdd: 0.2 };
 
-/// A Puma 560 at a quick moment of a reach, touching nothing.
+/// A Puma 560 at a fast moment of a reach, without contact.
 fn puma() -> Moving<6> {
     let golden = Golden::load("puma560");
     Moving {
@@ -126,7 +126,7 @@ fn puma() -> Moving<6> {
     }
 }
 
-/// Felt wrench with errors of reading and state: force x, y, z, moment x, y, z of the reading, then q, qd, qdd.
+/// Computed wrench with errors of reading and state: force x, y, z and moment x, y, z of the reading, then q, qd, qdd.
 fn felt_with(case: &Moving<6>, error: &[f64; 24]) -> Wrench<f64> {
     let part = |from: usize, of: &[f64; 6]| core::array::from_fn(|i| of[i] + error[from + i]);
     let disturbed = Moving { q: part(6, &case.q), qd: part(12, &case.qd), qdd: part(18, &case.qdd), ..*case };
@@ -149,7 +149,7 @@ fn square(v: &Vector3<f64>) -> f64 {
     v.dot(v)
 }
 
-/// Root mean square of the force's and of the moment's error from these columns, to first order in the noise.
+/// Root mean square of the force's and the moment's error for these columns, to first order in the noise.
 fn predicted(case: &Moving<6>, columns: core::ops::Range<usize>) -> (f64, f64) {
     let (mut force, mut moment) = (0.0_f64, 0.0_f64);
     for k in columns {
@@ -211,7 +211,7 @@ fn a_puma_feels_its_tip_as_well_as_its_sensors_allow() {
     }
 }
 
-/// Ten thousand readings, each with its own noise: the root mean squares are those predicted to first order.
+/// Ten thousand readings, each with its own noise: the root mean squares agree with the first-order prediction.
 #[test]
 fn a_puma_that_is_asked_ten_thousand_times_scatters_as_predicted() {
     const DRAWS: usize = 10_000;
@@ -226,7 +226,7 @@ fn a_puma_that_is_asked_ten_thousand_times_scatters_as_predicted() {
     }
     let rms = |sum: f64| (sum / DRAWS as f64).sqrt();
     let wanted = predicted(&case, 0..24);
-    // Three numbers a draw or fewer: the root mean square itself scatters by at most 1 / sqrt(2 DRAWS), 0.7 %.
+    // Each draw contributes at most three numbers, so the root mean square itself has a relative error of at most 1 / sqrt(2 DRAWS), 0.7 %.
     assert!((rms(force) / wanted.0 - 1.0).abs() < 0.02, "{} {}", rms(force), wanted.0);
     assert!((rms(moment) / wanted.1 - 1.0).abs() < 0.02, "{} {}", rms(moment), wanted.1);
     pinned("scatter of the force, N", rms(force), 1.78);

@@ -1,4 +1,4 @@
-//! The controller: laws, friction, observer, limits, faults, and that a tick is total.
+//! Tests of the controller: laws, friction, observer, limits, faults, and that a tick is total.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on should say so")]
 #![allow(clippy::float_cmp, reason = "limits, latches and resets are promised to the bit")]
 

@@ -1,5 +1,5 @@
-//! Example 324: a four-bar linkage. The closed form as the book goes about it, eq. 12.29-12.47 with 12.41 corrected, against the
-//! general code; energy, virtual work, branches, Grashof's rule, dead points; and the printed forms that do not hold.
+//! Example 324: a four-bar linkage. The closed form by the book's method, eq. 12.29-12.47 with 12.41 corrected, compared with the
+//! general code; energy, virtual work, branches, Grashof's rule, dead points; and the wrong printed forms.
 #![allow(clippy::unwrap_used, reason = "a random linkage that cannot be built should stop the test")]
 #![allow(clippy::float_cmp, reason = "a mirror image is exact")]
 
@@ -55,7 +55,7 @@ struct Book {
     driving_moment: f64,
 }
 
-/// Angles from the diagonal's triangle, speeds and accelerations from the loop, and eq. 12.37-12.42 eliminated by hand.
+/// Angles from the triangle with the diagonal, speeds and accelerations from the loop, and eq. 12.37-12.42 eliminated by hand.
 fn book(case: &Case<FourBar<f64>>) -> Book {
     let FourBarLengths { ground, crank: l1, coupler: l2, follower: l3 } = *case.linkage.lengths();
     let [one, two, three] = *case.linkage.bodies();
@@ -92,12 +92,12 @@ fn book(case: &Case<FourBar<f64>>) -> Book {
     let pin = moved(still, w1, a1, unit(t1) * l1);
     let motion = [moved(still, w1, a1, r1), moved(pin, w2, a2, r2), moved(still, w3, a3, r3)];
 
-    // n_i to the joint before, m_i to the joint after.
+    // n_i leads to the joint before, m_i to the joint after.
     let (n1, m1) = (-r1, unit(t1) * l1 - r1);
     let (n2, m3) = (-r2, -r3);
     let net = |i: usize, body: &PlanarBody<f64>| (motion[i].acceleration - case.gravity) * body.mass;
     let (c, f) = (unit(t2) * l2, unit(t3) * l3);
-    // 12.39 in 12.40, about joint 1, and 12.41 (of link 3) in 12.42, about joint 3.
+    // 12.39 inserted in 12.40, about joint 1; 12.41 (for link 3) inserted in 12.42, about joint 3.
     let of_coupler = cross(&n2, &net(1, &two)) - two.inertia * a2;
     let of_follower = three.inertia * a3 - cross(&m3, &net(2, &three));
     let f2 = (f * of_coupler - c * of_follower) / cross(&c, &f);
@@ -129,7 +129,7 @@ fn the_closed_form_gives_positions_motion_forces_and_driving_moment() {
             };
             motion.iter().map(of).collect::<Vec<_>>()
         };
-        // Velocities among themselves, accelerations among themselves.
+        // Velocities are compared relative to velocities, accelerations relative to accelerations.
         for (found, wanted) in [(0..3), (3..6)].map(|part: std::ops::Range<usize>| {
             let pick = |all: &[PlanarMotion<f64>; 3]| {
                 flat(all).iter().flat_map(|m| m[part.clone()].to_vec()).collect::<Vec<_>>()
@@ -141,12 +141,12 @@ fn the_closed_form_gives_positions_motion_forces_and_driving_moment() {
         let found = posture.forces(&motion, &case.gravity).unwrap();
         let pairs = |joints: &[Vector2<f64>; 4]| joints.iter().flat_map(|f| [f.x, f.y]).collect::<Vec<_>>();
         forces = forces.max(off(&pairs(&found.joints), &pairs(&book.joints)));
-        // The moment is a sum of forces at arms.
+        // The moment is a sum of forces times lever arms.
         let size = book.joints.iter().map(|f| length(*f)).fold(0.0, f64::max) * case.linkage.lengths().crank;
         moments = moments.max((found.driving_moment - book.driving_moment).abs() / size.max(book.driving_moment.abs()));
         assert_eq!(found.guide_moment, 0.0);
     }
-    // Measured: directions 4.3e-15, motion 8.9e-14, forces 1.9e-13, moment 6.1e-14; two roads of some forty roundings each, and quotients
+    // Measured: directions 4.3e-15, motion 8.9e-14, forces 1.9e-13, moment 6.1e-14. Two computations of some forty roundings each, with divisions
     // by sines down to 0.2.
     println!("closed form: directions {places:.1e}, motion {motions:.1e}, forces {forces:.1e}, moment {moments:.1e}");
     assert!(places < 1e-12 && motions < 1e-12 && forces < 1e-12 && moments < 1e-12);
@@ -269,7 +269,7 @@ fn both_branches_close_and_are_mirror_images_about_the_diagonal() {
 
 #[test]
 fn grashofs_rule_names_what_turns() {
-    // Whether the crank turns fully stands last.
+    // The last column is true if the crank turns fully.
     let table = [
         ([0.40, 0.12, 0.36, 0.30], Grashof::CrankRocker, true),
         ([0.12, 0.40, 0.36, 0.30], Grashof::DoubleCrank, true),
@@ -289,7 +289,7 @@ fn grashofs_rule_names_what_turns() {
     }
 }
 
-/// The rule, the range and the positions are three computations: they agree on random lengths.
+/// The rule, the range and the positions are three separate computations; they agree on random lengths.
 #[test]
 fn the_range_is_where_positions_exist() {
     let angles = || (0..1440).map(|i| TAU * f64::from(i) / 1440.0);
@@ -305,7 +305,7 @@ fn the_range_is_where_positions_exist() {
         }
         let full = matches!(linkage.class(), Grashof::CrankRocker | Grashof::DoubleCrank);
         assert_eq!(full, angles().all(closes), "{:?} {:?}", linkage.class(), linkage.lengths());
-        // The follower rocks where it should: it is a crank seen from the other side.
+        // The class also gives whether the follower turns fully; it is tested as the crank of the mirrored linkage.
         let FourBarLengths { ground, crank, coupler, follower } = *linkage.lengths();
         let reversed = FourBar::new(lengths([ground, follower, coupler, crank]), *linkage.bodies()).unwrap();
         let full = matches!(linkage.class(), Grashof::RockerCrank | Grashof::DoubleCrank);
@@ -323,7 +323,7 @@ fn ends_of_the_range_are_dead_points_and_beyond_them_the_gap_is_told() {
             let angle = end.sin.atan2(end.cos);
             for branch in [Branch::Open, Branch::Crossed] {
                 let at = |angle: f64| case.linkage.posture(&turn(angle), branch);
-                // An angle that was rounded is off the end by as much: then the sine is the square root of that.
+                // A rounded angle differs from the end of the range by its rounding error; the sine is then the square root of that.
                 if let Ok(posture) = at(angle) {
                     assert!(posture.transmission().abs() < 2e-6, "{}", posture.transmission());
                 }
@@ -345,12 +345,12 @@ fn ends_of_the_range_are_dead_points_and_beyond_them_the_gap_is_told() {
     assert!(ends > 300, "{ends}");
 }
 
-/// Lengths that meet a dead point to the bit.
+/// Lengths with an exact dead point.
 #[test]
 fn a_dead_point_is_an_error_that_names_the_links() {
     // Stretched out: 3-4-5 with coupler and follower along the hypotenuse.
     let stretched = rods([4.0, 3.0, 2.0, 3.0]).unwrap();
-    // Folded: the diagonal is the difference.
+    // Folded: the diagonal is the difference of the lengths.
     let folded = rods([4.0, 3.0, 8.0, 3.0]).unwrap();
     let up = SinCos { sin: 1.0, cos: 0.0 };
     for linkage in [stretched, folded] {
@@ -426,7 +426,7 @@ fn what_cannot_be_is_refused_and_named() {
     assert_eq!(form.acceleration(1.0, 1.0), Err(LinkageError::NoInertia));
 }
 
-/// Eq. 12.41 as printed has the coupler's `m2 a2` for the follower's `m3 a3`. A wrong force on link 3 is a wrong driving moment.
+/// Eq. 12.41 as printed has the coupler's `m2 a2` instead of the follower's `m3 a3`. A wrong force on link 3 gives a wrong driving moment.
 #[test]
 fn the_printed_force_balance_of_the_follower_breaks_the_energy() {
     let linkage = rods(CRANK_ROCKER).unwrap();
@@ -448,7 +448,7 @@ fn the_printed_force_balance_of_the_follower_breaks_the_energy() {
     assert!((0.11..0.13).contains(&away) && (0.27..0.29).contains(&force));
 }
 
-/// Eq. 12.46 has `- m g` in the rows of y, which is right for a signed `g = -9.81`. With `g = 9.81` the weight pulls up.
+/// Eq. 12.46 has `- m g` in the rows of y, which is correct for a signed `g = -9.81`. With `g = 9.81` the weight acts upwards.
 #[test]
 fn the_printed_weight_with_a_positive_g_holds_the_linkage_from_the_wrong_side() {
     let linkage = rods(CRANK_ROCKER).unwrap();
@@ -462,7 +462,7 @@ fn the_printed_weight_with_a_positive_g_holds_the_linkage_from_the_wrong_side() 
         }
         nine(system.a, system.b).0
     };
-    // At rest it is exactly the opposite: off by 200 %.
+    // At rest it is exactly the opposite: an error of 200 %.
     assert!((printed(9.81)[8] + right.driving_moment).abs() < 1e-14);
     assert!((printed(-9.81)[8] - right.driving_moment).abs() < 1e-14);
     assert!(right.driving_moment > 0.1);

@@ -1,4 +1,4 @@
-//! Exercise 7: a slider-crank. Its closed form, from the textbook way of the crank mechanism, against the general code; equations link
+//! Exercise 7: a slider-crank. Its closed form by the usual textbook method, compared with the general code; equations link
 //! by link, energy, virtual work, dead points.
 #![allow(clippy::unwrap_used, reason = "a random linkage that cannot be built should stop the test")]
 #![allow(clippy::float_cmp, reason = "a guide without friction bears exactly nothing along itself")]
@@ -26,7 +26,7 @@ fn light(crank: f64, rod: f64, offset: f64) -> Result<SliderCrank<f64>, LinkageE
     SliderCrank::new(SliderCrankLengths { crank, rod, offset }, [body; 3])
 }
 
-/// By the rod's angle `phi`, `l sin phi = e - r sin theta`, differentiated twice.
+/// From the rod's angle `phi`, `l sin phi = e - r sin theta`, differentiated twice.
 #[test]
 fn the_closed_form_gives_the_slider_the_rod_and_all_forces() {
     let (mut motions, mut forces, mut moments) = (0.0_f64, 0.0_f64, 0.0_f64);
@@ -52,7 +52,7 @@ fn the_closed_form_gives_the_slider_the_rod_and_all_forces() {
         motions = motions.max(relative_error(&found, &[rod_acceleration, acceleration]));
         assert_eq!((motion[2].omega, motion[2].alpha, motion[2].acceleration.y), (0.0, 0.0, 0.0));
 
-        // The slider along x; the rod about the crank pin; then link by link.
+        // First the slider along x, then the rod about the crank pin, then link by link.
         let ex = |angle: (f64, f64), p: Vector2<f64>| {
             Vector2::new(p.x * angle.0 - p.y * angle.1, p.x * angle.1 + p.y * angle.0)
         };
@@ -175,14 +175,14 @@ fn the_range_is_where_positions_exist_and_ends_in_dead_points() {
 
 #[test]
 fn a_rod_square_to_the_guide_is_a_dead_point() {
-    // The crank points up, the rod on from it.
+    // The crank points up, and the rod continues in the same direction.
     let up = SinCos { sin: 1.0, cos: 0.0 };
     let posture = light(3.0, 2.0, 5.0).unwrap().posture(&up, Branch::Open).unwrap();
     assert_eq!(posture.dead_point(), Some(DeadPoint::RodAcrossGuide));
     let error = posture.coefficients().unwrap_err();
     assert_eq!(error, LinkageError::Dead(DeadPoint::RodAcrossGuide));
     assert_eq!(error.to_string(), "dead point: the rod lies square to the guide");
-    // Rod as long as the crank: twice in a turn.
+    // If the rod is as long as the crank, this happens twice in a turn.
     assert!(light(2.0, 2.0, 0.0).unwrap().posture(&up, Branch::Open).unwrap().dead_point().is_some());
 }
 

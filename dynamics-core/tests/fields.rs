@@ -1,11 +1,11 @@
-//! Visitors see every field of a configuration once, in the order of declaration, and a cast rounds each number.
+//! Visitors visit every field of a configuration once, in the order of declaration, and a cast rounds each number.
 
 use dynamics_core::control::{ControlLaw, Encoder, Friction, Gains, Guard, Integral, Teach, TrackingObserver};
 use dynamics_core::fields::{Fields, Group, Visitor};
 use dynamics_core::{ControllerConfig, Limits, Real};
 use std::fmt::Debug;
 
-/// A configuration whose numbers are all different, and not those of any f32.
+/// A configuration with all numbers different, and none of them exact in f32.
 fn config() -> ControllerConfig<f64, 2> {
     let x = |n: i32| f64::from(n) + 0.1;
     ControllerConfig {
@@ -46,7 +46,7 @@ fn config() -> ControllerConfig<f64, 2> {
     }
 }
 
-/// The visited parts, as text without spaces between fields, and the numbers apart.
+/// The visited parts as text, and the numbers separately.
 #[derive(Default)]
 struct ObservedState {
     text: String,

@@ -1,4 +1,4 @@
-//! Forward dynamics by both ways: reference data, massless links, singular arms.
+//! Forward dynamics by both methods: reference data, massless links, singular arms.
 #![allow(clippy::unwrap_used, reason = "a broken data file should stop the test")]
 
 use crate::common::{Golden, cast, numbers, relative_error, turns};
@@ -56,7 +56,7 @@ const Q: [f64; 3] = [0.3, -0.8, 1.1];
 const QD: [f64; 3] = [1.0, -0.5, 2.0];
 const TAU: [f64; 3] = [3.0, 1.0, -0.2];
 
-/// By both ways.
+/// Accelerations by both methods.
 fn both(joints: &[JointSpec; 3]) -> [Result<[f64; 3], Singular>; 2] {
     let dynamics = dynamics(joints);
     [
@@ -74,7 +74,7 @@ fn a_massless_link_with_a_rotor_works() {
             assert!(relative_error(&back, &TAU) < 1e-13, "{back:?}");
         }
     }
-    // Nothing but rotors: each turns by itself.
+    // Only rotors: each turns independently.
     let qdd = both(&[turning(Body::massless(), 0.02); 3]).map(Result::unwrap);
     assert_eq!(qdd, [TAU.map(|tau| tau * (1.0 / 0.02)); 2]);
 }
@@ -84,7 +84,7 @@ fn a_joint_that_moves_nothing_is_named() {
     let (full, none) = (turning(heavy(), 0.0), turning(Body::massless(), 0.0));
     assert!(both(&[full; 3]).iter().all(Result::is_ok));
     assert_eq!(both(&[full, full, none]), [Err(Singular { joint: 2 }); 2]);
-    // The joint inside a massless link still moves the links beyond it.
+    // The joint of a massless link still moves the links beyond it.
     assert!(both(&[full, none, full]).iter().all(Result::is_ok));
     // A point mass on the axis of the last joint.
     let on_axis = Body { mass: 1.0, com: Vector3::new(-0.4, 0.0, 0.0), inertia: Matrix3::zeros() };

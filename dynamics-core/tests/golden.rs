@@ -1,4 +1,4 @@
-//! Outside reference data: Pinocchio and a 50-digit computation (`robots/golden/README.md`).
+//! External reference data: Pinocchio and a 50-digit computation (`robots/golden/README.md`).
 #![allow(clippy::unwrap_used, reason = "a broken data file should stop the test")]
 
 use crate::common::{Golden, cast, numbers, relative_error, square, torque, turns};
@@ -75,7 +75,7 @@ fn wrench(value: &Value) -> Wrench<f64> {
     Wrench { force: Vector3::new(w[0], w[1], w[2]), moment: Vector3::new(w[3], w[4], w[5]) }
 }
 
-/// In f64: below 1e-11 in every quantity.
+/// Asserts that in f64 the error of every quantity is below 1e-11.
 fn assert_double<const N: usize>(golden: &Golden, model: &Model<f64, N>, name: &str) {
     let e = errors::<f64, N>(golden, model);
     println!("{name} f64 {e:?}");
@@ -94,8 +94,8 @@ fn assert_double<const N: usize>(golden: &Golden, model: &Model<f64, N>, name: &
     }
 }
 
-/// In f32: the measured errors of torques, mass matrix and forward dynamics (`docs/theory/numerics.md` has the greatest), held from
-/// both sides so that an unexplained gain is looked at too.
+/// Asserts the measured errors of torques, mass matrix and forward dynamics in f32 (`docs/theory/numerics.md` has the greatest). They are pinned
+/// from both sides, so that an unexplained improvement is noticed too.
 fn assert_single<const N: usize>(golden: &Golden, model: &Model<f64, N>, name: &str, pinned: [f64; 3]) -> Errors {
     let e = errors::<f32, N>(golden, model);
     println!("{name} f32 {e:?}");
@@ -132,7 +132,7 @@ fn scara_agrees() {
     assert_double::<4>(&golden, &golden.placed(), "scara placed");
     assert_double::<4>(&golden, &golden.classical(), "scara DH");
     let single = assert_single::<4>(&golden, &golden.classical(), "scara DH", [6.76e-7, 1.12e-7, 1.15e-6]);
-    // Velocity terms that cancel leave little; the whole torque does not suffer.
+    // Velocity terms that cancel leave a small sum, so their relative error is larger; the whole torque is not affected.
     assert_pinned(single.coriolis, 1.74e-5, "scara velocity terms");
 }
 

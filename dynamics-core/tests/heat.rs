@@ -1,4 +1,4 @@
-//! Heat of motors against the closed form of its equation, and the edges of its levels.
+//! Heat of motors, compared with the closed form of its equation, and the edges of its levels.
 
 use dynamics_core::safety::heat::{FAULT, HeatLevel, HeatRules, WARNING};
 
@@ -41,7 +41,7 @@ fn single_precision_keeps_to_the_closed_form_where_updates_are_decimated() {
         exact = rules(update).step(exact, 10.9);
     }
     assert!((f64::from(heat) - exact).abs() < 1e-5, "{heat} of {exact}");
-    // In every tick the increments would vanish in the last place before the end is reached.
+    // With an update in every tick the increments would vanish by rounding before the final heat is reached.
     let each = rules(1e-3).cast::<f32>();
     let mut stuck = 0.0_f32;
     for _ in 0..1_000_000 {

@@ -75,7 +75,7 @@ fn matrix<const N: usize>(dynamics: &Dynamics<f64, N>, q: &[f64; N]) -> SMatrix<
     mass_matrix(dynamics, &turns(q), q, &Live::zero())
 }
 
-/// Torque is affine in the acceleration and its slope is D; D is symmetric and positive definite.
+/// The torque is affine in the acceleration with slope D; D is symmetric and positive definite.
 fn slope_is_the_mass_matrix<const N: usize>(case: &Case<N>) -> Checked {
     let dynamics = Dynamics::new(case.model, case.scene());
     let d = matrix(&dynamics, &case.q);
@@ -89,7 +89,7 @@ fn slope_is_the_mass_matrix<const N: usize>(case: &Case<N>) -> Checked {
     Ok(())
 }
 
-/// inverse(forward(tau)) = tau. The round trip loses accuracy by the conditioning of D.
+/// inverse(forward(tau)) = tau. This loses accuracy according to the condition number of D.
 fn inverse_undoes_forward<const N: usize>(case: &Case<N>) -> Checked {
     let dynamics = Dynamics::new(case.model, case.scene());
     let turn = turns(&case.q);
@@ -123,7 +123,7 @@ fn articulated_bodies_agree_with_the_factored_matrix<const N: usize>(case: &Case
     Ok(())
 }
 
-/// A term removed is the term set to zero; a live term is the constant term with the same value, to the bit.
+/// A removed term equals a term set to zero; a live term equals the constant term with the same value, to the bit.
 fn absent_is_zero_and_live_is_constant<const N: usize>(case: &Case<N>) -> Checked {
     let full = case.scene();
     let absent = [
@@ -161,7 +161,7 @@ fn absent_is_zero_and_live_is_constant<const N: usize>(case: &Case<N>) -> Checke
     Ok(())
 }
 
-/// Setting and clearing a payload gives back the very bits.
+/// Setting and clearing a payload restores exactly the same bits.
 fn payload_cleared_restores_the_bits<const N: usize>(case: &Case<N>) -> Checked {
     let empty = Dynamics::new(case.model, Scene { payload: Term::Absent, ..case.scene() });
     let mut dynamics = empty;
@@ -173,7 +173,7 @@ fn payload_cleared_restores_the_bits<const N: usize>(case: &Case<N>) -> Checked 
     Ok(())
 }
 
-/// Turning the world (the base's placement and gravity together) changes no torque.
+/// Turning everything (the base's placement and gravity together) changes no torque.
 fn world_rotation_changes_nothing<const N: usize>(case: &Case<N>) -> Checked {
     let r = case.turn_world;
     let mut links = *case.model.links();
@@ -185,13 +185,13 @@ fn world_rotation_changes_nothing<const N: usize>(case: &Case<N>) -> Checked {
         ..Case { q: case.q, ..*case }
     };
     let wanted = case.torque(case.scene());
-    // A torque is one component of what the joints carry, and may be small where that is large: it is rounded with it.
+    // A torque is one component of the joint's wrench, and may be small when the wrench is large: its rounding error is relative to the wrench.
     let carried = |terms: &Scene<f64, N>| {
         let dynamics = Dynamics::new(case.model, *terms);
         let wrenches = joint_wrenches(&dynamics, &turns(&case.q), &case.q, &case.qd, &case.qdd, &Live::zero());
         wrenches.iter().fold(0.0, |most: f64, wrench| most.max(wrench.force.amax()).max(wrench.moment.amax()))
     };
-    // Loads that cancel each other are rounded one by one.
+    // Loads that cancel each other are rounded separately.
     let scene = case.scene();
     let without = Scene { payload: Term::Absent, tip_wrench: Term::Absent, ..scene };
     let size = carried(&scene).max(carried(&without)).max(1.0);
@@ -203,7 +203,7 @@ fn world_rotation_changes_nothing<const N: usize>(case: &Case<N>) -> Checked {
     Ok(())
 }
 
-/// The torque is the joint's own component of the wrench that the joint carries, and the rotor's share.
+/// The torque is the component of the joint's wrench along the joint, plus the rotor's share.
 fn torque_is_the_wrench_along_the_joint<const N: usize>(case: &Case<N>) -> Checked {
     let dynamics = Dynamics::new(case.model, case.scene());
     let wrench = joint_wrenches(&dynamics, &turns(&case.q), &case.q, &case.qd, &case.qdd, &Live::zero());
@@ -218,7 +218,7 @@ fn torque_is_the_wrench_along_the_joint<const N: usize>(case: &Case<N>) -> Check
     Ok(())
 }
 
-/// At rest the base carries the whole weight and the contact: summed over absolute positions, with no recursion.
+/// At rest the base carries the whole weight and the contact: computed as a sum over absolute positions, without a recursion.
 fn base_wrench_balances_the_world<const N: usize>(case: &Case<N>) -> Checked {
     let dynamics = Dynamics::new(case.model, case.scene());
     let (turn, still) = (turns(&case.q), [0.0; N]);

@@ -1,4 +1,4 @@
-//! Every physical impossibility is refused by name, and a merely unusual arm is not.
+//! Every physically impossible arm is rejected by name, and a merely unusual arm is accepted.
 #![allow(clippy::unwrap_used, reason = "the valid arm must build")]
 
 use dynamics_core::model::{Impossible, Place};
@@ -44,7 +44,7 @@ fn with_limits(change: impl FnOnce(&mut Limits<f64>)) -> JointSpec {
 #[test]
 fn a_valid_arm_is_accepted() {
     assert!(Model::new(&[valid(), valid()], &Tool::default()).is_ok());
-    // A massless link is a common modelling device, a point mass a common payload, a rod a common textbook link.
+    // Massless links are common in models, point masses are common payloads, and rods are common in textbooks.
     let massless = with_body(|b| *b = Body::massless());
     let point = with_body(|b| b.inertia = Matrix3::zeros());
     let rod = with_body(|b| b.inertia = diagonal(0.0, 0.1, 0.1));

@@ -1,5 +1,5 @@
-//! A payload that is set at run time: it is accepted if some mass inside a ball could have it, in single precision too;
-//! nothing else is accepted.
+//! A payload that is set at run time: it is accepted if and only if some mass distribution inside a ball could have it, in single precision
+//! too.
 
 use dynamics_core::{Inertia, InertiaBounds};
 use nalgebra::{Matrix3, Vector3};
@@ -11,14 +11,14 @@ fn points(all: &[(f64, Vector3<f64>)]) -> Inertia<f64> {
     all.iter().fold(Inertia::zero(), |sum, (mass, at)| sum + Inertia::from_mass_centre(*mass, at, &Matrix3::zeros()))
 }
 
-/// Both precisions have to say the same: the tested bodies are farther from the bounds than the rounding of an f32.
+/// Both precisions must agree: the tested bodies are farther from the bounds than the rounding of an f32.
 fn is_within(body: &Inertia<f64>) -> bool {
     let (double, single) = (body.is_within(&BOUNDS), body.cast::<f32>().is_within(&BOUNDS.cast()));
     assert_eq!(double, single, "{body:?}");
     double
 }
 
-/// A mass and a place in a ball of this radius.
+/// A mass, and a position in a ball of this radius.
 fn place(radius: f64) -> impl Strategy<Value = (f64, Vector3<f64>)> {
     (0.001..1.0, prop::array::uniform3(-1.0..1.0_f64)).prop_filter_map("outside the ball", move |(mass, at)| {
         let at = Vector3::from(at);
@@ -43,13 +43,13 @@ proptest! {
         prop_assert!(!is_within(&points(&[(BOUNDS.mass * heavy, at * 0.5)])));
     }
 
-    /// A mass centre farther out than all matter, and principal moments with a largest one that no matter can have.
+    /// A mass centre farther out than all of the mass, and principal moments with a largest one that no mass distribution can have.
     #[test]
     fn what_no_matter_has_is_not(all in prop::collection::vec(place(0.2), 4..7), axis in 0..3_usize) {
         let body = points(&all);
         let spread = body.about_origin.trace() * 0.5 - body.about_origin[(axis, axis)];
         prop_assume!(spread > 0.01 * body.mass * BOUNDS.radius.powi(2));
-        // More about this axis than about both others.
+        // The moment about this axis exceeds the sum of the other two.
         let mut wide = body;
         wide.about_origin[(axis, axis)] += 2.1 * spread;
         prop_assert!(!is_within(&wide));

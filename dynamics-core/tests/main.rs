@@ -1,4 +1,4 @@
-//! The recursions, the control loop and the chapter on a desk.
+//! Tests of the recursions, the control loop and the chapter, on the desk.
 
 mod assembled;
 mod chapter12;

@@ -1,7 +1,7 @@
-//! Every way to the same dynamics, beside each other: 200 random spatial arms of one to six mixed joints.
+//! All methods for the same dynamics, compared with each other on 200 random spatial arms of one to six mixed joints.
 //!
-//! The ways share the model and nothing after it. The arms are the same on every machine and in every run, so the worst
-//! disagreement of each pair is a number; it is pinned from both sides.
+//! The methods share only the model. The arms are the same on every machine and in every run, so the worst
+//! disagreement of each pair is a fixed number; it is pinned from both sides.
 #![allow(clippy::unwrap_used, reason = "a random arm that cannot be built should stop the test")]
 
 use crate::common::arms::{arm, body, held, joints, vector};
@@ -37,24 +37,24 @@ struct Case<const N: usize> {
     qdd: [f64; N],
 }
 
-/// Inputs for which torques are computed.
+/// Inputs for one computation of torques.
 struct Demand<const N: usize> {
     qd: [f64; N],
     qdd: [f64; N],
     gravity: Vector3<f64>,
 }
 
-/// One way to the dynamics, without contact and without rotors.
+/// One method, without contact and without rotors.
 struct Method<const N: usize> {
     name: &'static str,
     torque: fn(&Case<N>, &Demand<N>) -> [f64; N],
-    /// Its own inertia matrix, if it has one; otherwise torques of unit accelerations are taken.
+    /// The method's own inertia matrix, if it has one; otherwise torques of unit accelerations are used.
     mass_matrix: Option<fn(&Case<N>) -> SMatrix<f64, N, N>>,
-    /// Its own weight, if it has one; otherwise torques at rest are taken.
+    /// The method's own gravity torques, if it has them; otherwise torques at rest are used.
     gravity: Option<fn(&Case<N>) -> [f64; N]>,
 }
 
-/// The table of methods: a new one is one entry more.
+/// The table of methods: a new method is one more entry.
 fn methods<const N: usize>() -> Vec<Method<N>> {
     vec![
         Method {
@@ -102,12 +102,12 @@ fn methods<const N: usize>() -> Vec<Method<N>> {
     ]
 }
 
-/// A property that must hold for an arm: its errors, one number for each quantity.
+/// A property that must hold for an arm. Gives its errors, one number for each quantity.
 trait Check<const K: usize> {
     fn off<const N: usize>(case: &Case<N>) -> [f64; K];
 }
 
-/// The worst over all arms.
+/// The worst errors over all arms.
 fn worst<C: Check<K>, const K: usize>() -> [f64; K] {
     let mut runner = TestRunner::deterministic();
     let off = [
@@ -135,7 +135,7 @@ fn worst_of<C: Check<K>, const K: usize, const N: usize>(runner: &mut TestRunner
     worst
 }
 
-/// The numbers were measured: no worse, and no better without a reason.
+/// Asserts the measured numbers: not worse, and not better without a reason.
 fn assert_measured(found: &[f64], names: &[String], measured: &[f64]) {
     for (name, off) in names.iter().zip(found) {
         println!("{name}: {off:.3e}");
@@ -162,12 +162,12 @@ fn case<const N: usize>() -> impl Strategy<Value = Case<N>> {
 }
 
 impl<const N: usize> Case<N> {
-    /// Gravity and payload.
+    /// Scene with gravity and payload.
     fn scene(&self) -> Scene<f64, N> {
         Scene { gravity: Term::Constant(self.gravity), payload: Term::Constant(self.payload), ..Scene::free_space() }
     }
 
-    /// By libm, which gives the same bits on every machine; the platform's sine does not.
+    /// Sine and cosine by libm, which gives the same bits on every machine; the platform's sine does not.
     fn turn(&self) -> [SinCos<f64>; N] {
         Libm.sin_cos_all(&self.q)
     }
@@ -216,7 +216,7 @@ impl<const N: usize> Method<N> {
 /// Pairs of the methods, in the order of the table.
 const PAIRS: [(usize, usize); 6] = [(0, 1), (0, 2), (1, 2), (0, 3), (1, 3), (2, 3)];
 
-/// Of each pair: torque, inertia matrix, weight.
+/// Errors of each pair: torque, inertia matrix, gravity torques.
 struct Pairs;
 
 const COMPARED: usize = 3 * PAIRS.len();
@@ -247,14 +247,14 @@ fn every_method_gives_the_same_torques_matrix_and_weight() {
         2.852e-15, 1.347e-15, 3.859e-15, // recursive and Lagrange
         2.852e-15, 8.841e-16, 4.898e-15, // recursive and trace form
         4.382e-15, 1.366e-15, 2.434e-15, // Lagrange and trace form
-        1.813e-15, 1.347e-15, 3.265e-15, // recursive and assembled system; its G is that of statics
+        1.813e-15, 1.347e-15, 3.265e-15, // recursive and assembled system; its G is from statics
         1.509e-15, 4.655e-16, 5.937e-16, // Lagrange and assembled system
         3.778e-15, 1.195e-15, 1.861e-15, // trace form and assembled system
     ];
     assert_measured(&worst::<Pairs, COMPARED>(), &names, &measured);
 }
 
-/// A contact at the tip, and eq. 12.236.
+/// A contact at the tip, compared with eq. 12.236.
 struct Contact;
 
 impl Check<2> for Contact {
@@ -279,7 +279,7 @@ fn a_contact_acts_by_the_transposed_jacobian() {
     assert_measured(&worst::<Contact, 2>(), &names, &[4.327e-15, 3.993e-15]);
 }
 
-/// Kinetic and potential energy against [`energy`], and the kinetic one against the trace form's matrix.
+/// Kinetic and potential energy compared with [`energy`], and the kinetic one also with the trace form's matrix.
 struct Energies;
 
 impl Check<3> for Energies {
@@ -293,7 +293,7 @@ impl Check<3> for Energies {
         let kinetic = lagrange::kinetic_energy(&posture, &case.qd);
         let potential = lagrange::potential_energy(&posture, &case.gravity);
         assert_eq!(lagrange::lagrangian(&posture, &case.qd, &case.gravity).to_bits(), (kinetic - potential).to_bits());
-        // Weights above and below the base may cancel.
+        // The weights above and below the base may cancel.
         let length = |v: &Vector3<f64>| v.dot(v).sqrt();
         let weights = posture.links.iter().map(|link| link.mass * length(&case.gravity) * length(&link.centre));
         let size: f64 = weights.sum();
@@ -311,7 +311,7 @@ fn energies_by_jacobians_are_those_by_the_composite_matrix() {
     assert_measured(&worst::<Energies, 3>(), &names, &[2.251e-15, 2.484e-15, 2.693e-16]);
 }
 
-/// Lagrange's equation with every derivative numeric: the origin of all the formulas.
+/// Lagrange's equation with every derivative taken numerically: the source of all the formulas.
 struct Equation;
 
 impl Check<1> for Equation {
@@ -330,7 +330,7 @@ fn torques_are_what_lagranges_equation_takes_from_the_energies() {
     assert!(off < 1e-8, "{off:e}");
 }
 
-/// Christoffel symbols three ways, relative to the largest; `H` by 12.238 and by `C`.
+/// Christoffel symbols by three methods, relative to the largest; `H` by 12.238 and by `C`.
 struct Symbols;
 
 impl Check<4> for Symbols {
@@ -338,7 +338,7 @@ impl Check<4> for Symbols {
         let posture = case.posture();
         let symbols = lagrange::christoffel(&posture);
         let flat = |all: &[[[f64; N]; N]; N]| all.as_flattened().as_flattened().to_vec();
-        // Arms whose matrix is constant have no symbol: the rounding error is measured relative to the matrix.
+        // Arms with a constant matrix have no symbols: the rounding error is measured relative to the matrix.
         let size = symbols
             .as_flattened()
             .as_flattened()
@@ -368,13 +368,13 @@ impl Check<4> for Symbols {
     }
 }
 
-/// The recursion's velocity terms are a quadratic form in `qd`, so three evaluations give each symbol, with nothing truncated.
+/// The recursion's velocity terms are a quadratic form in `qd`, so three evaluations give each symbol without truncation error.
 fn by_polarisation<const N: usize>(case: &Case<N>) -> [[[f64; N]; N]; N] {
     let terms = |j: usize, k: usize| -> [f64; N] {
         let qd = core::array::from_fn(|i| f64::from(u8::from(i == j)) + f64::from(u8::from(i == k)));
         (methods::<N>()[0].torque)(case, &Demand { qd, qdd: [0.0; N], gravity: Vector3::zeros() })
     };
-    // H(e_j + e_k) counts the diagonal twice over where j = k.
+    // H(e_j + e_k) counts the diagonal twice if j = k.
     let own: [[f64; N]; N] = core::array::from_fn(|j| terms(j, j).map(|x| x / 4.0));
     core::array::from_fn(|i| {
         core::array::from_fn(|j| {
@@ -392,7 +392,7 @@ fn trace_form_terms_are_christoffel_symbols_one_by_one() {
     assert_measured(&[coupling, recursive, contracted], &names, &[7.347e-16, 1.041e-15, 6.239e-16]);
 }
 
-/// The symmetric part of `dD/dt - 2 C`, relative to `|D| |qd|`: `C` by Jacobians and by traces; `dD/dt` from the slopes, from the
+/// The symmetric part of `dD/dt - 2 C`, relative to `|D| |qd|`, with `C` by Jacobians and by traces. `dD/dt` is taken from the slopes, from the
 /// symbols, and numerically from the composite bodies' matrix.
 struct Skew;
 
@@ -438,7 +438,7 @@ fn the_rate_of_the_matrix_less_twice_c_is_skew_symmetric() {
     assert_measured(&[slopes, traces, symbols], &names, &[2.610e-16, 1.138e-15, 2.610e-16]);
 }
 
-/// Two slender rods of 1 kg and 1 m in a plane at `q = (0.4, 0.9)`: where the printed forms are held against the corrected ones.
+/// Two slender rods of 1 kg and 1 m in a plane at `q = (0.4, 0.9)`: the arm on which printed and corrected forms are compared.
 fn two_rods() -> Posture<f64, 2> {
     let rod = JointSpec {
         kind: JointKind::Revolute,
@@ -456,7 +456,7 @@ fn two_rods() -> Posture<f64, 2> {
     Chain::new(&model, &Inertia::zero()).posture(&Libm.sin_cos_all(&q), &q)
 }
 
-/// Relative error, and its expected value to six digits.
+/// Asserts the relative error to six digits.
 fn assert_wrong_by(found: &[f64], right: &[f64], wanted: f64) {
     let off = relative_error(found, right);
     assert!((off / wanted - 1.0).abs() < 1e-6, "{off} instead of {wanted}");
@@ -506,14 +506,14 @@ fn the_printed_coupling_read_as_a_matrix_is_not_skew_compatible() {
         core::array::from_fn(|j| core::array::from_fn(|k| slopes[i][j][k] - 0.5 * slopes[j][k][i]))
     });
     let symbols = lagrange::christoffel(&posture);
-    // Off by as much as the largest symbol, 1/2 sin(q2).
+    // The error is as large as the largest symbol, 1/2 sin(q2).
     assert_wrong_by(printed.as_flattened().as_flattened(), symbols.as_flattened().as_flattened(), 1.0);
     let c = SMatrix::<f64, 2, 2>::from_fn(|i, j| printed[i][j][0] * qd[0] + printed[i][j][1] * qd[1]);
     let rate = SMatrix::<f64, 2, 2>::from_fn(|i, j| slopes[i][j][0] * qd[0] + slopes[i][j][1] * qd[1]);
-    // Right after contraction with the velocities, which is why it goes unnoticed...
+    // After contraction with the velocities it is correct, which is why it goes unnoticed...
     let coupled: [f64; 2] = (c * SVector::from(qd)).into();
     assert!(relative_error(&coupled, &lagrange::velocity_coupling(&posture, &qd)) < 1e-15);
-    // ...but the symmetric part of dD/dt - 2 C is not zero: up to sin(q2) qd2 = 1.57 kg m^2/s, as much as dD/dt itself has.
+    // ...but the symmetric part of dD/dt - 2 C is not zero: up to sin(q2) qd2 = 1.57 kg m^2/s, as large as dD/dt itself.
     let rest = rate - c * 2.0;
     let symmetric = (rest + rest.transpose()) * 0.5;
     assert!((symmetric[(0, 0)] - 0.9_f64.sin() * qd[1]).abs() < 1e-15);

@@ -1,4 +1,4 @@
-//! Generalised momentum by recursion against the inertia matrix and Christoffel symbols, which share nothing with it.
+//! Generalised momentum by recursion, compared with the inertia matrix and Christoffel symbols, which share no code with it.
 #![allow(clippy::unwrap_used, reason = "a random arm that cannot be built should stop the test")]
 #![allow(clippy::float_cmp, reason = "what is absent, zero, live or constant is promised to the bit")]
 
@@ -35,7 +35,7 @@ fn its_rate_is_that_of_christoffel_symbols_weight_and_contact() {
         let weight = gravity(&posture, &case.gravity);
         let pushed = generalized_force(&posture, &[0.0; N], &case.push());
         let wanted: [f64; N] = core::array::from_fn(|i| from_velocity[i] - weight[i] + pushed[i]);
-        // Large terms may cancel: the error is one of the terms'.
+        // Large terms may cancel: the error is relative to the terms.
         let size =
             (0..N).fold(0.0_f64, |size, i| size.max(from_velocity[i].abs()).max(weight[i].abs()).max(pushed[i].abs()));
         let found = momentum(case, *case.dynamics().scene(), &Live::zero()).rate;
@@ -47,7 +47,7 @@ fn its_rate_is_that_of_christoffel_symbols_weight_and_contact() {
     assert!(worst < 1e-12, "{worst:e}");
 }
 
-/// `dp/dt = tau + rate` along a motion, with `tau` of the recursion and `dp/dt` by differences: nothing of Lagrange's in it.
+/// `dp/dt = tau + rate` along a motion, with `tau` from the recursion and `dp/dt` by differences: independent of Lagrange's equations.
 #[test]
 fn momentum_changes_by_torque_and_rate() {
     fn error<const N: usize>(case: &Moving<N>) -> f64 {
@@ -92,7 +92,7 @@ fn absent_terms_are_zero_live_ones_are_constant_and_velocity_terms_are_always_th
             ..full
         };
         assert_eq!(momentum(case, absent, &live), momentum(case, all_live, &none));
-        // A rotor is momentum of its joint and nothing else.
+        // A rotor adds to the momentum of its joint and to nothing else.
         let without = momentum(case, Scene { rotor: Term::Absent, ..full }, &none);
         assert_eq!(without.rate, found.rate);
         let rotors: [f64; N] = core::array::from_fn(|i| found.momentum[i] - without.momentum[i]);

@@ -1,7 +1,7 @@
 //! Cost of each scene term in the generic recursion, counted by a counting scalar.
 //!
-//! The counts are exact and the same for every state: a recursion over [`Scalar`] cannot branch on data. They are pinned
-//! with `==`, so a saving must be written down here as well as a loss.
+//! The counts are exact and the same for every state, because a recursion over [`Scalar`] cannot branch on data. They are pinned
+//! with `==`, so a saving must be entered here as well as a loss.
 #![allow(clippy::unwrap_used, reason = "a broken data file should stop the test")]
 #![allow(clippy::suspicious_arithmetic_impl, reason = "counting is an addition inside every operator")]
 
@@ -123,7 +123,7 @@ fn operations(mul: u32, add: u32, neg: u32) -> Operations {
 #[test]
 fn the_count_does_not_depend_on_the_state() {
     let first = cost(full, 0);
-    // 50 is all zero, 51 at rest, 52 with every velocity one.
+    // State 50 is all zero, 51 is at rest, 52 has every velocity one.
     for state in [1, 7, 50, 51, 52] {
         assert_eq!(cost(full, state), first);
     }
@@ -158,9 +158,9 @@ fn each_term_costs_what_is_written_here() {
 fn an_absent_term_costs_no_operation() {
     let all = cost(full, 0);
     let without = |scene: fn(&Model<f64, 6>) -> Scene<f64, 6>| cost(scene, 0);
-    // A constant payload is folded when the scene is made.
+    // A constant payload is merged into the link when the scene is made.
     assert_eq!(without(|m| Scene { payload: Term::Absent, ..full(m) }), all);
-    // The rotors: one product and one sum a joint. The contact: two rotations, a cross product, two differences.
+    // The rotors cost one product and one sum a joint. The contact costs two rotations, a cross product, and two differences.
     let no_rotor = without(|m| Scene { rotor: Term::Absent, ..full(m) });
     assert_eq!((all.mul - no_rotor.mul, all.add - no_rotor.add), (6, 6));
     let no_contact = without(|m| Scene { tip_wrench: Term::Absent, ..full(m) });
@@ -183,7 +183,7 @@ fn lagranges_equations_cost_what_is_written_here() {
         let posture = chain.posture(&turn, &q);
         let _tau = lagrange::inverse_dynamics(&posture, &qd, &qdd, &g, &Wrench::zero());
     });
-    // 80 for each of 91 and 441 traces; for each second derivative two products more.
+    // 80 for each of 91 and 441 traces; two more products for each second derivative.
     let transforms = Transforms::new(&chain, &turn, &q);
     let matrix = counted(|| {
         let _d = transforms.mass_matrix();

@@ -1,4 +1,4 @@
-//! Who carries a joint's wrench.
+//! The split of a joint's wrench between actuator and bearings.
 
 use crate::common::moving::{Moving, worst, worst_over_arms};
 use crate::common::{pinned, pinned_rounding, relative_error, torque, turns};
@@ -9,12 +9,12 @@ fn reactions<const N: usize>(case: &Moving<N>, axes: Axes) -> [Reaction<f64>; N]
     joint_reactions(&case.dynamics(), &turns(&case.q), &case.q, &case.qd, &case.qdd, &Live::zero(), axes)
 }
 
-/// Largest force and moment of all joints, as a measure of rounding.
+/// Largest force and moment of all joints, as the reference for rounding errors.
 fn size<const N: usize>(reactions: &[Reaction<f64>; N]) -> f64 {
     reactions.iter().fold(0.0, |most, r| most.max(r.wrench.force.amax()).max(r.wrench.moment.amax()))
 }
 
-/// The shares of the actuators are the torques without the rotors', in either axes.
+/// The actuators' shares are the torques without the rotors', in axes of either frame.
 fn shares<const N: usize>(case: &Moving<N>) -> f64 {
     let tau = torque::<f64, N>(&case.dynamics(), &case.q, &case.qd, &case.qdd);
     let link = reactions(case, Axes::Link);
@@ -26,7 +26,7 @@ fn shares<const N: usize>(case: &Moving<N>) -> f64 {
     })
 }
 
-/// Both shares make up the wrench, the bearing has none of the actuator's, and magnitudes are the same in either axes.
+/// Both shares add up to the wrench, the bearing has no component along the actuator's, and magnitudes are the same in axes of either frame.
 fn bearings<const N: usize>(case: &Moving<N>) -> f64 {
     let (link, base) = (reactions(case, Axes::Link), reactions(case, Axes::Base));
     let scale = size(&link);
@@ -49,7 +49,7 @@ fn bearings<const N: usize>(case: &Moving<N>) -> f64 {
             (load.twisting, same.twisting),
         ];
         worst = pairs.iter().fold(worst, |worst, (a, b)| worst.max((a - b).abs()));
-        // Squares of the parts, actuator included, are those of the whole.
+        // The squares of the parts, including the actuator's, add up to the square of the whole.
         let whole =
             reaction.wrench.force.dot(&reaction.wrench.force) + reaction.wrench.moment.dot(&reaction.wrench.moment);
         let parts = [load.radial, load.axial, load.tilting, load.twisting, reaction.actuator];
@@ -65,7 +65,7 @@ fn actuators_and_bearings_share_every_wrench() {
     pinned_rounding("bearings", worst_over_arms!(bearings), 1.20e-15);
 }
 
-/// 12.212-12.213 as printed take the next joint's wrench along this joint's axis.
+/// 12.212-12.213 as printed use the next joint's wrench along this joint's axis.
 #[test]
 fn the_printed_index_gives_another_torque() {
     let error = |case: &Moving<6>| {

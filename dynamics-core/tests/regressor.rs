@@ -1,4 +1,4 @@
-//! The regressor times the parameters is the torque of the recursion, over random arms of one to six mixed joints.
+//! The regressor times the parameters equals the recursion's torque, over random arms of one to six mixed joints.
 
 use crate::common::arms::{arm, joints, vector};
 use crate::common::moving::for_every_arm;
@@ -35,7 +35,7 @@ fn case<const N: usize>() -> impl Strategy<Value = Case<N>> {
     })
 }
 
-/// `Y pi = tau`, of the recursion without rotors.
+/// `Y pi = tau`, for the recursion without rotors.
 fn columns_times_parameters_are_the_torque<const N: usize>(case: &Case<N>) -> Result<(), TestCaseError> {
     let columns = case.columns();
     let bodies = case.model.links().map(|link| link.inertia.parameters());
@@ -48,7 +48,7 @@ fn columns_times_parameters_are_the_torque<const N: usize>(case: &Case<N>) -> Re
     Ok(())
 }
 
-/// A body beyond a joint loads it; one before it does not.
+/// A body beyond a joint loads the joint; a body before it does not.
 fn links_before_a_joint_do_not_load_it<const N: usize>(case: &Case<N>) -> Result<(), TestCaseError> {
     for (joint, row) in case.columns().iter().enumerate() {
         prop_assert_eq!(&row[..joint], &[[0.0; 10]; N][..joint]);
@@ -56,7 +56,7 @@ fn links_before_a_joint_do_not_load_it<const N: usize>(case: &Case<N>) -> Result
     Ok(())
 }
 
-/// The ten numbers are the whole body.
+/// The ten numbers determine the whole body.
 fn a_body_is_its_parameters<const N: usize>(case: &Case<N>) -> Result<(), TestCaseError> {
     for link in case.model.links() {
         let body = link.inertia.symmetric();

@@ -1,4 +1,4 @@
-//! Torques that reflected rotor inertia leaves out, against the energy from which they are derived, over random arms.
+//! Torques that reflected rotor inertia omits, compared with the energy from which they are derived, over random arms.
 #![allow(clippy::unwrap_used, reason = "a random arm that cannot be built should stop the test")]
 
 use crate::common::arms::{arm, joints};
@@ -33,11 +33,11 @@ fn posture<const N: usize>(model: &Model<f64, N>, q: &[f64; N]) -> Posture<f64, 
 }
 
 impl<const N: usize> Case<N> {
-    /// The energy that the usual model leaves out, as a difference of whole energies.
+    /// The energy that the usual model omits, as a difference of whole energies.
     fn dropped(&self, carried: Carried, q: &[f64; N], qd: &[f64; N]) -> f64 {
         let posture = posture(&self.model, q);
         let all = self.rotors.complete_energy(&posture, qd) - self.rotors.reflected_energy(qd);
-        // Without a gear the rotor does nothing but turn with the link.
+        // With a gear ratio of zero the rotor only turns with the link.
         let with_link = Rotors { gear: [0.0; N], ..self.rotors }.complete_energy(&posture, qd);
         match carried {
             Carried::ByLink => all - with_link,
@@ -49,7 +49,7 @@ impl<const N: usize> Case<N> {
         self.rotors.extra_torque(&posture(&self.model, &self.q), carried, &self.qd, &self.qdd)
     }
 
-    /// Scale of rounding in differences of these energies: their size, and the work of the torques.
+    /// Reference for rounding errors in differences of these energies: their size, and the work of the torques.
     fn size(&self, torque: &[f64; N]) -> f64 {
         let energy = self.rotors.complete_energy(&posture(&self.model, &self.q), &self.qd);
         torque.iter().fold(energy + self.rotors.reflected_energy(&[1.0; N]), |m, x| m.max(x.abs()))
@@ -82,7 +82,7 @@ fn power_is_the_rate_of_the_energy<const N: usize>(case: &Case<N>) -> Checked {
     Ok(())
 }
 
-/// The coupling is odd in the gear, which the reflected inertia is not; and the first rotor, on the base, has none.
+/// The coupling is odd in the gear ratio, unlike the reflected inertia; the first rotor, on the base, has no coupling.
 fn turning_the_gear_round_turns_the_coupling_round<const N: usize>(case: &Case<N>) -> Checked {
     let back = Rotors { gear: case.rotors.gear.map(|n| -n), ..case.rotors };
     let place = posture(&case.model, &case.q);
@@ -103,7 +103,7 @@ for_every_arm!(
     turning_the_gear_round_turns_the_coupling_round,
 );
 
-/// With parallel axes `k . omega` is `qd1`: energy `I N qd1 qd2`, so each joint feels the other's acceleration.
+/// With parallel axes `k . omega` is `qd1`: the energy is `I N qd1 qd2`, so each joint feels the other's acceleration.
 #[test]
 fn parallel_axes_couple_by_inertia_times_gear() {
     let link = JointSpec {

@@ -1,4 +1,4 @@
-//! The safety state machine: every transition against a table, its invariants over random sequences, braking, and the
+//! The safety state machine: every transition compared with a table, its invariants over random sequences, braking, and the
 //! controller inside it.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on should say so")]
 #![allow(clippy::float_cmp, reason = "limits, edges and what is handed on are promised to the bit")]

@@ -1,4 +1,4 @@
-//! An arm at rest, against the dynamics of an arm that does not move.
+//! An arm at rest, compared with the dynamics of an arm that does not move.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 use crate::common::arms::vector;
@@ -15,14 +15,14 @@ use nalgebra::{Matrix3, Vector3};
 
 const POINTS: [Point; 4] = [Point::MassCentre, Point::InnerOrigin, Point::OuterOrigin, Point::Base];
 
-/// Two loads on every link in base axes, their moments about points that change from link to link.
+/// Two loads on every link in base axes, with moments about points that change from link to link.
 fn loads<const N: usize>(case: &Moving<N>) -> [[ExternalLoad<f64>; 2]; N] {
     let mut vectors = fixed((vector(20.0), vector(5.0)), 2 * N);
     let posture = case.posture();
     core::array::from_fn(|i| {
         core::array::from_fn(|k| {
             let (force, moment) = vectors.next().unwrap();
-            // Turned with the link, so that no two arms have the same.
+            // Turned with the link, so that no two arms have the same loads.
             let turn = |v| posture.links[i].rotation * v;
             ExternalLoad { force: turn(force), moment: turn(moment), about: POINTS[(i + k) % 4] }
         })
@@ -37,14 +37,14 @@ fn difference<const N: usize>(found: &[Wrench<f64>; N], wanted: &[Wrench<f64>; N
     relative_error(&numbers_of(found), &numbers_of(wanted))
 }
 
-/// Backward statics against the recursion at rest: wrenches, and torques.
+/// Backward statics compared with the recursion at rest: wrenches, and torques.
 fn against_dynamics<const N: usize>(case: &Moving<N>) -> f64 {
     let (posture, still) = (case.posture(), [0.0; N]);
     let recursion = joint_wrenches(&case.dynamics(), &turns(&case.q), &case.q, &still, &still, &Live::zero());
     let found = backward(&posture, &case.gravity, &[&[]; N], &case.push());
     let held = holding_torque(&posture, &case.gravity, &case.push());
     let tau = torque::<f64, N>(&case.dynamics(), &case.q, &still, &still);
-    // Beside the wrenches a torque may vanish: it is measured by them.
+    // A torque may be tiny compared with the wrenches: its error is relative to the wrenches.
     let size = numbers_of(&recursion).into_iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let off = held.iter().zip(&tau).fold(0.0, |most: f64, (h, t)| most.max((h - t).abs()));
     difference(&found, &into_base(&posture, &recursion)).max(off / size)
@@ -55,7 +55,7 @@ fn statics_is_dynamics_at_rest() {
     pinned_rounding("statics against dynamics at rest", worst_over_arms!(against_dynamics), 1.16e-15);
 }
 
-/// From the tip to the base and back to the tip, with loads: every wrench in between is met again, and the tip's.
+/// From the tip to the base and back to the tip, with loads: every intermediate wrench is reproduced, and the tip's.
 fn round_trip<const N: usize>(case: &Moving<N>) -> f64 {
     let (posture, loads) = (case.posture(), loads(case));
     let inward = backward(&posture, &case.gravity, &slices(&loads), &case.push());
@@ -71,7 +71,7 @@ fn outward_undoes_inward() {
     pinned_rounding("outward after inward", worst_over_arms!(round_trip), 1.10e-15);
 }
 
-/// Loads in link axes, wrenches in link axes: turned into the base frame they are those computed there, inward and outward.
+/// Loads and wrenches in link axes: turned into the base frame they equal those computed there, inward and outward.
 fn in_links<const N: usize>(case: &Moving<N>) -> f64 {
     let (chain, posture, loads, turn) = (case.chain(), case.posture(), loads(case), turns(&case.q));
     let local: [[ExternalLoad<f64>; 2]; N] = core::array::from_fn(|i| {
@@ -89,7 +89,7 @@ fn in_links<const N: usize>(case: &Moving<N>) -> f64 {
     let found = backward_in_links(&chain, &turn, &case.q, &case.gravity, &slices(&local), &case.contact);
     let outward = forward(&posture, &case.gravity, &slices(&loads), &inward[0]);
     let found_outward = forward_in_links(&chain, &turn, &case.q, &case.gravity, &slices(&local), &found[0]);
-    // The last outward wrench alone may be small beside those that it is left of.
+    // The last outward wrench may be small compared with those whose difference it is.
     let all = |a: &[Wrench<f64>; N], b: &[Wrench<f64>; N]| numbers_of(&[*a, *b].concat());
     relative_error(&all(&into_base(&posture, &found), &into_base(&posture, &found_outward)), &all(&inward, &outward))
 }
@@ -99,7 +99,7 @@ fn link_frames_and_base_frame_agree() {
     pinned_rounding("link frames against base frame", worst_over_arms!(in_links), 1.54e-15);
 }
 
-/// Every load's moment taken about every point in turn: the joints feel the same. And the balance about mass centres,
+/// Every load's moment about every point in turn gives the same joint wrenches. Also checks the balance about mass centres,
 /// 12.458-12.459.
 fn about_every_point<const N: usize>(case: &Moving<N>) -> f64 {
     let (posture, loads) = (case.posture(), loads(case));
@@ -132,7 +132,7 @@ fn a_moment_may_be_about_any_point_that_is_named() {
     pinned_rounding("reference points", worst_over_arms!(about_every_point), 4.79e-16);
 }
 
-/// Weight with the moment that 12.4, 12.465 and 12.510 print, `r x m g`, in an equation that wants it about this point.
+/// Weight with the moment printed in 12.4, 12.465 and 12.510, `r x m g`, in an equation that needs it about this point.
 fn printed<const N: usize>(
     posture: &Posture<f64, N>,
     gravity: &Vector3<f64>,
@@ -144,12 +144,12 @@ fn printed<const N: usize>(
     })
 }
 
-/// Torques at rest with the printed moments, relative to the right ones; their error is known.
+/// Torques at rest with the printed moments, relative to the correct ones; their error is known.
 fn printed_error(case: &Moving<6>, about: Point) -> f64 {
     let posture = case.posture();
     let loads = printed(&posture, &case.gravity, about);
     let joint = backward(&posture, &Vector3::zeros(), &loads.each_ref().map(|l| &l[..]), &case.push());
-    // As corrected, moved from the mass centre to the point that the equation wants.
+    // As corrected: moved from the mass centre to the point that the equation needs.
     let weight = |i: usize| ExternalLoad::weight(posture.links[i].mass, &case.gravity);
     let moved: [_; 6] = core::array::from_fn(|i| [weight(i).moved(about, &Points::in_base(&posture, i))]);
     let right = backward(&posture, &Vector3::zeros(), &moved.each_ref().map(|l| &l[..]), &case.push());
@@ -171,7 +171,7 @@ fn the_printed_moments_of_weight_are_off_by_the_weights_about_the_point_that_the
     pinned("r x m g in 12.456, about the inner origin", worst(|case| printed_error(case, Point::InnerOrigin)), 2.50);
     assert!(worst(|case| printed_error(case, Point::Base)) < 1e-12, "about the base, where it belongs");
 
-    // 12.472, outward, wants it about the outer origin.
+    // 12.472, outward, needs it about the outer origin.
     let off = worst::<6>(|case| {
         let posture = case.posture();
         let loads = printed(&posture, &case.gravity, Point::OuterOrigin);
@@ -199,7 +199,7 @@ fn rods<const N: usize>(rods: [(f64, f64); N]) -> Chain<f64, N> {
     Chain::new(&Model::new_unphysical(&joints, &Tool::default()).unwrap(), &Inertia::zero())
 }
 
-/// Forces and moments of 12.482-12.493; `(fx, fy)`, `mz` is the wrench of the arm on the environment, in base axes.
+/// Forces and moments of 12.482-12.493; `(fx, fy)` and `mz` are the wrench of the arm on the environment, in base axes.
 #[test]
 fn four_rods_in_a_plane_are_held_as_in_example_345() {
     let (l, m) = ([0.8, 0.7, 0.5, 0.3], [4.0, 3.0, 2.0, 1.0]);
@@ -224,7 +224,7 @@ fn four_rods_in_a_plane_are_held_as_in_example_345() {
     assert!(joint.iter().all(|w| w.force.z.abs() + w.moment.x.abs() + w.moment.y.abs() < 1e-15));
 }
 
-/// Exercise 32: 24 kg and 18 kg on 1 m each, 14 kg at the end, 30 and 45 degrees from the plumb line.
+/// Exercise 32: 24 kg and 18 kg on 1 m each, 14 kg at the end, 30 and 45 degrees from the vertical.
 #[test]
 fn two_rods_with_a_load_are_held_as_in_exercise_32() {
     let chain = rods([(1.0, 24.0), (1.0, 18.0)]);

@@ -1,4 +1,4 @@
-//! Energies and derivatives of the Lagrangian by traces (12.396-12.413), each term against an expression without a trace.
+//! Energies and derivatives of the Lagrangian by traces (12.396-12.413), each term compared with an expression without a trace.
 #![allow(clippy::unwrap_used, reason = "a random arm that cannot be built should stop the test")]
 
 use crate::common::moving::{Moving, fixed, worst};
@@ -18,10 +18,10 @@ fn transforms<const N: usize>(case: &Moving<N>) -> Transforms<f64, N> {
     at(case, &case.q)
 }
 
-/// A tip that no frame singles out.
+/// A tip in general position.
 const POINT: Vector3<f64> = Vector3::new(0.3, -0.7, 0.4);
 
-/// 12.396-12.397 against `O + R r` and `v_C + omega x (r - r_C)`.
+/// 12.396-12.397 compared with `O + R r` and `v_C + omega x (r - r_C)`.
 #[test]
 fn points_move_as_rigid_links_do() {
     let off = worst::<6>(|case| {
@@ -38,7 +38,7 @@ fn points_move_as_rigid_links_do() {
     assert!(off < 1e-13, "{off:e}");
 }
 
-/// Four particles in each link, whose masses and places are all that is known of a body.
+/// Four particles in each link: a body is defined only by their masses and positions.
 fn particles(seed: usize) -> [(f64, Vector3<f64>); 4] {
     core::array::from_fn(|k| {
         let x = (7 * seed + 3 * k) as f64;
@@ -62,7 +62,7 @@ fn a_links_energy_is_that_of_its_particles() {
     for case in fixed(crate::common::moving::moving::<5>(), 32) {
         let joints: [JointSpec; 5] = core::array::from_fn(|r| JointSpec {
             kind: case.model.links()[r].kind,
-            // A placement leaves the body's axes as they are given.
+            // With a placement, the body's axes stay as given.
             frame: Frame::Placement {
                 rotation: about_x(0.4 + r as f64),
                 translation: Vector3::new(0.3, 0.1 * r as f64, -0.2),
@@ -89,7 +89,7 @@ fn a_links_energy_is_that_of_its_particles() {
     }
 }
 
-/// 12.403 and 12.405-12.406 against the composite bodies' energies.
+/// 12.403 and 12.405-12.406 compared with the composite bodies' energies.
 #[test]
 fn energies_are_those_of_the_composite_bodies() {
     let off = worst::<6>(|case| {
@@ -109,7 +109,7 @@ fn energies_are_those_of_the_composite_bodies() {
     assert!(off < 1e-13, "{off:e}");
 }
 
-/// `sum_r (m v_i . v_j + w_i . I w_j)` over columns that are velocities under unit joint speeds.
+/// `sum_r (m v_i . v_j + w_i . I w_j)`; the columns are velocities under unit joint speeds.
 fn by_columns(posture: &Posture<f64, 6>, i: usize, j: usize) -> f64 {
     let unit = |k: usize| core::array::from_fn(|n| if n == k { 1.0 } else { 0.0 });
     let (first, second) = (posture.motion(&unit(i), &[0.0; 6]), posture.motion(&unit(j), &[0.0; 6]));
@@ -117,7 +117,7 @@ fn by_columns(posture: &Posture<f64, 6>, i: usize, j: usize) -> f64 {
     links.map(|(link, (a, b))| link.mass * a.velocity.dot(&b.velocity) + a.omega.dot(&(link.inertia * b.omega))).sum()
 }
 
-/// 12.393, 12.409-12.410: `D` is symmetric and every element is right beside its own row and column.
+/// 12.393, 12.409-12.410: `D` is symmetric and every element is correct relative to its own row and column.
 #[test]
 fn the_inertia_matrix_is_right_element_by_element() {
     let off = worst::<6>(|case| {
@@ -132,7 +132,7 @@ fn the_inertia_matrix_is_right_element_by_element() {
     assert!(off < 1e-12, "{off:e}");
 }
 
-/// 12.395, 12.419: the weight on each joint is that of all links beyond it about its axis.
+/// 12.395, 12.419: the gravity torque of each joint is that of all links beyond it about its axis.
 #[test]
 fn the_gravity_vector_is_right_element_by_element() {
     let off = worst::<6>(|case| {
@@ -148,7 +148,7 @@ fn the_gravity_vector_is_right_element_by_element() {
     assert!(off < 1e-13, "{off:e}");
 }
 
-/// 12.408 and 12.411-12.413 against differences of the Lagrangian of 12.407; together they are the torques of 12.414.
+/// 12.408 and 12.411-12.413 compared with differences of the Lagrangian of 12.407; together they give the torques of 12.414.
 #[test]
 fn derivatives_of_the_lagrangian_are_its_slopes() {
     let off = worst::<6>(|case| {

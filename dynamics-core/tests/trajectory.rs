@@ -1,4 +1,4 @@
-//! Reference motions: smooth, exact at their ends, inside their bounds, and refused when they are impossible.
+//! Reference motions: smooth, exact at their ends, inside their bounds, and rejected if they are impossible.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on should say so")]
 #![allow(clippy::float_cmp, reason = "ends of motions are promised to the bit")]
 

@@ -1,5 +1,5 @@
-//! Accuracy of every [`Method`] against libm's f64 functions (f32) and of [`Polynomial`] against a table of many digits (f64),
-//! from both sides: a bound that is exceeded fails, and so does an error that has shrunk without anyone saying why.
+//! Accuracy of every [`Method`], compared with libm's f64 functions (f32), and of [`Polynomial`], compared with a table of many digits (f64).
+//! Bounds hold from both sides: an error above its bound fails, and so does an unexplained smaller error.
 #![allow(clippy::unwrap_used, clippy::float_cmp, reason = "a test may panic, and symmetry is meant to the bit")]
 
 use core::f64::consts::FRAC_PI_4;
@@ -7,10 +7,10 @@ use dynamics_core::Real;
 use dynamics_core::trig::{Libm, Method, Polynomial, Polynomial3, Polynomial5, SinCos, Table, Trig};
 use proptest::prelude::proptest;
 
-/// Results smaller than this are held to an absolute bound instead of one in units in the last place.
+/// Results smaller than this have an absolute bound instead of one in units in the last place.
 const SMALL: f64 = 1.0 / 256.0;
 
-/// Largest errors over the angles looked at.
+/// Largest errors over the tested angles.
 #[derive(Clone, Copy, Debug, Default)]
 struct Worst {
     absolute_sin: f64,
@@ -43,7 +43,7 @@ impl Worst {
         [self.absolute_sin, self.absolute_cos, self.ulp_sin, self.ulp_cos, self.absolute_small]
     }
 
-    /// No error above the stated one, none below `least` times the stated one.
+    /// Asserts that no error is above the stated one, and none below `least` times the stated one.
     fn hold(&self, stated: &[f64; 5], least: f64) {
         for (measured, stated) in self.fields().into_iter().zip(stated) {
             assert!(measured <= *stated, "{measured:e} exceeds the stated {stated:e}: {self:?}");
@@ -52,7 +52,7 @@ impl Worst {
     }
 }
 
-/// Spacing of the f32s at the size of `x`.
+/// Spacing of f32 numbers at the size of `x`.
 fn unit_f32(x: f64) -> f64 {
     let x = x.abs() as f32;
     f64::from(x.next_up()) - f64::from(x)
@@ -64,8 +64,8 @@ fn see_f32(worst: &mut Worst, trig: &impl Trig<f32>, angle: f32) {
     worst.see((f64::from(sin) - true_sin, true_sin), (f64::from(cos) - true_cos, true_cos), unit_f32);
 }
 
-/// Range, rad, and its largest errors (absolute sin and cos, ulp sin and cos, absolute where the result is small), as
-/// the exhaustive test measures them for [`Polynomial`] and the sample for the others, rounded up in the third digit. The
+/// Range, rad, and its largest errors (absolute sin and cos, ulp sin and cos, absolute for small results), as measured by
+/// the exhaustive test for [`Polynomial`] and by the sample for the others, rounded up in the third digit. The
 /// documentation of the module repeats them.
 const STATED_F32: [(Method, [Range; 4]); 4] = [
     (
@@ -109,7 +109,7 @@ const STATED_F32: [(Method, [Range; 4]); 4] = [
 /// The end of a range of angles, rad, and the largest errors in it.
 type Range = (f32, [f64; 5]);
 
-/// Run over parts of a range on all cores.
+/// Runs a function over parts of a range on all cores.
 fn on_all_cores<T: Send>(
     range: core::ops::RangeInclusive<u32>,
     part: impl Fn(core::ops::RangeInclusive<u32>) -> T + Sync,
@@ -127,7 +127,7 @@ fn on_all_cores<T: Send>(
     })
 }
 
-/// Sine and cosine of an angle; of its negative they must be the same but for the sign of the sine.
+/// Sine and cosine of an angle. Asserts that those of its negative are the same, except for the sign of the sine.
 fn of_either_sign(trig: &impl Trig<f32>, angle: f32) -> SinCos<f32> {
     let (plus, minus) = (trig.sin_cos(angle), trig.sin_cos(-angle));
     assert!(
@@ -137,14 +137,14 @@ fn of_either_sign(trig: &impl Trig<f32>, angle: f32) -> SinCos<f32> {
     plus
 }
 
-/// Up to here the sine is the angle and the cosine one: the true ones are nearer than `x^3 / 6` and `x^2 / 2`, a twelfth
+/// Up to this angle the computed sine is the angle and the cosine one. The exact values differ by less than `x^3 / 6` and `x^2 / 2`, a twelfth
 /// of an ulp and half of one.
 const TINY: f32 = 1.0 / 4096.0;
 
 #[test]
 fn f32_angles_up_to_the_tiny_one_are_their_own_sine() {
-    // A square of at most 2^-24 vanishes beside one, for every such angle by the same argument: a sample will do, and the
-    // ignored test looks at each.
+    // A square of at most 2^-24 vanishes compared with one, for every such angle by the same argument. A sample is enough here; the
+    // ignored test checks every angle.
     on_all_cores(0..=TINY.to_bits(), |bits| {
         for bits in bits.step_by(499) {
             let SinCos { sin, cos } = of_either_sign(&Polynomial, f32::from_bits(bits));
@@ -176,7 +176,7 @@ fn f32_errors_over_every_float_are_the_stated_ones() {
     let mut next = 0;
     let mut measured = Vec::new();
     for (end, _) in ranges {
-        // Negative angles follow from the symmetry, which has its own test.
+        // Negative angles follow from the symmetry, which another test checks.
         for bits in next..=end.to_bits() {
             see_f32(&mut worst, &Polynomial, f32::from_bits(bits));
         }
@@ -195,12 +195,12 @@ fn f32_errors_of_a_sample_are_the_stated_ones() {
         for (end, stated) in ranges {
             let mut worst = Worst::default();
             let mut see = |angle| see_f32(&mut worst, method, angle);
-            // Spread over the floats, that is in magnitude; then evenly.
+            // First evenly spread over the float patterns, that is over magnitudes; then evenly over the range.
             let stride = 1_009;
             (0..=end.to_bits()).step_by(stride).for_each(|bits| see(f32::from_bits(bits)));
             (0..=400_000_u32).for_each(|i| see(end * (i as f32 / 400_000.0)));
             quarter_turn_neighbours(*end).for_each(see);
-            // A sample misses the very worst float.
+            // A sample may miss the worst float.
             worst.hold(stated, 0.85);
         }
     }
@@ -237,7 +237,7 @@ fn reference() -> Vec<Row> {
         .collect()
 }
 
-/// Spacing of the f64s at the size of `x`.
+/// Spacing of f64 numbers at the size of `x`.
 fn unit_f64(x: f64) -> f64 {
     x.abs().next_up() - x.abs()
 }
@@ -255,7 +255,7 @@ fn f64_results_are_within_an_ulp_of_the_reference_at_zeros_and_everywhere_else()
             worst = worst.max(error);
         }
     }
-    // Half an ulp is the rounding of the result.
+    // The rounding of the result alone is half an ulp.
     assert!(worst > 0.5);
 }
 
@@ -267,7 +267,7 @@ fn f64_errors_of_a_sample_are_the_stated_ones() {
     let mut worst = Worst::default();
     for Row { angle, sin, cos } in reference().iter().filter(|row| row.angle.abs() > 1.0 / 64.0) {
         for step in -150..=150 {
-            // Near an angle of the table the truth follows by the addition theorem, with little lost: |d| < 2^-14.
+            // Near an angle of the table the exact value follows by the addition theorem, with a small loss: |d| < 2^-14.
             let near = (angle + f64::from(step) * 3.9e-7).clamp(-Polynomial::LIMIT_F64, Polynomial::LIMIT_F64);
             let d = near - angle;
             let sin_d = d - d * d * d / 6.0 + d * d * d * d * d / 120.0;
@@ -365,12 +365,12 @@ fn beyond_the_limit_both_are_nan_and_at_the_limit_neither() {
     assert!(Polynomial.sin_cos(double).sin.is_finite() && Polynomial.sin_cos(-double).cos.is_finite());
 }
 
-/// The bits, with all NaNs the same: which of them comes out is no one's promise.
+/// The bits, with all NaNs treated as equal: which NaN results is not specified.
 fn bits<S: Real>(both: SinCos<S>) -> [u64; 2] {
     [both.sin, both.cos].map(|x| if x.is_finite() { x.to_f64().to_bits() } else { f64::NAN.to_bits() })
 }
 
-/// All at once, as a list and one by one: the same bits for `N` angles.
+/// Asserts the same bits for `N` angles computed all at once, as a list, and one by one.
 fn assert_same_bits<S: Real, const N: usize>(trig: &impl Trig<S>, angles: [S; N]) {
     let single = angles.map(|angle| bits(trig.sin_cos(angle)));
     assert_eq!(trig.sin_cos_all(&angles).map(bits), single, "{angles:?}");
@@ -445,7 +445,7 @@ fn a_method_chosen_at_run_time_gives_the_bits_of_the_one_it_names() {
     same(Polynomial3, Method::Polynomial3, angles);
     same(Table, Method::Table, angles);
     same(Libm, Method::Libm, angles);
-    // No two have the same rounding errors: over many angles they must differ somewhere.
+    // No two methods have the same rounding errors: over many angles they must differ somewhere.
     for (i, one) in METHODS.iter().enumerate() {
         for other in &METHODS[..i] {
             assert!(angles_f32().any(|angle| one.sin_cos(angle) != other.sin_cos(angle)), "{one:?} and {other:?}");
@@ -487,7 +487,7 @@ fn every_method_gives_nan_beyond_the_limit_alone_and_keeps_the_sign_of_zero() {
             for angle in [angle, -angle] {
                 let SinCos { sin, cos } = method.sin_cos(angle);
                 assert!(sin.is_nan() && cos.is_nan(), "{method:?} {angle:e}");
-                // libm goes on in f64, where such angles have digits left.
+                // libm continues in f64, where such angles still have digits left.
                 let SinCos { sin, cos } = method.sin_cos(f64::from(angle) * 128.0);
                 let exact = method == Method::Libm && angle.is_finite();
                 assert!(sin.is_nan() != exact && cos.is_nan() != exact, "{method:?} {angle:e}");
@@ -516,7 +516,7 @@ fn libm_is_itself_inside_the_limit() {
 
 #[test]
 fn the_second_order_is_the_better_use_of_a_table() {
-    // The same 512 entries of a turn, in f64: a straight line between two of them, the first order about the nearest.
+    // The same 512 entries of a turn, in f64: linear interpolation between two of them, and the first order about the nearest.
     let step = core::f64::consts::TAU / 512.0;
     let (mut line, mut first, mut second) = (0.0_f64, 0.0_f64, 0.0_f64);
     for i in 0..100_000 {

@@ -1,4 +1,4 @@
-//! Work of the actuators, against the energy that they put into the arm.
+//! Work of the actuators, compared with the energy that they put into the arm.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 #![allow(clippy::float_cmp, reason = "exactness is what is claimed")]
 
@@ -17,7 +17,7 @@ fn a_power_that_changes_its_sign_within_a_step_is_counted_on_both_sides() {
     meter.sample(f64::NAN, &[3.0, -1.0], &[2.0, 2.0]);
     meter.sample(4.0, &[3.0, 1.0], &[-2.0 / 3.0, 6.0]);
     assert!((meter.positive()[0] - 9.0).abs() < 1e-14 && (meter.negative()[0] + 1.0).abs() < 1e-15);
-    // The same turned round: from -2 W to 6 W.
+    // The same in reverse: from -2 W to 6 W.
     assert!((meter.positive()[1] - 9.0).abs() < 1e-14 && (meter.negative()[1] + 1.0).abs() < 1e-15);
     assert!((meter.total()[0] - 8.0).abs() < 1e-14);
 }
@@ -42,14 +42,14 @@ fn a_number_that_is_none_is_not_lost() {
     }
 }
 
-/// A swinging motion through the case's state at 0, sampled in `steps` steps of a second: difference of the work from
-/// the gain in energy, relative to the work of either sign.
+/// Difference of the work from the gain in energy, relative to the work of either sign. The motion swings through the case's state at 0 and is
+/// sampled in `steps` steps of a second.
 fn imbalance<const N: usize>(case: &Moving<N>, steps: usize) -> f64 {
     let scene = Scene { tip_wrench: Term::Absent, ..*case.dynamics().scene() };
     let dynamics = Dynamics::new(case.model, scene);
     let at = |t: f64| {
         let each = |f: &dyn Fn(usize, f64) -> f64| core::array::from_fn(|i| f(i, 2.0 + i as f64));
-        // Each joint its own frequency.
+        // Each joint has its own frequency.
         let q: [f64; N] = each(&|i, w| case.q[i] + case.qd[i] / w * (w * t).sin());
         let qd: [f64; N] = each(&|i, w| case.qd[i] * (w * t).cos());
         let qdd: [f64; N] = each(&|i, w| -case.qd[i] * w * (w * t).sin());
@@ -80,7 +80,7 @@ fn fine<const N: usize>(case: &Moving<N>) -> f64 {
 }
 
 /// Exercise 31: two massless links of 1 m carry 12 kg at 1 m/s along two half circles of 0.75 m, over the first centre and under
-/// the second. The speed is the same at both ends and so is the height: together the actuators do no work.
+/// the second. Speed and height are the same at both ends, so the actuators together do no work.
 #[test]
 fn two_half_circles_at_constant_speed_take_back_all_that_they_gave() {
     let (mass, speed, radius, gravity) = (12.0, 1.0, 0.75, Vector3::new(0.0, -9.81, 0.0));
@@ -95,7 +95,7 @@ fn two_half_circles_at_constant_speed_take_back_all_that_they_gave() {
     let point = Inertia { mass, ..Inertia::zero() };
     let scene = Scene { payload: Term::Constant(point), ..Scene::with_gravity(gravity, &model) };
     let dynamics = Dynamics::new(model, scene);
-    // Torque and velocity of the joints `t` after the begin of a half circle: from the right, turning left (+) or right (-).
+    // Torque and velocity of the joints `t` after the start of a half circle: from the right, turning left (+) or right (-).
     let at = |centre: f64, side: f64, t: f64| {
         let (s, c) = (speed * t / radius).sin_cos();
         let (x, y) = (centre + radius * c, 0.5 + side * radius * s);
@@ -121,13 +121,13 @@ fn two_half_circles_at_constant_speed_take_back_all_that_they_gave() {
     for (centre, side) in [(0.75, 1.0), (-0.75, -1.0)] {
         let sample = |k: usize| at(centre, side, duration * k as f64 / STEPS as f64);
         for k in 0..STEPS {
-            // Where the circles meet the acceleration jumps, and the torque with it: steps need not join.
+            // Where the circles meet, the acceleration and the torque jump: the end of one step need not equal the start of the next.
             let (from, to) = (sample(k), sample(k + 1));
             meter.step(duration / STEPS as f64, (&from.0, &from.1), (&to.0, &to.1));
         }
     }
     let (given, taken) = (meter.positive(), meter.negative());
-    // At least the climb of both halves: 0.75 m up, and up again from below.
+    // At least the climb in both halves: 0.75 m up, and 0.75 m up again from below.
     assert!(given[0] + given[1] > 12.0 * 9.81 * 1.5);
     assert!((given[0] + given[1] + taken[0] + taken[1]).abs() < 1e-3, "{:?}", meter.total());
     pinned("shoulder gives, J", given[0], 125.4);

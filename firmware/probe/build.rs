@@ -1,4 +1,4 @@
-//! Sets the path of the measured code's source; an xtask task has written it before.
+//! Sets the path of the measured code's source, which an xtask task has written before.
 
 #[path = "../link_arguments.rs"]
 mod link_arguments;

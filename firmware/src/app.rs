@@ -1,18 +1,18 @@
-//! The tasks and who owns what.
+//! The tasks of the firmware and the resources that they own.
 //!
 //! | task | interrupt | priority | owns |
 //! |---|---|---|---|
-//! | `receive` | the link's receiver: a byte, or the idle line behind what a DMA has stored | 3 | the receiving half of the link |
+//! | `receive` | the link's receiver: a byte, or with a DMA the idle line after a packet | 3 | the receiving half of the link |
 //! | `half_filled` | the DMA that stores the link's bytes | 3 | the same |
 //! | `tick` | the control timer | 2 | timer, counter, lines, joints |
-//! | `on_first_bus` to `on_third_bus` | a CAN controller with less room than a tick has frames | 2 | joints |
+//! | `on_first_bus` to `on_third_bus` | a CAN controller that holds fewer frames than a tick has | 2 | joints |
 //! | `serve` | a vector that no peripheral uses | 1 | decoder, encoder, the sending half of the link |
 //! | `sent` | the DMA that sends the link's bytes | 1 | the sending half of the link |
 //!
-//! Tasks are bound to the vectors of an STM32F405; another chip's file says which of its own these are.
+//! Tasks are bound to the vectors of an STM32F405; the file of another chip maps these names to its own vectors.
 //!
-//! `serve` is pended, not spawned: pending it while it runs makes it run again, so every received frame is handled. Tasks of one priority
-//! share without a lock.
+//! `serve` is pended, not spawned: if it is pended while it runs, it runs again, so every received frame is handled. Tasks of the same priority
+//! share resources without a lock.
 
 use crate::boards;
 use firmware::board::Board;
@@ -23,14 +23,15 @@ use defmt_rtt as _;
 #[cfg(feature = "netduinoplus2")]
 use defmt_semihosting as _;
 
-// Two boards define one name twice, and the compiler reports it: `--no-default-features --features odrive-v3`.
+// With the features of two boards this name is defined twice and the compiler reports an error. Select one board, for example with
+// `--no-default-features --features odrive-v3`.
 pub(crate) use boards::ThisBoard;
 
-/// After a panic the only safe state is braked and silent.
+/// After a panic the only safe state is with drives off, brakes engaged and no communication.
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo) -> ! {
     <ThisBoard as Board<{ arm::N }>>::halt(|| {
-        // The place only: the message would bring 3 KiB of formatting to the chip.
+        // Only the location: formatting the message would need 3 KiB of flash.
         if let Some(place) = info.location() {
             defmt::error!("panic at {=str}:{=u32}", place.file(), place.line());
         }
@@ -69,7 +70,7 @@ mod rtos {
     type ArmJoints = <ThisBoard as Board<{ arm::N }>>::Joints;
     type ArmSession = Session<{ arm::N }, arm::Build, &'static mut ArmBuffers>;
 
-    /// State that tick and link share. One resource: each lock of its own costs the tick a dozen instructions.
+    /// State that tick and link share. It is one resource, because every further lock takes a dozen instructions of the tick.
     #[allow(unreachable_pub, reason = "the application hands it to its tasks in types that are public")]
     pub struct Control {
         session: &'static mut ArmSession,
@@ -95,7 +96,7 @@ mod rtos {
         lines: <ThisBoard as Board<{ arm::N }>>::Lines,
     }
 
-    /// Places of what is too large for the stack.
+    /// Static memory for values that are too large for the stack.
     #[allow(unreachable_pub, reason = "the application hands it to its tasks in types that are public")]
     pub struct Places {
         buffers: ArmBuffers,
@@ -116,13 +117,13 @@ mod rtos {
     #[init(local = [places: Places = Places::EMPTY])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let all = set_up(cx.local.places, boards::Chip { device: cx.device, core: cx.core });
-        // Its first run sends the hello. Frames sent by a host earlier may meet a receiver that is still off.
+        // The first run of `serve` sends the hello. Frames that a host sends before it may be lost, because the receiver may still be off.
         rtic::pend(Interrupt::EXTI0);
         all
     }
 
-    /// Start the board, and put everything in its place. Interrupts begin at the end of `init`, above its frame: the frame of this
-    /// function has left the stack by then.
+    /// Starts the board and initialises all static memory. Not inlined, so that its stack frame is gone when interrupts begin at the end of
+    /// `init`.
     #[inline(never)]
     fn set_up(places: &'static mut Places, chip: boards::Chip) -> (Shared, Local) {
         let Places { buffers, session, joints: joints_place, channel } = places;
@@ -143,14 +144,14 @@ mod rtos {
         }
         let session = session.write(Session::with_buffers(super::hello(), arm::controller(), arm::Settings, buffers));
         let joints = joints_place.write(joints);
-        // A reset may have left drives on. Their first frame waits in the controllers until these have joined their buses.
+        // A reset may have left drives on. The first frame to them waits in the CAN controllers until these have joined their buses.
         joints.safe(session.safe_action());
         let control = Control { session, ticker, joints };
         let channel = channel.write(BoardChannel::new(access));
         (Shared { control, input, output }, Local { incoming, channel, nonces, meter, lines })
     }
 
-    /// A byte from the link, or the idle line behind a packet that a DMA has stored.
+    /// Handles a byte from the link, or the idle line after a packet that a DMA has stored.
     #[task(binds = USART2, priority = 3, shared = [input])]
     fn receive(cx: receive::Context) {
         if cx.shared.input.received() {
@@ -158,7 +159,7 @@ mod rtos {
         }
     }
 
-    /// Another half of the buffer of received bytes is full.
+    /// Counts a full half of the buffer of received bytes.
     #[cfg(feature = "dma")]
     #[task(binds = DMA1_STREAM5, priority = 3, shared = [input])]
     fn half_filled(cx: half_filled::Context) {
@@ -180,28 +181,28 @@ mod rtos {
         rtic::pend(Interrupt::EXTI0);
     }
 
-    /// A frame has come on a CAN bus, or one is sent.
+    /// Handles a received or sent frame on the first CAN bus.
     #[cfg(feature = "g474-fdcan")]
     #[task(binds = CAN1_RX0, priority = 2, shared = [control])]
     fn on_first_bus(mut cx: on_first_bus::Context) {
         cx.shared.control.lock(|control| control.joints.interrupt());
     }
 
-    /// The same on the second one.
+    /// Handles a received or sent frame on the second CAN bus.
     #[cfg(feature = "g474-fdcan")]
     #[task(binds = CAN1_RX1, priority = 2, shared = [control])]
     fn on_second_bus(mut cx: on_second_bus::Context) {
         cx.shared.control.lock(|control| control.joints.interrupt());
     }
 
-    /// The same on the third one.
+    /// Handles a received or sent frame on the third CAN bus.
     #[cfg(feature = "g474-fdcan")]
     #[task(binds = CAN2_RX0, priority = 2, shared = [control])]
     fn on_third_bus(mut cx: on_third_bus::Context) {
         cx.shared.control.lock(|control| control.joints.interrupt());
     }
 
-    /// A piece is sent: the next one, and what found no room.
+    /// Starts to send the next piece, and runs `serve` for frames that did not fit into the queue.
     #[cfg(feature = "dma")]
     #[task(binds = DMA1_STREAM6, priority = 1, shared = [output])]
     fn sent(cx: sent::Context) {
@@ -209,7 +210,7 @@ mod rtos {
         rtic::pend(Interrupt::EXTI0);
     }
 
-    /// Read the received frames and send the reports: [`firmware::serve`].
+    /// Reads the received frames and sends the reports: [`firmware::serve`].
     #[task(
         binds = EXTI0, priority = 1, shared = [control, output],
         local = [incoming, channel, nonces, announced: bool = false]
@@ -229,7 +230,7 @@ mod rtos {
         }
     }
 
-    /// The session behind its lock.
+    /// Locked access to the session.
     struct ServedSession<'a, M>(&'a mut M);
 
     impl<M: rtic::Mutex<T = Control>> Served<ArmOutput> for ServedSession<'_, M> {
@@ -253,29 +254,29 @@ mod rtos {
         }
     }
 
-    /// Send the board's hello.
+    /// Sends the board's hello.
     #[inline(never)]
     fn greet(channel: &mut BoardChannel, output: &mut ArmOutput) {
         service::send(channel, output, &Frame::Hello(super::hello()));
     }
 
-    /// Take a frame.
+    /// Passes a frame to the session.
     #[inline(never)]
     fn take(control: &mut impl rtic::Mutex<T = Control>, received: Received) -> Outcome {
-        // Whatever does not need the session is done before it is locked: a tick waits for the lock.
+        // All work that does not need the session is done before the lock, because a tick waits for the lock.
         let mut message = Message::new(Ok(received));
         if message.goes_on() {
             message.find_way(control.lock(|control| control.session.way_from()));
         }
         let outcome = control.lock(|control| control.session.take(&message));
         let Outcome::Hello(theirs) = &outcome else { return outcome };
-        // In parts, each under a lock of its own: a tick in between finds no session, and does the safe action.
+        // In parts, each under a separate lock: a tick in between finds no session and performs the safe action.
         control.lock(|control| control.session.forget_controller());
         control.lock(|control| control.session.forget_arm());
         control.lock(|control| control.session.begin(theirs))
     }
 
-    /// Do what a frame asks for.
+    /// Carries out the session's reaction to a frame.
     #[inline(never)]
     fn react(
         control: &mut impl rtic::Mutex<T = Control>,
@@ -297,7 +298,7 @@ mod rtos {
                 });
                 service::send(channel, output, &hello);
             }
-            // Not as a reply, which may be dropped: the host waits for it.
+            // Not sent as a reply, which may be dropped, because the host waits for it.
             Reaction::Resume(hello) => service::send(channel, output, &hello),
             Reaction::Stop(hello, refusal) => {
                 control.lock(|control| {

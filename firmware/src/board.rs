@@ -1,97 +1,96 @@
-//! Interface of a board. One file per board implements this; nothing else names the chip's registers.
+//! Interface of a board. Each board has one file that implements it; only files in `boards/` use the chip's registers.
 
 use crate::joint_io::JointIo;
 use link::{Nonce, NonceSource};
 use session::meter::Counter;
 use session::readings::Lines;
 
-/// Receiving half of the link, as its interrupts see it. They are more urgent than the tick.
+/// Receiving half of the link, for its interrupts. They have a higher priority than the tick.
 pub trait LinkInput {
-    /// The receiver's interrupt, which this acknowledges: a byte has come or, where a DMA stores the bytes, none comes any more. Whether
+    /// Handles and acknowledges the receiver's interrupt: a byte has arrived or, if a DMA stores the bytes, the line is idle. Returns true if
     /// there is something to read.
     fn received(&mut self) -> bool;
 
-    /// The interrupt of the DMA that stores the bytes, at each half of its buffer.
+    /// Handles the interrupt of the DMA that stores the bytes, at each half of its buffer.
     fn half_filled(&mut self) {}
 }
 
-/// Receiving half of the link, as the task that reads its bytes sees it.
+/// Receiving half of the link, for the task that reads its bytes.
 pub trait Incoming {
-    /// The next byte, if one has come. Where bytes were lost, a zero ends the packet that they belonged to.
+    /// Returns the next byte, if one has arrived. If bytes were lost, a zero ends the packet that they belonged to.
     fn next(&mut self) -> Option<u8>;
 
-    /// True if bytes were lost since this was last asked.
+    /// True if bytes were lost since the last call.
     fn has_lost(&mut self) -> bool;
 }
 
-/// Sending half of the link. Called below the priority of the tick.
+/// Sending half of the link. Called at a lower priority than the tick's.
 pub trait LinkOutput {
-    /// Send all bytes. Waits for the line where they find no room.
+    /// Sends all bytes. Waits for the line if the queue is full.
     fn write(&mut self, bytes: &[u8]);
 
-    /// Bytes that [`LinkOutput::write`] takes now without waiting, up to [`OUTGOING`].
+    /// Returns the number of bytes that [`LinkOutput::write`] takes now without waiting, up to [`OUTGOING`].
     fn room(&mut self) -> usize;
 
-    /// The interrupt of the DMA that sends the bytes, behind each piece.
+    /// Handles the interrupt of the DMA that sends the bytes, at the end of each piece.
     fn sent(&mut self) {}
 }
 
-/// The timer whose interrupt owns the control tick.
+/// The control timer. Its interrupt runs the tick.
 pub trait Ticker {
-    /// Let the timer run at the control rate.
+    /// Starts the timer at the control rate.
     fn run(&mut self);
 
-    /// Hold the timer: ticks come from [`Ticker::trigger`] alone.
+    /// Stops the timer: only [`Ticker::trigger`] starts ticks.
     fn hold(&mut self);
 
-    /// Acknowledge the interrupt that started this tick.
+    /// Acknowledges the interrupt that started this tick.
     fn acknowledge(&mut self);
 
-    /// True if the next tick became due since [`Ticker::acknowledge`].
+    /// True if the next tick has become due since [`Ticker::acknowledge`].
     fn is_due(&self) -> bool;
 
-    /// Start one tick now, through the timer's own interrupt.
+    /// Starts one tick now, through the timer's interrupt.
     fn trigger(&mut self);
 }
 
-/// A board's lines beside its joints, and the watchdog.
+/// A board's input lines that do not belong to joints, and its watchdog.
 pub trait BoardLines {
-    /// State of the lines now. Called at the start of every tick.
+    /// Returns the present state of the lines. Called at the start of every tick.
     fn read(&mut self) -> Lines;
 
-    /// A tick that drives has ended in time. The first one starts the watchdog; from then on only this keeps the chip from a reset,
-    /// and a reset leaves the drives off.
+    /// Feeds the watchdog. Called after every tick of a live session that ended in time. The first call starts the watchdog; after that the chip
+    /// is reset if the calls stop, and a reset leaves the drives off.
     fn feed(&mut self);
 }
 
 /// Origin of nonces.
 pub trait Nonces {
-    /// A number that never comes again, and its origin; `None` where the origin has failed. Called below the priority of the
-    /// tick.
+    /// Returns a number that is never repeated, and its origin; `None` if the origin has failed. Called at a lower priority than the tick's.
     fn next(&mut self) -> Option<(Nonce, NonceSource)>;
 }
 
-/// Bytes that wait for the task that reads them: three whole packets, the most that a host sends before it waits for an answer (live
-/// inputs, reference, measurement).
+/// Capacity for received bytes: three whole packets, the most that a host sends before it waits for an answer (live inputs, reference,
+/// measurement).
 pub const INCOMING: usize = 3 * link::PACKET_MAX;
 
-/// Bytes that wait for a DMA to send them: four whole packets. [`REPORT_ROOM`] and [`ANSWER_ROOM`] say who may use how much.
+/// Capacity for bytes that wait for a DMA to send them: four whole packets. [`REPORT_ROOM`], [`STRANGER_ROOM`] and [`ANSWER_ROOM`] limit its use.
 pub const OUTGOING: usize = 4 * link::PACKET_MAX;
 
-/// Free space before a report is sent: at most one packet waits before it.
+/// Free capacity required to send a report, bytes: at most one packet waits before it.
 pub const REPORT_ROOM: usize = OUTGOING - link::PACKET_MAX;
 
-/// Free space before answers to packets outside of the session are sent: behind them a report still finds room.
+/// Free capacity required to send answers to packets from outside the session, bytes: a report still fits after them.
 pub const STRANGER_ROOM: usize = REPORT_ROOM + link::channel::ANSWERS_MAX;
 
-/// Free space before an answer to the session's host is sent: refusals and values are shorter. Without it the answer is dropped. A
-/// host that asks so often does not read what it is sent, and reading on is more important: its next request may be a stop.
+/// Free capacity required to send an answer to the session's host, bytes; refusals and values are shorter. If there is less, the answer is
+/// dropped: a host that asks so often does not read the answers, and reading its next request is more important, because it may be a stop.
 pub const ANSWER_ROOM: usize = 64;
 
-/// Received bytes that are read before reports are sent again: a full buffer.
+/// Largest number of received bytes that are read before reports are sent again: a full buffer.
 pub const READ_AT_ONCE: usize = INCOMING;
 
-/// A started board, in the parts that different interrupts own.
+/// The parts of a started board. Different interrupts own them.
 pub struct Parts<B: Board<N> + ?Sized, const N: usize> {
     /// Receiving half of the link, for its interrupts.
     pub input: B::Input,
@@ -111,7 +110,7 @@ pub struct Parts<B: Board<N> + ?Sized, const N: usize> {
     pub nonces: B::Nonces,
 }
 
-/// A board under an arm of `N` joints.
+/// A board for an arm of `N` joints.
 pub trait Board<const N: usize> {
     /// The chip's peripherals.
     type Peripherals;
@@ -135,10 +134,9 @@ pub trait Board<const N: usize> {
     /// Name of the board.
     const NAME: &'static str;
 
-    /// Set up clocks, link and timers. Brakes are engaged and the control timer is held when this returns.
+    /// Sets up clocks, link and timers; `rate_hz` is the control rate, Hz. Brakes are engaged and the control timer is stopped when this returns.
     fn start(peripherals: Self::Peripherals, rate_hz: f32) -> Parts<Self, N>;
 
-    /// The last thing the program does, from any state: drives off and brakes engaged first, then the log, then
-    /// it stops.
+    /// Ends the program, from any state: switches the drives off and engages the brakes, then writes the log, then stops.
     fn halt(write_log: impl FnOnce()) -> !;
 }

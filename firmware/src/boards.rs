@@ -1,6 +1,6 @@
-//! The boards: the only files that name the chip's registers.
+//! The boards: the only files that use the chip's registers.
 
-// A board: its module, and its type as this program's board.
+// For each board: its module, and its type as this program's board.
 #[cfg(feature = "f405-can")]
 pub mod f405_can;
 #[cfg(feature = "f405-can")]
@@ -22,7 +22,7 @@ pub mod odrive_v3;
 #[cfg(feature = "odrive-v3")]
 pub use odrive_v3::OdriveV3 as ThisBoard;
 
-// What several boards share.
+// Modules that several boards share.
 #[cfg(all(feature = "netduinoplus2", not(feature = "dma")))]
 mod byte_link;
 #[cfg(feature = "f405-can")]
@@ -51,9 +51,9 @@ pub use stm32f4xx_hal::pac;
 
 /// All peripherals of the chip, before they are split among owners.
 pub struct Chip {
-    /// Peripherals of the chip's maker.
+    /// Peripherals of the microcontroller.
     pub device: pac::Peripherals,
-    /// Peripherals of the core.
+    /// Peripherals of the Cortex-M core.
     #[allow(dead_code, reason = "not every board needs it")]
     pub core: cortex_m::Peripherals,
 }

@@ -1,10 +1,9 @@
-//! Copying of memory blocks; a tick does it some ten times.
+//! Fast copying of memory blocks; a tick copies about ten.
 //!
-//! The compiler's own `memcpy` and `memmove` go byte by byte, or by shifting, where source and destination are aligned
-//! differently: 160 to 270 instructions for 24 to 184 bytes. A Cortex-M4 loads and stores words anywhere (Arm DDI 0403,
-//! A3.2.1), so this takes 10 instructions for 16 bytes, and up to 17 for the rest. Where both sides are aligned, as nearly always, blocks of
-//! 32 bytes go by two instructions that move eight words each, a cycle a word. The names are those of the run-time
-//! ABI for Arm (AAELF32's companion IHI 0043, 4.3.4), and all of them keep `r0`, as `memcpy` must.
+//! If source and destination are aligned differently, the compiler's own `memcpy` and `memmove` copy byte by byte or with shifts: 160 to 270
+//! instructions for 24 to 184 bytes. A Cortex-M4 loads and stores words at any address (Arm DDI 0403, A3.2.1). So this code needs 10 instructions
+//! for 16 bytes, and up to 17 for the rest. If both sides are aligned, which is nearly always so, two instructions copy 32 bytes, at one cycle per
+//! word. The names are those of the run-time ABI for Arm (AAELF32's companion IHI 0043, 4.3.4). All functions preserve `r0`, as `memcpy` must.
 #![allow(unsafe_code, reason = "defines functions that the compiler calls by name")]
 
 core::arch::global_asm!(
@@ -48,8 +47,8 @@ core::arch::global_asm!(
     "str r3, [ip], #4",
     "subs r2, #16",
     "bge 1b",
-    // The number of remaining bytes is in the low four bits, even after the subtractions above them: 8 and 4 bytes are
-    // carry and sign of one shift, 2 and 1 of another.
+    // The low four bits hold the number of remaining bytes, because only multiples of 16 were subtracted. One shift puts the bits for 8 and 4 bytes
+    // into carry and sign, another one the bits for 2 and 1.
     "2:",
     "lsls r3, r2, #29",
     "bcc 3f",
@@ -73,7 +72,7 @@ core::arch::global_asm!(
     "6:",
     "bx lr",
     ".size memcpy, . - memcpy",
-    // Zeros; the length comes in `r1`, and its low bits are left at the end. Aligned, two words go at once.
+    // Writes zeros. `r1` is the length; its low bits give the remaining bytes. If the address is aligned, two words are stored at once.
     ".global __aeabi_memclr, __aeabi_memclr4, __aeabi_memclr8",
     ".type __aeabi_memclr4, %function",
     ".thumb_func",
@@ -116,7 +115,7 @@ core::arch::global_asm!(
     "strbcs r2, [r0]",
     "bx lr",
     ".size __aeabi_memclr, . - __aeabi_memclr",
-    // Forward, unless the destination begins inside the source.
+    // Copies forward, unless the destination begins inside the source.
     ".global memmove, __aeabi_memmove, __aeabi_memmove4, __aeabi_memmove8",
     ".type memmove, %function",
     ".thumb_func",

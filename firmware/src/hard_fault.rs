@@ -1,7 +1,7 @@
 //! Handler of a hard fault: it switches the drives off first.
 //!
-//! A stack overflow also ends here (`memory.x` has nothing below the stack), so the old stack may be unusable: the
-//! handler sets a new one.
+//! A stack overflow also ends here, because there is no memory below the stack (`memory.x`). The old stack may then be unusable, so the handler
+//! resets the stack pointer.
 #![allow(unsafe_code, reason = "a new stack is set by the machine's own instruction, and found by name")]
 
 use crate::app::ThisBoard;

@@ -12,9 +12,9 @@ use link::key_page::{self, KeyPage};
 use link::{Key, Nonce, NonceSource};
 
 #[allow(unsafe_code, reason = "an address from the linker script")]
-// SAFETY: `memory.x` gives the symbol a place of its own, longer than this.
+// SAFETY: `memory.x` puts the symbol at a separate flash region, which is longer than this array.
 unsafe extern "C" {
-    /// The first byte of the key's own flash (`memory.x`).
+    /// The key page in flash (`memory.x`).
     #[link_name = "_key_page"]
     static PAGE: [u8; key_page::LENGTH];
 }
@@ -26,7 +26,7 @@ fn page() -> Option<KeyPage<'static>> {
     KeyPage::read(page)
 }
 
-/// Whom this board lets talk.
+/// The hosts that this board accepts.
 pub(crate) fn access() -> Access {
     if cfg!(feature = "insecure") {
         return Access::Insecure;
@@ -34,20 +34,20 @@ pub(crate) fn access() -> Access {
     page().map_or(Access::NoKey, |page| Access::Key(page.key()))
 }
 
-/// Nonces from the random number beside the key, a count that a reset leaves alone, and a timer: never the same again as long as
-/// the power stays on, and after that with another number beside the key, or at another reading of the timer.
+/// Nonces from the random number stored with the key, a count that survives a reset, and a timer. No nonce is repeated while the power stays on.
+/// After power-off, a nonce is repeated only with the same number, the same count and the same reading of the timer.
 #[cfg(feature = "netduinoplus2")]
 pub struct CountedNonces<F>(pub F);
 
 #[cfg(feature = "netduinoplus2")]
 impl<F: Fn() -> u32> Nonces for CountedNonces<F> {
     fn next(&mut self) -> Option<(Nonce, NonceSource)> {
-        /// Not set at the start: it goes on from where it was, or from anything.
+        /// Not initialised at the start: it continues from its previous value, or from an arbitrary one.
         #[allow(unsafe_code, reason = "a section of the start-up code's that it leaves alone")]
         #[unsafe(link_section = ".uninit.nonces")]
         static COUNT: MaybeUninit<AtomicU32> = MaybeUninit::uninit();
         #[allow(unsafe_code, reason = "memory that the start-up code leaves alone")]
-        // SAFETY: any bits are a number, and it is reached through this reference alone.
+        // SAFETY: any bit pattern is a valid number, and the memory is accessed only through this reference.
         let count = unsafe { COUNT.assume_init_ref() };
         let count = count.fetch_add(1, Ordering::Relaxed).wrapping_add(1);
         let page = page()?;

@@ -1,15 +1,15 @@
-//! The firmware's parts without a chip in them: tested on the host, run on the microcontroller.
+//! The parts of the firmware that depend on no chip: they run on the microcontroller and are tested on the host.
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`board`] | the interface of a board; the boards themselves belong to the program |
+//! | [`board`] | the interface of a board; the boards themselves are part of the program |
 //! | [`serve`] | the task between link and session |
-//! | [`joint_io`] | ways of reaching the joints: CAN actuators, PWM drives with magnetic encoders; a package of its own |
+//! | [`joint_io`] | drivers of the joints: CAN actuators, PWM drives with magnetic encoders; a separate package |
 //!
-//! The program joins them with [`session`]. The desk runs both too.
+//! The program connects them with [`session`]. The desk runs [`joint_io`] and [`session`] too.
 //!
-//! On the microcontroller three priorities share the work: the link's receiver interrupts everything, for a byte or for what a DMA has
-//! stored; the control tick is owned by a timer interrupt; and frames are read, answered and sent below both.
+//! On the microcontroller the work has three priorities. The highest is the link's receiver, for single bytes or for bytes that a DMA has stored.
+//! The second is the control tick, in a timer's interrupt. At the lowest, frames are read, answered and sent.
 #![no_std]
 
 pub mod board;

@@ -1,4 +1,4 @@
-//! The microcontroller's program; on the host, the same binary prints the arm that it was built for.
+//! The microcontroller's program. Built for the host, it prints the arm that it was built for.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

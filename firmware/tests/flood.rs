@@ -1,6 +1,6 @@
-//! The task between link and session, against a model of a board's hardware: a wire of 1 Mbaud each way, a DMA that stores what comes and
-//! one that sends, a control timer, and a processor that takes its time for each byte and each packet. Whatever floods the wire, no byte is
-//! lost, and a request is taken in the stated time.
+//! Tests of the task between link and session with a model of a board's hardware: a wire of 1 Mbaud in each direction, a DMA that stores received
+//! bytes and one that sends, a control timer, and a processor that needs time for each byte and each packet. Whatever floods the wire, no byte is
+//! lost, and a request is taken within the stated time.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 use core::cell::{Cell, RefCell};
@@ -18,36 +18,36 @@ const KEY: [u8; 32] = [0x31; 32];
 const OWN: Hello = Hello { robot: 7, joints: 6, rate_hz: 1000.0, pacing: Pacing::LockStep };
 const BUFFER: usize = INCOMING + 2;
 
-/// Cycles of a processor of 168 MHz while a byte is on the wire: 10 bits at 1 Mbaud.
+/// Cycles at 168 MHz while a byte is on the wire: 10 bits at 1 Mbaud.
 const BYTE_TIME: u64 = 1_680;
 
 /// Bytes that the wire carries in a tick, at 1 kHz.
 const TICK: u64 = 100;
 
-/// Cycles that a tick takes from this task, at most half of its period: nine times the longest one.
+/// Cycles of a tick, during which this task waits; at most half of its period. This is nine times the longest tick.
 const TICK_CYCLES: u64 = 40_000;
 
-/// Cycles that this task takes: to read a byte, to open a packet, to judge each of its bytes, to take a frame, and to make one. Counted in
-/// the emulator, in instructions: 26 to 30 a byte; 159 for the shortest packet, all in all; 1,600 for an open or a wrongly sealed one of 12
-/// to 17 bytes; 16,700 for one of 252 bytes; 3,700 for a sealed one of 17 bytes that is taken. Here each has at least twice as many cycles.
+/// Cycles that this task needs: to read a byte, to begin a packet, to check each of its bytes, to take a frame, and to make one. The emulator
+/// counts, in instructions: 26 to 30 per byte; 159 in total for the shortest packet; 1,600 for an open or wrongly sealed packet of 12 to 17 bytes;
+/// 16,700 for one of 252 bytes; 3,700 for an accepted sealed packet of 17 bytes. Each of these gets at least twice as many cycles here.
 const BYTE: u64 = 60;
 const PACKET: u64 = 600;
 const JUDGED_BYTE: u64 = 200;
 const TAKE: u64 = 4_000;
 const MAKE: u64 = 6_000;
 
-/// Stated time from the last byte of a request to its taking, in bytes: a tick for the task to start, or half a buffer if that is
-/// shorter, and what it then has to read before.
+/// Stated time from the last byte of a request until it is taken, in bytes: a tick until the task starts, or half a buffer if that is shorter, plus
+/// the time to read the bytes before the request.
 fn taken_within(tick: u64) -> u64 {
     tick.min(BUFFER as u64 / 2) + 60
 }
 
-/// The board's hardware and its wire. Time goes on when the task spends it.
+/// The board's hardware and its wire. Time advances when the task spends it.
 struct World {
     bytes: &'static [AtomicU8; BUFFER],
     /// Received bytes, one per byte time; `None` is an idle line.
     coming: RefCell<VecDeque<Option<u8>>>,
-    /// Time in bytes, and the cycles of the byte on the wire that are spent.
+    /// Time in bytes, and the cycles spent of the byte that is on the wire.
     now: Cell<u64>,
     spent: Cell<u64>,
     stored: Cell<usize>,
@@ -56,13 +56,13 @@ struct World {
     /// The piece that the line sends.
     piece: RefCell<&'static [AtomicU8]>,
     sent: RefCell<Vec<u8>>,
-    /// Interrupts that ask for the task, and for the next piece.
+    /// True if an interrupt has requested the task, or the next piece.
     pended: Cell<bool>,
     piece_sent: Cell<bool>,
     /// Period of the control timer, in bytes.
     tick: u64,
     ticks: Cell<u64>,
-    /// Bytes of the packet that is being read, to know what it takes.
+    /// Length so far of the packet that is being read, bytes; it determines the packet's cost.
     packet: Cell<u64>,
 }
 
@@ -86,7 +86,7 @@ impl World {
         })
     }
 
-    /// The task takes so many cycles.
+    /// Advances the time by cycles of the task.
     fn spend(&self, cycles: u64) {
         self.spent.set(self.spent.get() + cycles);
         while self.spent.get() >= BYTE_TIME {
@@ -95,7 +95,7 @@ impl World {
         }
     }
 
-    /// The time of a byte.
+    /// Advances the time by one byte.
     fn step(&self) {
         self.now.set(self.now.get() + 1);
         match self.coming.borrow_mut().pop_front().flatten() {
@@ -127,7 +127,7 @@ impl World {
         if self.now.get().is_multiple_of(self.tick) {
             self.ticks.set(self.ticks.get() + 1);
             self.pended.set(true);
-            // The tick comes between the task and its work.
+            // The tick interrupts the task.
             self.spent.set(self.spent.get() + (self.tick * BYTE_TIME / 2).min(TICK_CYCLES));
         }
     }
@@ -149,7 +149,7 @@ struct Line(Rc<World>);
 
 impl Sending for Line {
     fn is_idle(&mut self) -> bool {
-        // A look, and a writer that waits.
+        // Reading the status costs time, also for a writer that waits.
         self.0.spend(20);
         self.0.piece.borrow().is_empty()
     }
@@ -197,7 +197,7 @@ impl LinkOutput for Output {
     }
 }
 
-/// A session whose host wants each tick, of the longest kind, and whose requests are noted with the time of their taking.
+/// A session that reports each tick at full length, and records each request with the time at which it was taken.
 struct Session {
     world: Rc<World>,
     said: u64,
@@ -230,12 +230,12 @@ impl Served<Output> for Session {
     }
 }
 
-/// A report that takes the wire longer than a tick.
+/// A report that needs longer on the wire than a tick.
 fn report() -> Frame {
     Frame::Live(link::Live::new(&dynamics_core::Live::<f32, 6>::zero()).unwrap())
 }
 
-/// A board, its host, and what the host puts on the wire with the times at which requests to hold end.
+/// A board, its host, the bytes that the host sends, and the times at which its requests to hold end.
 struct Rig {
     world: Rc<World>,
     input: Input,
@@ -249,7 +249,7 @@ struct Rig {
 }
 
 impl Rig {
-    /// A session with its key, before the flood.
+    /// Creates a session with a key, before the flood.
     fn start(tick: u64) -> Self {
         let world = World::new(tick);
         let (mut channel, mut host) = (BoardChannel::new(Access::Key(&KEY)), HostChannel::new(Some(Key::new(KEY))));
@@ -279,7 +279,7 @@ impl Rig {
         self.wire.extend(bytes.iter().copied().map(Some));
     }
 
-    /// A request to hold, after a zero that ends whatever came before.
+    /// Sends a request to hold, after a zero that ends any earlier bytes.
     fn hold(&mut self) {
         let packet = self.host.encode(&Frame::request(1, Request::Hold)).unwrap();
         self.put(&[0]);
@@ -287,7 +287,7 @@ impl Rig {
         self.holds.push(self.wire.len() as u64);
     }
 
-    /// Runs until all is over, with this task.
+    /// Runs this task until all bytes are handled.
     fn run(&mut self, task: fn(&mut Self) -> bool) {
         self.world.coming.borrow_mut().extend(self.wire.drain(..));
         let mut left = 20 * TICK;
@@ -308,7 +308,7 @@ impl Rig {
         }
     }
 
-    /// Times from the end of each request to hold to its taking, in bytes.
+    /// Times from the end of each request to hold until it was taken, in bytes.
     fn delays(&self) -> Vec<u64> {
         let taken: Vec<u64> =
             self.session.taken.iter().filter(|(frame, _)| is_hold(frame)).map(|(_, time)| *time).collect();
@@ -342,7 +342,7 @@ fn as_it_is(rig: &mut Rig) -> bool {
     serve::run(input, channel, output, &OWN, &mut nonce, session)
 }
 
-/// The task as it was: reports first, each packet answered, and the line waited for.
+/// An earlier version of the task: it sends reports first, answers each packet, and waits for the line.
 fn with_an_answer_to_each(rig: &mut Rig) -> bool {
     let Rig { input, channel, output, session, .. } = rig;
     while let Some((frame, _)) = session.say() {
@@ -358,7 +358,7 @@ fn with_an_answer_to_each(rig: &mut Rig) -> bool {
     false
 }
 
-/// Bytes from a small generator: the same each time.
+/// Pseudo-random bytes, the same in every run.
 fn noise(seed: u32) -> impl Iterator<Item = u8> {
     let mut state = seed;
     core::iter::repeat_with(move || {
@@ -369,7 +369,7 @@ fn noise(seed: u32) -> impl Iterator<Item = u8> {
     })
 }
 
-/// Bytes that flood the wire, or idle times.
+/// Puts bytes that flood the wire, or idle times, on it.
 type Flood = fn(&mut Rig, u32);
 
 fn without_zeros(rig: &mut Rig, seed: u32) {
@@ -382,7 +382,7 @@ fn any_bytes(rig: &mut Rig, seed: u32) {
     rig.put(&bytes);
 }
 
-/// The shortest packets: each asked for a refusal of nine times its length.
+/// The shortest packets: each used to cause a refusal of nine times its length.
 fn shortest_packets(rig: &mut Rig, _: u32) {
     rig.put(&[1, 0].repeat(487));
 }
@@ -391,7 +391,7 @@ fn zeros(rig: &mut Rig, _: u32) {
     rig.put(&[0; 911]);
 }
 
-/// The line falls idle after each byte, and each time requests the task.
+/// The line becomes idle after each byte, which requests the task each time.
 fn single_bytes(rig: &mut Rig, _: u32) {
     for _ in 0..160 {
         rig.wire.extend([Some(1), None, Some(0), None]);
@@ -419,11 +419,11 @@ fn open_frames(rig: &mut Rig, seed: u32) {
     }
 }
 
-/// The host's own packet, its last byte but one changed.
+/// Packets that are marked as sealed, but have no valid seal.
 fn wrong_seals(rig: &mut Rig, seed: u32) {
     for frame in [Frame::Alive, report(), Frame::Alive, report(), Frame::Join([seed as u8; 16])] {
         let mut packet = HostChannel::new(None).encode(&frame).unwrap();
-        // Its version marks it as sealed.
+        // The version byte marks the packet as sealed.
         packet[1] |= 0x80;
         rig.put(&packet);
     }
@@ -449,7 +449,7 @@ const FLOODS: [(&str, Flood); 9] = [
     ("questions", questions),
 ];
 
-/// Requests to hold among a flood that fills the wire for a fifth of a second.
+/// Sends requests to hold during a flood that fills the wire for 0.2 s.
 fn flooded(flood: Flood, tick: u64, task: fn(&mut Rig) -> bool) -> Rig {
     let mut rig = Rig::start(tick);
     for seed in 0..20 {
@@ -462,7 +462,7 @@ fn flooded(flood: Flood, tick: u64, task: fn(&mut Rig) -> bool) -> Rig {
 
 #[test]
 fn a_hold_is_taken_in_the_stated_time_whatever_floods_the_wire() {
-    // 4 kHz, 1 kHz, 500 Hz, and slower than the buffer fills.
+    // 4 kHz, 1 kHz, 500 Hz, and a rate at which the buffer fills within a tick.
     for tick in [TICK / 4, TICK, 2 * TICK, 10 * TICK] {
         for (name, flood) in FLOODS {
             let rig = flooded(flood, tick, as_it_is);
@@ -474,14 +474,14 @@ fn a_hold_is_taken_in_the_stated_time_whatever_floods_the_wire() {
     }
 }
 
-/// The line carries 100 bytes a tick, and a report has 130.
+/// The line carries 100 bytes per tick, and a report has 130.
 #[test]
 fn a_flood_keeps_few_reports_from_the_host() {
     for (name, flood) in FLOODS {
         let mut rig = flooded(flood, TICK, as_it_is);
         let (ticks, reports) = (rig.world.ticks.get(), rig.reports() as u64);
         println!("{name}: {reports} reports in {ticks} ticks");
-        // What the host has asked for itself is sent too.
+        // The answers to the host's own questions use the line too.
         let least = if name == "questions" { ticks / 20 } else { ticks / 2 };
         assert!(reports >= least, "{name}: {reports} reports in {ticks} ticks");
     }
@@ -496,7 +496,7 @@ fn an_answer_to_each_packet_loses_bytes_of_a_flood() {
     assert!(rig.lost && taken < rig.holds.len());
 }
 
-/// A host that wants longer reports than the line carries still reaches its board.
+/// A host that requests more reports than the line carries can still send requests.
 #[test]
 fn reports_that_fill_the_line_do_not_keep_a_request_waiting() {
     let mut rig = Rig::start(TICK);

@@ -1,4 +1,4 @@
-//! The command line: one file per command, with its arguments, its help, the call and what it prints.
+//! The command line: a file for each command, with its arguments, its help, the call and the output.
 #![forbid(unsafe_code)]
 
 pub mod cli;

@@ -1,4 +1,4 @@
-//! Who may talk: packets in and out, and the handshake before them.
+//! Authentication: packets in and out, and the handshake before them.
 //!
 //! ```text
 //! host                                   board
@@ -9,7 +9,7 @@
 //!                               <------  hello
 //! ```
 //!
-//! A stranger's join gives him a challenge and disturbs nobody: the session goes on until a right proof begins another.
+//! A join from a stranger is answered with a challenge and does not disturb the session: that goes on until a correct proof begins another.
 
 mod board;
 mod host;

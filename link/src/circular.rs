@@ -1,16 +1,16 @@
-//! Bytes that hardware writes into a buffer round and round, and the task that reads them behind it.
+//! Reader of a circular buffer that hardware (DMA) fills.
 //!
-//! The buffer is the queue: nothing is moved in an interrupt. The hardware shows where in the buffer it writes, but not how often it has gone
-//! round. An interrupt at each half of the buffer counts that ([`Halves`]), and count and position together are a place in the stream.
+//! The buffer is the queue: no interrupt copies bytes. The hardware shows where in the buffer it writes, but not how often it has wrapped
+//! around. An interrupt at each half of the buffer counts the halves ([`Halves`]). Count and position together give a position in the stream.
 //!
 //! | may happen | and then |
 //! |---|---|
-//! | the hardware passes a boundary while its position is read | the position's half differs from the count's: the count is taken as one behind |
-//! | it comes round to bytes that are not read | they are lost; the packet before them is ended by a zero, and reading goes on with the newest half |
-//! | it comes round while bytes are copied | the place is read again behind the copy; what was copied does not count |
+//! | the hardware passes a boundary while its position is read | the position's half differs from the count's: the count is taken as one too low |
+//! | it wraps around to bytes that are not read yet | they are lost; a zero ends the packet before them, and reading goes on with the newest half |
+//! | it wraps around while bytes are copied | the position is read again after the copy; if bytes were overwritten, the copy is dropped |
 //!
-//! The interrupt must not be held off for longer than half a buffer takes: then the count misses a round, and what is read is garbage, which
-//! no check sum or seal takes for a packet.
+//! The interrupt must not be delayed for longer than the hardware needs for half a buffer. Otherwise the count misses a round and the reader
+//! gets garbage, which the check sum or seal then rejects.
 
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering, fence};
 
@@ -19,52 +19,52 @@ pub trait Filling {
     /// Index of the byte that is written next; at the end of the buffer, its length or 0.
     fn position(&self) -> usize;
 
-    /// The halves that its interrupt has counted ([`Halves::so_far`]).
+    /// Number of halves that its interrupt has counted ([`Halves::so_far`]), modulo `2^32`.
     fn halves(&self) -> u32;
 }
 
-/// The halves of the buffer that were filled, counted by an interrupt.
+/// Count of the halves of the buffer that the hardware has filled, kept by an interrupt.
 #[derive(Debug, Default)]
 pub struct Halves(AtomicU32);
 
 impl Halves {
-    /// None yet.
+    /// A count of zero.
     #[must_use]
     pub const fn new() -> Self {
         Self(AtomicU32::new(0))
     }
 
-    /// Called by the interrupt: the first half was filled, the second was, or both.
+    /// Counts the halves that were filled: the first, the second or both. Called by the interrupt.
     pub fn count(&self, first: bool, second: bool) {
         self.0.fetch_add(u32::from(first) + u32::from(second), Ordering::Relaxed);
     }
 
-    /// All of them, modulo `2^32`.
+    /// Number of halves filled so far, modulo `2^32`.
     pub fn so_far(&self) -> u32 {
         self.0.load(Ordering::Relaxed)
     }
 }
 
-/// A place in the stream of bytes.
+/// A position in the stream of bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Place {
     /// Whole halves before it, modulo `2^32`.
     halves: u32,
-    /// Bytes behind these; less than a half.
+    /// Bytes after these halves; less than a half.
     offset: usize,
 }
 
-/// Bytes that are copied at once. One look at the hardware is made before them and one behind.
+/// Bytes that are copied at once. The hardware's position is read before and after each copy.
 const CHUNK: usize = 32;
 
-/// Reads behind hardware that fills a buffer of `SIZE` bytes, of which `SIZE - 1` may wait.
+/// Reader of a circular buffer of `SIZE` bytes that hardware fills. At most `SIZE - 1` bytes can wait to be read.
 pub struct Circular<F, const SIZE: usize> {
     bytes: &'static [AtomicU8; SIZE],
     hardware: F,
-    /// Place of the next byte to be copied.
+    /// Position of the next byte to be copied.
     read: Place,
     chunk: [u8; CHUNK],
-    /// Rest of the chunk.
+    /// `next..end` is the part of the chunk that has not been returned yet.
     next: usize,
     end: usize,
     lost: bool,
@@ -76,14 +76,14 @@ impl<F: Filling, const SIZE: usize> Circular<F, SIZE> {
         SIZE / 2
     };
 
-    /// A reader of hardware that has filled nothing yet.
+    /// Creates a reader of hardware that has filled nothing yet.
     #[must_use]
     pub const fn new(bytes: &'static [AtomicU8; SIZE], hardware: F) -> Self {
         let read = Place { halves: 0, offset: 0 };
         Self { bytes, hardware, read, chunk: [0; CHUNK], next: 0, end: 0, lost: false }
     }
 
-    /// The next byte, if one has come. Where bytes were lost, a zero stands in their place.
+    /// Returns the next byte, if one has arrived. Returns one zero in place of bytes that were lost.
     #[inline]
     pub fn next_byte(&mut self) -> Option<u8> {
         if self.next == self.end {
@@ -94,7 +94,7 @@ impl<F: Filling, const SIZE: usize> Circular<F, SIZE> {
         byte
     }
 
-    /// True if bytes were lost since this was last asked.
+    /// True if bytes were lost since the last call.
     pub fn has_lost(&mut self) -> bool {
         core::mem::take(&mut self.lost)
     }
@@ -123,21 +123,22 @@ impl<F: Filling, const SIZE: usize> Circular<F, SIZE> {
         }
     }
 
-    /// Leave out what was overwritten. The newest half is kept: as much time is then left to read it before the hardware comes round again.
+    /// Skips the bytes that were overwritten and keeps the newest half. The reader then has the time of half a buffer before the hardware
+    /// reaches unread bytes again.
     #[cold]
     fn skip(&mut self, written: Place) {
         self.read = Place { halves: written.halves.wrapping_sub(1), ..written };
         self.lost = true;
-        // Ends the packet that lost bytes: what is read next may be the rest of another one.
+        // The zero ends the packet that lost bytes: the bytes after it may be the rest of another packet.
         self.chunk[0] = 0;
         self.end = 1;
     }
 
-    /// Where the hardware writes next.
+    /// Position where the hardware writes next.
     fn written(&self) -> Place {
-        // Neither the copies before nor those behind may pass the look at the hardware.
+        // The copies before and after this function must not be reordered with the reads of the hardware.
         fence(Ordering::SeqCst);
-        // Ends: the count changes once in half a buffer, which takes longer than this.
+        // The loop ends: the count changes once per half a buffer, which takes longer than one pass.
         let (halves, position) = loop {
             let halves = self.hardware.halves();
             let position = self.hardware.position();
@@ -148,13 +149,14 @@ impl<F: Filling, const SIZE: usize> Circular<F, SIZE> {
         fence(Ordering::SeqCst);
         let position = if position >= SIZE { 0 } else { position };
         let second = position >= Self::HALF;
-        // An even count has the first half filled next. Otherwise a boundary was passed just now, and its interrupt has not run yet.
+        // With an even count the hardware is filling the first half. If the position disagrees, it has just passed a boundary and the interrupt
+        // has not run yet.
         let behind = (halves % 2 == 1) != second;
         let offset = if second { position - Self::HALF } else { position };
         Place { halves: halves.wrapping_add(u32::from(behind)), offset }
     }
 
-    /// Bytes from the next one to be copied to a place.
+    /// Number of bytes from the next one to be copied up to the position `written`.
     fn waiting(&self, written: Place) -> usize {
         let halves = written.halves.wrapping_sub(self.read.halves) as usize;
         (halves.saturating_mul(Self::HALF).saturating_add(written.offset)).saturating_sub(self.read.offset)

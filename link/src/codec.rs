@@ -23,7 +23,7 @@ impl fmt::Display for FrameTooLong {
 
 impl core::error::Error for FrameTooLong {}
 
-/// Makes packets, counting them.
+/// Encodes frames into packets and numbers them.
 #[derive(Clone, Debug, Default)]
 pub struct Encoder {
     /// Number of the next open packet.
@@ -34,28 +34,28 @@ pub struct Encoder {
 }
 
 impl Encoder {
-    /// An encoder of open packets, the first of which is number 0.
+    /// Creates an encoder of open packets, which starts at number 0.
     #[must_use]
     pub const fn new() -> Self {
         Self { open: 0, sealed: 0, seal: None }
     }
 
-    /// Seal all packets of [`Encoder::encode`] from now on, beginning with number 0.
+    /// Makes [`Encoder::encode`] seal all packets from now on, beginning with number 0.
     pub fn seal_with(&mut self, key: SealKey) {
         (self.sealed, self.seal) = (0, Some(key));
     }
 
-    /// The next packet: sealed where there is a key, else open.
+    /// Encodes the next packet: sealed if there is a key, otherwise open.
     ///
     /// # Errors
-    /// [`FrameTooLong`], which no frame of this crate can cause; a test holds every kind to that.
+    /// [`FrameTooLong`]; no frame of this crate causes it, which a test checks for every kind.
     pub fn encode(&mut self, frame: &Frame) -> Result<Packet, FrameTooLong> {
         let mut packet = Packet::new();
         self.encode_to(frame, &mut packet)?;
         Ok(packet)
     }
 
-    /// The next open packet, also where there is a key: for a peer that does not share it.
+    /// Encodes the next open packet, even if there is a key. For a peer that does not have the key.
     ///
     /// # Errors
     /// As [`Encoder::encode`].
@@ -65,7 +65,7 @@ impl Encoder {
         Ok(packet)
     }
 
-    /// As [`Encoder::encode`], into a packet that is there already.
+    /// As [`Encoder::encode`], into an existing packet.
     pub(crate) fn encode_to(&mut self, frame: &Frame, packet: &mut Packet) -> Result<(), FrameTooLong> {
         let Some(key) = &self.seal else { return self.encode_open_to(frame, packet) };
         pack(frame, self.sealed, Some(key), packet)?;
@@ -73,7 +73,7 @@ impl Encoder {
         Ok(())
     }
 
-    /// As [`Encoder::encode_open`], into a packet that is there already.
+    /// As [`Encoder::encode_open`], into an existing packet.
     pub(crate) fn encode_open_to(&mut self, frame: &Frame, packet: &mut Packet) -> Result<(), FrameTooLong> {
         pack(frame, u64::from(self.open), None, packet)?;
         self.open = self.open.wrapping_add(1);
@@ -81,7 +81,7 @@ impl Encoder {
     }
 }
 
-/// One copy of it, whoever sends.
+/// Encodes one packet. Not inlined, so that the program has one copy.
 #[inline(never)]
 fn pack(frame: &Frame, number: u64, seal: Option<&SealKey>, packet: &mut Packet) -> Result<(), FrameTooLong> {
     let mut raw = [0_u8; RAW_MAX];
@@ -108,16 +108,16 @@ fn pack(frame: &Frame, number: u64, seal: Option<&SealKey>, packet: &mut Packet)
     packet.push(0).map_err(|_| FrameTooLong)
 }
 
-/// A frame, and how many packets are missing before it.
+/// A received frame, and the number of packets missing before it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Received {
     /// The frame.
     pub frame: Frame,
-    /// Packets lost between the last good one and this. An open hello starts the count afresh.
+    /// Packets lost between the last good one and this one. An open frame that begins a session or a handshake restarts the count.
     pub missed: u32,
 }
 
-/// Half of the sequence numbers lie ahead, half behind. A packet from behind is [`DecodeError::Repeated`].
+/// Half of the range of sequence numbers. A number less than this ahead of the expected one is new; any other is [`DecodeError::Repeated`].
 const AHEAD: u32 = 1 << 31;
 
 /// Finds packets in a stream of bytes. After any error it is ready for the next packet.
@@ -125,7 +125,7 @@ const AHEAD: u32 = 1 << 31;
 pub struct Decoder {
     bytes: heapless::Vec<u8, PACKET_MAX>,
     overlong: bool,
-    /// Number of the next packet, open or sealed; `None` until a first open one has come.
+    /// Expected number of the next packet, open or sealed; `None` before the first open one.
     expected: Option<u64>,
     seal: Option<SealKey>,
 }
@@ -137,32 +137,31 @@ impl Default for Decoder {
 }
 
 impl Decoder {
-    /// A decoder of open packets, at the start of a stream.
+    /// Creates a decoder of open packets, at the start of a stream.
     #[must_use]
     pub const fn new() -> Self {
         Self { bytes: heapless::Vec::new(), overlong: false, expected: None, seal: None }
     }
 
-    /// Expect packets with this key's seals from now on, beginning with number 0.
+    /// Makes the decoder accept packets sealed with this key from now on, beginning with number 0.
     pub fn seal_with(&mut self, key: SealKey) {
         (self.expected, self.seal) = (Some(0), Some(key));
     }
 
-    /// Take one byte; a zero ends a packet and gives its frame, open or sealed. Zeros without anything between them give
-    /// nothing.
+    /// Takes one byte. A zero ends a packet; its frame is returned, open or sealed. Consecutive zeros return nothing.
     ///
     /// # Errors
-    /// [`DecodeError`] names the fault of the packet that ended. Never panics, for any bytes.
+    /// [`DecodeError`] names what is wrong with the packet that ended. Never panics, for any bytes.
     pub fn push(&mut self, byte: u8) -> Option<Result<Received, DecodeError>> {
         self.push_known(byte).map(|result| result.map(|(received, _)| received))
     }
 
-    /// As [`Decoder::push`], and whether the packet was sealed.
+    /// As [`Decoder::push`], with `true` if the packet was sealed.
     pub(crate) fn push_known(&mut self, byte: u8) -> Option<Result<(Received, bool), DecodeError>> {
         self.collect(byte).then(|| self.finish())
     }
 
-    /// Keep one byte; true when it ends a packet, which [`Decoder::finish`] then reads.
+    /// Stores one byte. Returns true if it ends a packet, which [`Decoder::finish`] then reads.
     #[inline]
     pub(crate) fn collect(&mut self, byte: u8) -> bool {
         if byte == 0 {
@@ -172,7 +171,7 @@ impl Decoder {
         false
     }
 
-    /// Read the packet that has ended.
+    /// Reads the packet that has ended.
     pub(crate) fn finish(&mut self) -> Result<(Received, bool), DecodeError> {
         let overlong = core::mem::take(&mut self.overlong);
         let result = if overlong { Err(DecodeError::TooLong) } else { self.read() };
@@ -180,7 +179,7 @@ impl Decoder {
         result
     }
 
-    /// Undo COBS in place, check, and read the frame.
+    /// Decodes COBS in place, checks check sum or seal, and reads the frame.
     fn read(&mut self) -> Result<(Received, bool), DecodeError> {
         let length = cobs::decode_in_place(&mut self.bytes).map_err(|_| DecodeError::BadCobs)?;
         let raw = self.bytes.get(..length).ok_or(DecodeError::BadCobs)?;
@@ -202,7 +201,7 @@ impl Decoder {
         }
         let (sequence, payload) = header(body, 0)?;
         let frame = contents(payload)?;
-        // An open packet does not count among the sealed ones.
+        // In a sealed session open packets do not advance the sequence number.
         if self.seal.is_some() {
             return Ok((Received { frame, missed: 0 }, false));
         }
@@ -213,13 +212,13 @@ impl Decoder {
     }
 }
 
-/// Full number of a packet whose low half the wire has carried, and how many are missing before it; `None` for an earlier one.
+/// Full number of a packet, from the low half that it carries, and the number of packets missing before it; `None` for an earlier packet.
 fn place(sequence: u32, expected: u64) -> Option<(u64, u32)> {
     let missed = sequence.wrapping_sub(expected as u32);
     (missed < AHEAD).then(|| (expected + u64::from(missed), missed))
 }
 
-/// Sequence number and frame of a packet without its check sum.
+/// Sequence number and frame of a packet from which check sum or seal has been removed.
 fn header(body: &[u8], mark: u8) -> Result<(u32, &[u8]), DecodeError> {
     let (&[version, ref sequence @ ..], payload) = body.split_first_chunk::<HEADER>().ok_or(DecodeError::TooShort)?;
     if version != PROTOCOL_VERSION | mark {
@@ -253,7 +252,7 @@ impl Codec {
         Self { encoder: Encoder::new(), decoder: Decoder::new() }
     }
 
-    /// Begin a sealed session.
+    /// Begins a sealed session.
     pub(crate) fn seal_with(&mut self, keys: SessionKeys) {
         self.encoder.seal_with(keys.sending);
         self.decoder.seal_with(keys.receiving);

@@ -1,4 +1,4 @@
-//! To and from the types of the control loop, whose joint count is part of the type.
+//! Conversions between frames and the types of the control loop, which have the joint count as a type parameter.
 
 use crate::frame::{self, Joints};
 use core::fmt;
@@ -7,7 +7,7 @@ use dynamics_core::safety::{Actuation, Refusal, Request, SafeAction};
 use dynamics_core::{Command, Fault, Inertia, Live, Measurement, Reference, Sensed, Wrench};
 use nalgebra::{Matrix3, Vector3};
 
-/// A frame has values for another number of joints than the controller.
+/// Error: a frame has values for another number of joints than the controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct JointCountMismatch {
     /// Number of joints of the controller.
@@ -31,8 +31,8 @@ impl From<JointCountMismatch> for frame::Refusal {
     }
 }
 
-/// A payload whose inertia tensor is not symmetric to the last bit. A frame carries six of its nine entries: the chip
-/// would compute with other entries than the host.
+/// Error: a payload's inertia tensor is not symmetric to the last bit. A frame carries six of the nine entries, so the chip would compute with
+/// other entries than the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AsymmetricInertia {
     /// The entry above the diagonal that differs from the one below: `"xy"`, `"xz"` or `"yz"`.
@@ -51,23 +51,23 @@ impl fmt::Display for AsymmetricInertia {
 
 impl core::error::Error for AsymmetricInertia {}
 
-/// An array as a joint vector. No arm has more than [`crate::JOINTS_MAX`] joints; the compiler checks it.
+/// Converts an array to a joint vector. The compiler checks that `N` is at most [`crate::JOINTS_MAX`].
 #[must_use]
 pub fn joints<T: Clone, const N: usize>(values: &[T; N]) -> Joints<T> {
     const { assert!(N <= crate::JOINTS_MAX, "a frame carries at most six joints") };
     Joints::from_slice(values).unwrap_or_default()
 }
 
-/// A joint vector as an array.
+/// Converts a joint vector to an array.
 ///
 /// # Errors
-/// [`JointCountMismatch`] when it has values for another number of joints.
+/// [`JointCountMismatch`] if it has values for another number of joints.
 pub fn array<T: Copy, const N: usize>(values: &Joints<T>) -> Result<[T; N], JointCountMismatch> {
     values.as_slice().try_into().map_err(|_| JointCountMismatch { expected: N, found: values.len() })
 }
 
 impl frame::Measurement {
-    /// The frame that carries a measurement to tick number `tick`.
+    /// Creates the frame that carries a measurement for tick number `tick`.
     #[must_use]
     pub fn new<const N: usize>(tick: u32, measurement: &Measurement<f32, N>) -> Self {
         Self { tick, age_ticks: measurement.age_ticks, sensed: frame::Sensed::new(&measurement.sensed) }
@@ -76,14 +76,14 @@ impl frame::Measurement {
     /// Converts to the controller's type.
     ///
     /// # Errors
-    /// [`JointCountMismatch`] when the frame is for another number of joints.
+    /// [`JointCountMismatch`] if the frame is for another number of joints.
     pub fn to_core<const N: usize>(&self) -> Result<Measurement<f32, N>, JointCountMismatch> {
         Ok(Measurement { sensed: self.sensed.to_core()?, age_ticks: self.age_ticks })
     }
 }
 
 impl frame::Sensed {
-    /// The part of a frame that carries a reading.
+    /// Creates the part of a frame that carries a reading.
     #[must_use]
     pub fn new<const N: usize>(sensed: &Sensed<f32, N>) -> Self {
         match sensed {
@@ -95,7 +95,7 @@ impl frame::Sensed {
     /// Converts to the controller's type.
     ///
     /// # Errors
-    /// [`JointCountMismatch`] when the frame is for another number of joints.
+    /// [`JointCountMismatch`] if the frame is for another number of joints.
     pub fn to_core<const N: usize>(&self) -> Result<Sensed<f32, N>, JointCountMismatch> {
         Ok(match self {
             Self::State { q, qd } => Sensed::State { q: array(q)?, qd: array(qd)? },
@@ -105,7 +105,7 @@ impl frame::Sensed {
 }
 
 impl frame::Reference {
-    /// The frame that carries a reference.
+    /// Creates the frame that carries a reference.
     #[must_use]
     pub fn new<const N: usize>(reference: &Reference<f32, N>) -> Self {
         Self { q: joints(&reference.q), qd: joints(&reference.qd), qdd: joints(&reference.qdd) }
@@ -114,17 +114,17 @@ impl frame::Reference {
     /// Converts to the controller's type.
     ///
     /// # Errors
-    /// [`JointCountMismatch`] when the frame is for another number of joints.
+    /// [`JointCountMismatch`] if the frame is for another number of joints.
     pub fn to_core<const N: usize>(&self) -> Result<Reference<f32, N>, JointCountMismatch> {
         Ok(Reference { q: array(&self.q)?, qd: array(&self.qd)?, qdd: array(&self.qdd)? })
     }
 }
 
 impl frame::Live {
-    /// The frame that carries the live inputs of a scene.
+    /// Creates the frame that carries the live inputs of a scene.
     ///
     /// # Errors
-    /// [`AsymmetricInertia`]: rounded after a rotation, the two halves of a tensor differ in their last bits. See
+    /// [`AsymmetricInertia`] if the payload's tensor is not symmetric to the last bit. Rounding after a rotation causes that; see
     /// [`Inertia::symmetric`].
     pub fn new<const N: usize>(live: &Live<f32, N>) -> Result<Self, AsymmetricInertia> {
         let Live { gravity, payload, tip_wrench: Wrench { force, moment }, rotor } = live;
@@ -149,7 +149,7 @@ impl frame::Live {
     /// Converts to the controller's type.
     ///
     /// # Errors
-    /// [`JointCountMismatch`] when the frame is for another number of joints.
+    /// [`JointCountMismatch`] if the frame is for another number of joints.
     pub fn to_core<const N: usize>(&self) -> Result<Live<f32, N>, JointCountMismatch> {
         let [fx, fy, fz, mx, my, mz] = self.tip_wrench;
         let [xx, yy, zz, xy, xz, yz] = self.payload.inertia;
@@ -175,7 +175,7 @@ impl frame::Live {
 }
 
 impl frame::Frame {
-    /// The answer to tick number `tick`: a command frame, or a fault frame when the controller brakes.
+    /// Creates the answer to tick number `tick`: a command frame, or a fault frame if the controller brakes.
     #[must_use]
     pub fn answer<const N: usize>(tick: u32, command: &Command<f32, N>, cost: Option<frame::Cost>) -> Self {
         match command {
@@ -191,7 +191,7 @@ impl frame::Frame {
 }
 
 impl frame::Request {
-    /// Requests that the safety state machine judges: all but the release of the black box, which is the session's own.
+    /// Requests that the safety state machine decides on: all but the release of the black box, which the session handles.
     pub const OF_THE_MACHINE: [Self; 9] = [
         Self::Stop,
         Self::FullRange,
@@ -204,7 +204,7 @@ impl frame::Request {
         Self::Clear,
     ];
 
-    /// Each request with its word.
+    /// Each request with its name, as users enter it.
     pub const NAMES: [(Self, &'static str); 10] = [
         (Self::Home, "home"),
         (Self::Confirm, "confirm"),
@@ -218,7 +218,7 @@ impl frame::Request {
         (Self::Release, "release"),
     ];
 
-    /// Converts to the safety state machine's type; `None` for [`Self::Release`], which is the black box's.
+    /// Converts to the safety state machine's type; `None` for [`Self::Release`], which is for the black box.
     #[must_use]
     pub const fn to_core(self) -> Option<Request> {
         Some(match self {
@@ -237,7 +237,7 @@ impl frame::Request {
 }
 
 impl frame::Denial {
-    /// The frame's part that carries a refusal.
+    /// Creates the part of a frame that carries a refusal.
     #[must_use]
     pub const fn new(refusal: Refusal) -> Self {
         let (fault, joint) = match refusal {
@@ -265,7 +265,7 @@ impl frame::Denial {
 }
 
 impl frame::Actuation {
-    /// The frame's part that carries the action of the drives.
+    /// Creates the part of a frame that carries the action of the drives.
     #[must_use]
     pub fn new<const N: usize>(actuation: &Actuation<f32, N>) -> Self {
         match actuation {
@@ -284,10 +284,10 @@ impl frame::Actuation {
 }
 
 impl frame::Command {
-    /// Converts to the command that the control loop computed on the other side.
+    /// Converts to the controller's type.
     ///
     /// # Errors
-    /// [`JointCountMismatch`] when the frame is for another number of joints.
+    /// [`JointCountMismatch`] if the frame is for another number of joints.
     pub fn to_core<const N: usize>(&self) -> Result<Command<f32, N>, JointCountMismatch> {
         Ok(Command::Drive { torque: array(&self.torque)?, limits: array(&self.limits)?.map(LimitFlags::from_bits) })
     }

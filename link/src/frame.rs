@@ -1,4 +1,4 @@
-//! Frames of the link. SI units and radians; joint values base first.
+//! Frames of the link. All quantities are in SI units and radians; joint values start at the base.
 
 pub mod request;
 pub mod status;
@@ -15,27 +15,27 @@ pub use values::{Command, Cost, Fault, JOINTS_MAX, Joints, Live, Measurement, Pa
 ///
 /// | frame | from | when |
 /// |---|---|---|
-/// | join | host | first, open: asks who the board is, and for a challenge |
-/// | challenge | MCU | answer to a join, open: who it is, whether it has a key, and its proof |
-/// | proof | host | answer to a challenge, open: from here on both seal every packet |
-/// | hello | both | the MCU's when it has started, open; then the host's, and the MCU's answer: each compares |
-/// | reference | host | before the measurement it belongs to; holds until the next one |
-/// | live | host | before the tick from which it holds; holds until the next one or a hello, which sets all of it to zero |
-/// | measurement | host | once per tick; its arrival starts the tick on a board in lock step |
+/// | join | host | first, open: requests the board's identity and a challenge |
+/// | challenge | MCU | answer to a join, open: identity, whether the board has a key, and its proof |
+/// | proof | host | answer to a challenge, open: after it both sides seal every packet |
+/// | hello | both | the MCU sends one after start, open; later the host sends one and the MCU answers: each compares |
+/// | reference | host | before the measurement it belongs to; valid until the next one |
+/// | live | host | before the tick from which it is valid; valid until the next one or a hello, which sets all of it to zero |
+/// | measurement | host | once per tick; in lock step its arrival starts the tick |
 /// | command | MCU | answer to a measurement |
-/// | fault | MCU | answer to a measurement when the controller brakes |
+/// | fault | MCU | answer to a measurement if the controller brakes |
 /// | refusal | MCU | answer to any frame that could not be used |
-/// | request | host | asks the safety state machine for a change; answered by an answer with its number |
-/// | lines | host | simulated lines of the board, from the next tick on; in a dry run alone |
-/// | point | host | the next point of the trajectory; answered only when it is refused |
-/// | alive | host | sign of life of the host; any other frame is one too |
-/// | watch | host | which parts of which ticks to report |
-/// | dump | host | send the black box |
+/// | request | host | requests a change of the safety state machine; the MCU replies with an answer of the same number |
+/// | lines | host | simulated lines of the board, from the next tick on; only in a dry run |
+/// | point | host | the next point of the trajectory; answered only if it is refused |
+/// | alive | host | heartbeat of the host; any other frame also counts as one |
+/// | watch | host | which ticks to report, and which parts of them |
+/// | dump | host | requests the contents of the black box |
 /// | get, set | host | read or change a parameter; both are answered with its value |
 /// | status | MCU | a tick under the safety state machine: every tick of a dry run, otherwise the watched ticks |
-/// | past | MCU | a tick out of the black box, oldest first; empty behind the last |
+/// | past | MCU | a tick from the black box, oldest first; empty after the last |
 /// | value | MCU | a parameter and its bounds |
-/// | answer | MCU | the verdict on a request; sent again if the request comes again |
+/// | answer | MCU | the verdict on a request; sent again if the request is repeated |
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Frame {
     /// Identity of the sender.
@@ -48,17 +48,17 @@ pub enum Frame {
     Command(Command),
     /// Reason why there is no command.
     Fault(Fault),
-    /// Reason why the frame before was not used.
+    /// Reason why a received frame was not used.
     Refusal(Refusal),
     /// Live inputs of the scene.
     Live(Live),
     /// Request to the safety state machine, with a number.
     Request(NumberedRequest),
-    /// State of a board's lines.
+    /// State of a board's input lines.
     Lines(Lines),
-    /// Next point of the trajectory, some ticks after the point before.
+    /// Next point of the trajectory.
     Point(Point),
-    /// The host is there.
+    /// Heartbeat of the host.
     Alive,
     /// Choice of reports.
     Watch(Watch),
@@ -72,13 +72,13 @@ pub enum Frame {
     Join(Nonce),
     /// Proof that the host has the link key.
     Proof(Proof),
-    /// Who the board is, and whom it trusts.
+    /// The board's identity, and which hosts it trusts.
     #[cfg_attr(not(feature = "host"), serde(skip_deserializing))]
     Challenge(Challenge),
     /// Report of a tick.
     #[cfg_attr(not(feature = "host"), serde(skip_deserializing))]
     Status(Status),
-    /// Report of a tick in the black box; `None` behind the last.
+    /// Report of a tick in the black box; `None` after the last.
     #[cfg_attr(not(feature = "host"), serde(skip_deserializing))]
     Past(Option<Status>),
     /// Value of a parameter.
@@ -90,34 +90,34 @@ pub enum Frame {
 }
 
 impl Frame {
-    /// Number of kinds; the first payload byte is below it.
+    /// Number of kinds of frame that this side can decode. The first payload byte, the tag, is below it.
     ///
-    /// The last five are read by a host alone (feature `host`): a chip that could read them would be 3 KiB longer.
+    /// Only a host (feature `host`) decodes the last five; on a chip their decoder would need 3 KiB of flash.
     pub const KINDS: u8 = if cfg!(feature = "host") { 22 } else { 17 };
 
-    /// A request with its number.
+    /// Creates a request frame with this number.
     #[must_use]
     pub const fn request(number: u8, request: Request) -> Self {
         Self::Request(NumberedRequest { number, request })
     }
 
-    /// True if the count of open packets begins anew here: the frame begins a session, or a handshake.
+    /// True if the count of open packets restarts here, because the frame begins a session or belongs to a handshake.
     pub(crate) const fn begins(&self) -> bool {
         matches!(self, Self::Hello(_) | Self::Join(_) | Self::Proof(_) | Self::Challenge(_))
     }
 }
 
-/// Who the board is, and whom it trusts.
+/// The board's identity, and which hosts it trusts.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "host", derive(Deserialize))]
 pub struct Challenge {
     /// The board's build data; its pacing has no meaning.
     pub own: Hello,
-    /// Whom it trusts.
+    /// The hosts that it trusts.
     pub trust: Trust,
 }
 
-/// Whom a board trusts.
+/// The hosts that a board trusts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "host", derive(Deserialize))]
 pub enum Trust {
@@ -130,9 +130,9 @@ pub enum Trust {
         /// Proof that the board has the key.
         proof: Proof,
     },
-    /// It has no key: anybody on the bench, nobody else.
+    /// The board has no key: any host may use the bench modes, and none may drive the arm.
     NoKey,
-    /// It was built to trust anybody.
+    /// The board was built to trust any host.
     Insecure,
 }
 
@@ -141,11 +141,11 @@ pub enum Trust {
 pub enum NonceSource {
     /// The chip's random number generator.
     Generator,
-    /// A random number beside the key, a count in memory that a reset leaves alone, and a timer.
+    /// A random number stored with the key, a count in memory that survives a reset, and a timer.
     Counter,
 }
 
-/// Build data of a peer. Both sides send it; they run only when it agrees.
+/// Build data of a peer. Both sides send it, and they run only if it agrees.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hello {
     /// Hash of the robot, the scene and the controller's configuration.
@@ -154,23 +154,22 @@ pub struct Hello {
     pub joints: u8,
     /// Control rate, Hz.
     pub rate_hz: f32,
-    /// Source of ticks: the host asks, the MCU repeats.
+    /// Source of ticks: the host requests it, the MCU confirms it.
     pub pacing: Pacing,
 }
 
-/// Source of ticks, and whether the safety state machine stands between the controller and the drives.
+/// Source of ticks, and whether the safety state machine runs between the controller and the drives.
 ///
-/// On the bench there is the controller alone, and no drive is ever driven: torque goes back over the link and nowhere else.
+/// The first two are bench modes: only the controller runs, and no drive is ever driven. The torque is only sent back over the link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Pacing {
-    /// Bench: each measurement starts a tick: for an emulated chip, whose time runs on while the host computes.
+    /// Bench mode in lock step: each measurement starts a tick. For an emulated chip, which does not stop while the host computes.
     LockStep,
-    /// Bench: the timer, at the control rate; a tick takes the newest measurement and knows its age.
+    /// Bench mode with a timer: ticks start at the control rate. A tick uses the newest measurement and its age.
     Timer,
-    /// The safety state machine stands in between, each measurement starts a tick, and the host simulates the lines of
-    /// the board. No drive is driven.
+    /// Dry run: the safety state machine runs, each measurement starts a tick, and the host simulates the board's lines. No drive is driven.
     DryRun,
-    /// The safety state machine stands in between, the timer starts ticks, and the drives are driven.
+    /// Operation: the safety state machine runs, the timer starts ticks, and the drives are driven.
     Live,
 }
 
@@ -181,7 +180,7 @@ impl Pacing {
         matches!(self, Self::LockStep | Self::DryRun)
     }
 
-    /// True if the safety state machine stands between the controller and the drives.
+    /// True if the safety state machine runs between the controller and the drives.
     #[must_use]
     pub const fn is_supervised(self) -> bool {
         matches!(self, Self::DryRun | Self::Live)

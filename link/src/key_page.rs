@@ -1,4 +1,4 @@
-//! The link key in a board's flash: a page of its own, which reflashing the program leaves alone.
+//! The link key in a board's flash. It has a separate page, which reflashing the program does not erase.
 //!
 //! | bytes | hold |
 //! |---|---|
@@ -10,7 +10,7 @@
 use crate::seal::{KEY_BYTES, Key, Nonce};
 use crc::{CRC_32_ISO_HDLC, Crc, Table};
 
-/// Address of the page on the STM32F405: its last sector (`memory.x`, where other chips have their own).
+/// Address of the page on the STM32F405: its last sector. `memory.x` has the addresses for the other chips.
 pub const ADDRESS: u32 = 0x080e_0000;
 
 /// Length of the page's contents, bytes.
@@ -19,7 +19,7 @@ pub const LENGTH: usize = 60;
 const MAGIC: &[u8; 8] = b"linkkey1";
 const CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 
-/// A page's contents. It has no debug form, which would show the key.
+/// A page's contents. Does not implement `Debug`, which would show the key.
 #[derive(Clone, Copy)]
 pub struct KeyPage<'a> {
     key: &'a [u8; KEY_BYTES],
@@ -28,7 +28,7 @@ pub struct KeyPage<'a> {
 }
 
 impl<'a> KeyPage<'a> {
-    /// Read a page; `None` where it was never written or is damaged.
+    /// Reads a page; `None` if it was never written or is damaged.
     #[must_use]
     pub fn read(page: &'a [u8; LENGTH]) -> Option<Self> {
         let (body, check) = page.split_last_chunk::<4>()?;

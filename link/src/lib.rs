@@ -7,21 +7,21 @@
 //! sealed  COBS( version | 80: u8   | sequence: u32 | frame: postcard | seal of all before: u64   ) 0x00
 //! ```
 //!
-//! COBS leaves no zero byte inside a packet, so a receiver that has lost its place finds it again at the next zero. The
-//! version stands in every packet, outside the serialised part: a receiver can tell a peer of another version from
-//! noise. The sequence number counts packets and shows how many were lost on the way; one that was there before is refused.
-//! [docs/link.md](../../docs/link.md) has every byte.
+//! COBS leaves no zero byte inside a packet, so a receiver that has lost its position in the stream resumes at the next zero. Every
+//! packet carries the version, outside the serialised part: a receiver can tell a peer of another version from noise. The sequence
+//! number counts packets and shows how many were lost; a packet whose number has been used before is refused.
+//! [docs/link.md](../../docs/link.md) describes every byte.
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`frame`] | the frames: those of the bench, and those of an arm in operation |
+//! | [`frame`] | the frames of the bench modes and of an arm in operation |
 //! | [`packet`] | packets on the wire: their parts and sizes, and why one could not be read |
 //! | [`codec`] | packets: encoder and decoder |
 //! | [`seal`] | the link key, proofs, seals |
-//! | [`channel`] | who may talk: the handshake, from the board's side and from the host's |
-//! | [`inlet`] | bytes on their way from the receiver's interrupt to the decoder |
-//! | [`circular`] | the same behind hardware that stores them by itself |
-//! | [`outgoing`] | bytes on their way to hardware that sends by itself |
+//! | [`channel`] | authentication: the handshake, from the board's side and from the host's |
+//! | [`inlet`] | queue of bytes from the receiver's interrupt to the decoder |
+//! | [`circular`] | reader of a circular buffer that hardware (DMA) fills |
+//! | [`outgoing`] | queue of bytes to hardware (DMA) that sends pieces of memory |
 //! | [`key_page`] | the key in a board's flash |
 //! | [`convert`] | to and from the types of the control loop |
 #![no_std]
@@ -57,5 +57,5 @@ pub use packet::{DecodeError, PACKET_MAX, Packet};
 pub use seal::{Key, Nonce, Proof};
 pub use state::StateCode;
 
-/// Version of the protocol: of the packet's layout and of every frame. Any change of either counts it up.
+/// Version of the protocol. It covers the packet's layout and every frame; any change of either increments it.
 pub const PROTOCOL_VERSION: u8 = 7;

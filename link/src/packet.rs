@@ -1,23 +1,23 @@
-//! Packets on the wire: their parts and sizes, and why one could not be read.
+//! Packets on the wire: their parts and sizes, and decoding errors.
 
 use crate::PROTOCOL_VERSION;
 use crate::seal::SEAL;
 use core::fmt;
 use serde::{Deserialize, Serialize};
 
-/// Version and sequence number.
+/// Length of version and sequence number, bytes.
 pub(crate) const HEADER: usize = 5;
 
-/// The check sum behind an open packet.
+/// Length of the check sum at the end of an open packet, bytes.
 pub(crate) const CHECK: usize = 4;
 
 /// Bit of the version byte that marks a sealed packet.
 pub(crate) const SEALED: u8 = 0x80;
 
-/// Longest packet before COBS: a sealed status of six joints with all its parts has 241 bytes at most; the rest is room to grow.
+/// Longest packet before COBS, bytes. A sealed status of six joints with all its parts has at most 241; the rest is reserve.
 pub(crate) const RAW_MAX: usize = 250;
 
-/// Longest packet on the wire: COBS adds one byte up to 254, and the zero ends it.
+/// Longest packet on the wire, bytes: COBS adds one byte to a packet of up to 254, and a zero ends it.
 pub const PACKET_MAX: usize = RAW_MAX + 2;
 
 /// Longest frame in a packet, bytes.
@@ -26,11 +26,11 @@ pub const FRAME_MAX: usize = RAW_MAX - HEADER - SEAL;
 /// A packet ready for the wire, its final zero included.
 pub type Packet = heapless::Vec<u8, PACKET_MAX>;
 
-/// Why a packet could not be read.
+/// Reason why a packet could not be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum DecodeError {
-    /// More bytes than the longest packet before a zero came.
+    /// More bytes than the longest packet arrived without a zero.
     TooLong,
     /// Too few bytes for header and check sum: a fragment.
     TooShort,
@@ -48,11 +48,11 @@ pub enum DecodeError {
         /// The tag in the packet.
         tag: u8,
     },
-    /// The frame's contents do not follow its kind, or bytes are left over.
+    /// The frame's contents do not match its tag, or bytes are left over.
     Malformed,
     /// The seal does not fit: a packet of another session, of the other direction, without the key, or damaged.
     BadSeal,
-    /// The packet is an earlier one again, or came late.
+    /// The packet repeats an earlier one, or arrived late.
     Repeated,
 }
 

@@ -1,4 +1,4 @@
-//! Keys, and the seals that they make: who may talk.
+//! Keys, proofs and seals: the cryptography of the link.
 //!
 //! `S(k, m)` is SipHash-2-4 of the message `m` under the key `k` of 16 bytes: 8 bytes, least significant first. A link key
 //! has 32 bytes, `K1 | K2`. `T` is the transcript of a handshake: version, nonce of the host, nonce of the board (33 bytes).
@@ -13,8 +13,8 @@
 //! | seal of a packet | `S(seal key, number: u64 \| header and frame)` |
 //!
 //! SipHash is a keyed pseudorandom function for short messages (Aumasson and Bernstein, *SipHash: a fast short-input PRF*,
-//! INDOCRYPT 2012). Its limits: a security level of 128 bits for keys and 64 bits for seals. A guessed seal is accepted with
-//! a probability of `2^-64`; it cannot be tried without sending it. It takes a sixth of HMAC-SHA-256's instructions.
+//! INDOCRYPT 2012). The security level is 128 bits for keys and 64 bits for seals: a guessed seal is accepted with a probability of
+//! `2^-64`, and each guess must be sent to be tried. It needs a sixth of the instructions of HMAC-SHA-256.
 
 use core::fmt;
 use core::hash::Hasher;
@@ -33,7 +33,7 @@ pub type Nonce = [u8; 16];
 pub struct Proof([u8; 16]);
 
 impl Proof {
-    /// Compare in constant time: how long it takes says nothing about where they differ.
+    /// Compares in constant time: the duration does not reveal where the proofs differ.
     #[must_use]
     pub fn fits(&self, expected: &Self) -> bool {
         self.0.ct_eq(&expected.0).into()
@@ -65,7 +65,7 @@ impl Transcript {
     }
 }
 
-/// The key that host and board share. It is never sent, and its debug form does not show it.
+/// The key that host and board share. It is never sent, and its `Debug` output does not show it.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Key([u8; KEY_BYTES]);
 
@@ -82,7 +82,7 @@ impl Key {
         Self(bytes)
     }
 
-    /// Its bytes, to be stored.
+    /// Returns its bytes, to be stored.
     #[must_use]
     pub const fn bytes(&self) -> &[u8; KEY_BYTES] {
         &self.0
@@ -132,7 +132,7 @@ fn pair(key: [u8; 16], first: u8, transcript: &Transcript) -> [u8; 16] {
     both
 }
 
-/// `S(key, begin | rest)`. One copy of it on a chip.
+/// `S(key, begin | rest)`. Not inlined, so that the firmware has one copy.
 #[inline(never)]
 fn keyed_hash(key: &[u8; 16], begin: &[u8], rest: &[u8]) -> [u8; 8] {
     let mut hasher = SipHasher24::new_with_key(key);
@@ -154,9 +154,9 @@ impl fmt::Debug for SealKey {
 /// Keys of a session's seals.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SessionKeys {
-    /// For what this side sends.
+    /// For packets that this side sends.
     pub sending: SealKey,
-    /// For what it receives.
+    /// For packets that it receives.
     pub receiving: SealKey,
 }
 

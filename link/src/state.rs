@@ -9,9 +9,9 @@ use serde::Serialize;
 pub enum StateCode {
     /// No torque; requests are accepted.
     Idle,
-    /// The joints look for their zeros, without torque.
+    /// The joints' zeros are being found, without torque.
     Homing,
-    /// Torque holds the arm where it was armed.
+    /// Torque holds the arm in the pose in which it was armed.
     Armed,
     /// The arm follows its trajectory.
     Running,
@@ -21,7 +21,7 @@ pub enum StateCode {
     Fault,
     /// The drives switch on and take up the arm's weight, with engaged brakes.
     Arming,
-    /// Without a host the arm moves slowly to its rest pose.
+    /// The host is lost: the arm moves slowly to its rest pose.
     Lowering,
     /// Torque holds the arm until its brakes have engaged.
     Disarming,
@@ -41,7 +41,7 @@ impl StateCode {
         Self::Disarming,
     ];
 
-    /// The state of a machine.
+    /// Converts the machine's state and drops its cause.
     #[must_use]
     pub const fn new(state: State) -> Self {
         match state {
@@ -63,7 +63,7 @@ impl StateCode {
         self as u8
     }
 
-    /// Its name, as programs show it.
+    /// Its name, as shown to users.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -79,7 +79,7 @@ impl StateCode {
         }
     }
 
-    /// True if torque acts, on open or on engaged brakes, as [`State::has_torque`].
+    /// True if torque acts, with released or with engaged brakes, as [`State::has_torque`].
     #[must_use]
     pub const fn has_torque(self) -> bool {
         matches!(self, Self::Armed | Self::Running | Self::Holding | Self::Lowering | Self::Disarming)

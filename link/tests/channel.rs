@@ -1,4 +1,4 @@
-//! Who may talk: the handshake, and every way of getting in without the key.
+//! Tests of authentication: the handshake, and attempts to get in without the key.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 use newtau_link::{
@@ -12,7 +12,7 @@ const OWN: Hello = Hello { robot: 7, joints: 2, rate_hz: 1000.0, pacing: Pacing:
 const LIVE: Frame = Frame::Hello(Hello { pacing: Pacing::Live, ..OWN });
 const HOLD: Frame = Frame::request(7, Request::Hold);
 
-/// A board and all that it says.
+/// A board and all bytes that it has sent.
 struct Board {
     channel: BoardChannel,
     nonces: u8,
@@ -24,7 +24,7 @@ impl Board {
         Self { channel: BoardChannel::new(access), nonces: 0, said: Vec::new() }
     }
 
-    /// Give it bytes; the frames that count.
+    /// Sends bytes to the board; returns the frames that it accepts.
     fn hear(&mut self, bytes: &[u8]) -> Vec<Result<Frame, DecodeError>> {
         let mut counting = Vec::new();
         for &byte in bytes {
@@ -45,12 +45,12 @@ impl Board {
     }
 }
 
-/// The frames that count for a host.
+/// The frames that a host accepts.
 fn heard(host: &mut HostChannel, bytes: &[u8]) -> Vec<Frame> {
     bytes.iter().filter_map(|&byte| host.push(byte)).map(|result: Result<Received, _>| result.unwrap().frame).collect()
 }
 
-/// Join, and let the board read the proof. Returns all that the host has sent.
+/// Runs the handshake. Returns all that the host has sent.
 fn join(board: &mut Board, host: &mut HostChannel, nonce: Nonce) -> Result<Vec<u8>, Distrust> {
     let mut sent = host.join(nonce).unwrap().to_vec();
     assert_eq!(board.hear(&sent), []);
@@ -70,7 +70,7 @@ fn session() -> (Board, HostChannel) {
     (board, host)
 }
 
-/// Number of packets refused so far, as the last thing that the board said to somebody without a session.
+/// Number of packets refused so far, from the board's last open refusal.
 fn refused_openly(board: &mut Board) -> u16 {
     let said = core::mem::take(&mut board.said);
     let frames = heard(&mut HostChannel::new(None), &said);
@@ -111,7 +111,7 @@ fn a_host_talks_to_none_but_the_board_with_its_key() {
     }
 }
 
-/// Every frame that is not sealed is refused and counted, a request to hold among them.
+/// Every frame that is not sealed is refused and counted, also a request to hold.
 #[test]
 fn a_board_with_a_key_refuses_every_open_frame_and_counts_it() {
     let mut board = Board::new(Access::Key(&KEY));
@@ -124,7 +124,7 @@ fn a_board_with_a_key_refuses_every_open_frame_and_counts_it() {
 
 const OWN_HELLO: Frame = Frame::Hello(OWN);
 
-/// Without a key there is the bench, and no state machine; a build that trusts anybody has both.
+/// Without a key only the bench modes are available; a build that trusts anybody also runs the state machine.
 #[test]
 fn a_board_without_a_key_is_for_the_bench_alone() {
     let mut encoder = Encoder::new();
@@ -140,7 +140,7 @@ fn a_board_without_a_key_is_for_the_bench_alone() {
     assert_eq!(board.hear(&packet(&LIVE)), [Ok(LIVE)]);
 }
 
-/// All that was sent in one session does nothing in another: the board's nonce is new, and so are the keys.
+/// Packets of one session have no effect in another: the board's nonce is new, and so are the keys.
 #[test]
 fn a_session_that_is_replayed_as_a_whole_does_nothing() {
     let (mut board, mut host) = (Board::new(Access::Key(&KEY)), HostChannel::new(Some(Key::new(KEY))));
@@ -150,7 +150,7 @@ fn a_session_that_is_replayed_as_a_whole_does_nothing() {
         assert_eq!(board.hear(&packet), [Ok(frame)]);
         sent.extend_from_slice(&packet);
     }
-    // To the same board, in its session, and to one that has started anew but never repeats a nonce.
+    // Replayed to the same board, in its session, and to one that has restarted but never repeats a nonce.
     let mut anew = Board::new(Access::Key(&KEY));
     anew.nonces = board.nonces;
     for board in [&mut board, &mut anew] {
@@ -158,7 +158,7 @@ fn a_session_that_is_replayed_as_a_whole_does_nothing() {
     }
     // The first board still has its session.
     assert_eq!(board.hear(&host.encode(&HOLD).unwrap()), [Ok(HOLD)]);
-    // Proof, hello, request and sign of life.
+    // Proof, hello, request and heartbeat.
     assert_eq!(refused_openly(&mut anew), 4);
 }
 
@@ -177,12 +177,12 @@ fn packets_again_late_reflected_or_of_an_earlier_session_are_refused() {
     join(&mut board, &mut second, [10; 16]).unwrap();
     assert_eq!(board.hear(&host.encode(&HOLD).unwrap()), [], "of the earlier session");
     assert_eq!(board.hear(&second.encode(&HOLD).unwrap()), [Ok(HOLD)]);
-    // The session's host is told: three, one, one.
+    // The board reports it to the session's host: 3 + 1 + 1 packets.
     let said = core::mem::take(&mut board.said);
     assert_eq!(heard(&mut second, &said), [Frame::Refusal(Refusal::Unauthentic { count: 5 })]);
 }
 
-/// A seal is 8 bytes whose every bit counts, over every bit before it.
+/// A seal protects every bit of the packet, and every bit of its own 8 bytes is checked.
 #[test]
 fn no_bit_of_a_sealed_packet_can_be_changed_and_no_byte_left_out() {
     let (mut board, mut host) = session();
@@ -202,8 +202,7 @@ fn no_bit_of_a_sealed_packet_can_be_changed_and_no_byte_left_out() {
     assert_eq!(board.hear(&packet), [Ok(HOLD)], "all that has changed nothing");
 }
 
-/// The sequence number on the wire has 32 bits, and the seal covers 64: a packet of 2^32 packets ago does not pass, whatever
-/// its number says.
+/// The sequence number on the wire has 32 bits, and the seal covers 64: a packet from 2^32 packets ago is refused, whatever number it carries.
 #[test]
 fn a_forged_sequence_number_does_not_pass() {
     let (mut board, mut host) = session();
@@ -219,7 +218,7 @@ fn a_forged_sequence_number_does_not_pass() {
     assert_eq!(board.hear(&packet), [Ok(HOLD)]);
 }
 
-/// A flood of joins gives a stranger challenges and takes nothing from the session.
+/// A flood of joins is answered with challenges and does not disturb the session.
 #[test]
 fn a_flood_of_joins_does_not_end_a_session() {
     let (mut board, mut host) = session();
@@ -227,7 +226,7 @@ fn a_flood_of_joins_does_not_end_a_session() {
     for _ in 0..100 {
         let failed = join(&mut board, &mut stranger, [3; 16]).unwrap_err();
         assert_eq!(failed, Distrust::WrongProof);
-        // He answers all the same, with another's proof.
+        // The stranger answers with a proof made from another key.
         let mut guess = Encoder::new();
         let proof = Key::new(OTHER)
             .proof(newtau_link::seal::Side::Host, &newtau_link::seal::Transcript::new(&[3; 16], &[1; 16]));
@@ -237,7 +236,7 @@ fn a_flood_of_joins_does_not_end_a_session() {
     }
 }
 
-/// A wrong proof leaves the challenge standing; a right one uses it up.
+/// A challenge stays valid after a wrong proof; a correct proof uses it up.
 #[test]
 fn a_challenge_is_answered_once() {
     let mut board = Board::new(Access::Key(&KEY));
@@ -254,7 +253,7 @@ fn a_challenge_is_answered_once() {
     board.hear(&right);
     assert_eq!(board.said, []);
     assert_eq!(board.hear(&host.encode(&HOLD).unwrap()), [Ok(HOLD)]);
-    // The same proof again would begin the count of packets anew, and open the way for those of before.
+    // If the same proof were accepted again, the count of packets would restart and earlier packets could be replayed.
     board.hear(&right);
     assert_eq!(board.hear(&host.encode(&HOLD).unwrap()), [Ok(HOLD)]);
 }
@@ -270,7 +269,7 @@ fn a_board_whose_generator_fails_gives_no_challenge() {
     assert_eq!(heard(&mut host, &said), [Frame::Refusal(Refusal::NoNonce)]);
 }
 
-/// Open frames to a host in session count for nothing, except those of a board that has restarted.
+/// A host in a session ignores open frames, except those of a board that has restarted.
 #[test]
 fn a_host_in_session_believes_no_open_frame() {
     let (_, mut host) = session();
@@ -309,7 +308,7 @@ fn a_key_page_is_read_back_and_no_bit_of_it_may_be_wrong() {
         changed[bit / 8] ^= 1 << (bit % 8);
         assert!(KeyPage::read(&changed).is_none(), "bit {bit}");
     }
-    // Flash that was erased, and memory that is not there.
+    // Erased flash, and missing memory.
     assert!(KeyPage::read(&[0xff; LENGTH]).is_none() && KeyPage::read(&[0; LENGTH]).is_none());
 }
 
@@ -325,7 +324,7 @@ fn the_key_page_is_where_the_linker_s_map_has_it() {
     assert!(map.contains("_key_page = ORIGIN(KEY);"));
 }
 
-/// Noise without a zero joins the following packet, and a request must not be lost with it.
+/// Noise without a zero merges with the packet after it; a request must not be lost with it.
 #[test]
 fn a_request_behind_noise_is_taken() {
     let (mut board, mut host) = session();
@@ -337,7 +336,7 @@ fn a_request_behind_noise_is_taken() {
     }
 }
 
-/// However many packets are refused, the answers to them are few and short, and nothing is sent before they are asked for.
+/// However many packets are refused, there is one short answer of each kind, and nothing is sent before `answer` is called.
 #[test]
 fn a_flood_owes_one_answer_of_each_kind() {
     let mut stranger = Encoder::new();
@@ -365,7 +364,7 @@ fn a_flood_owes_one_answer_of_each_kind() {
         let [Frame::Refusal(Refusal::Undecodable(_)), Frame::Refusal(refusal)] = &frames[..] else {
             panic!("{frames:?}");
         };
-        // The challenge is for who has asked.
+        // The challenge is made for the host that sent the join.
         let expected =
             if matches!(access, Access::NoKey) { Refusal::NoKey } else { Refusal::Unauthentic { count: 250 } };
         assert_eq!(*refusal, expected);
@@ -374,7 +373,7 @@ fn a_flood_owes_one_answer_of_each_kind() {
     }
 }
 
-/// All answers at their longest.
+/// [`ANSWERS_MAX`] is the length of all answers at their longest.
 #[test]
 fn the_longest_answers_have_the_stated_length() {
     let long = Hello { robot: u64::MAX, joints: 255, rate_hz: -1.5e-7, pacing: Pacing::Live };

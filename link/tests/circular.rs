@@ -1,4 +1,4 @@
-//! A buffer that hardware fills round and round, read behind it: against a model of the hardware, and beside a thread that never waits.
+//! Tests of the reader of a circular buffer: against a model of the hardware, and against a thread that never waits.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 use core::cell::{Cell, RefCell};
@@ -12,17 +12,17 @@ use std::rc::Rc;
 const SIZE: usize = 96;
 const HALF: usize = SIZE / 2;
 
-/// The hardware: writes bytes, raises a flag at each half, and goes on writing while it is looked at.
+/// Model of the hardware: writes bytes, raises a flag at each half, and goes on writing while its position is read.
 #[derive(Default)]
 struct Model {
-    /// Bytes so far.
+    /// Number of bytes written so far.
     written: Cell<usize>,
-    /// Halves that were filled, and whose interrupt has not run.
+    /// True for each half that is full and whose interrupt has not run.
     flags: Cell<[bool; 2]>,
     counted: Halves,
     /// Halves that were counted before the start, even.
     before: u32,
-    /// Bytes that come at each look. Behind an odd number of them the interrupt has not run yet.
+    /// Number of bytes written at each read of the position. After an odd number the interrupt has not run yet.
     meanwhile: RefCell<VecDeque<u8>>,
     /// True if the interrupt is as late as it may be: it runs when the next half is full.
     held_off: bool,
@@ -74,7 +74,7 @@ impl Filling for Hardware {
     }
 }
 
-/// A byte that says where in the stream it stands, and is not zero; the buffer's length is no multiple of the period.
+/// A non-zero byte that encodes its position in the stream; the buffer's length is not a multiple of the period.
 fn numbered(at: usize) -> u8 {
     (at % 251) as u8 + 1
 }
@@ -89,7 +89,7 @@ fn drain(circular: &mut Circular<Hardware, SIZE>) -> Vec<u8> {
     core::iter::from_fn(|| circular.next_byte()).collect()
 }
 
-/// True if the bytes between two zeros stand one behind another in the stream.
+/// True if the bytes between two zeros are consecutive in the stream.
 fn consecutive(bytes: &[u8]) -> bool {
     bytes.split(|byte| *byte == 0).all(|part| part.windows(2).all(|pair| pair[1] == pair[0] % 251 + 1))
 }
@@ -126,7 +126,7 @@ fn a_boundary_whose_interrupt_has_not_run_yet_is_known_by_the_position() {
 #[test]
 fn the_count_of_halves_may_wrap() {
     let (hardware, mut circular) = start(Model { before: u32::MAX - 9, ..Model::default() });
-    // The reader starts at zero, and takes the count for a loss.
+    // The reader starts at zero, so the count looks like a loss.
     assert_eq!(drain(&mut circular)[0], 0);
     assert!(circular.has_lost());
     let mut read = Vec::new();
@@ -144,7 +144,7 @@ fn frames(bytes: &[u8]) -> Vec<Result<Frame, DecodeError>> {
     packets.map(|result| result.map(|received| received.frame)).collect()
 }
 
-/// The newest half stays, so what comes behind any garbage is read.
+/// The newest half is kept, so a packet after any amount of garbage is read.
 #[test]
 fn a_hold_behind_more_garbage_than_the_buffer_holds_is_read() {
     let hold = Frame::request(7, Request::Hold);
@@ -161,7 +161,7 @@ fn a_hold_behind_more_garbage_than_the_buffer_holds_is_read() {
     }
 }
 
-/// A thread that writes without waiting: what the reader copies is often overwritten meanwhile.
+/// A thread writes without waiting, so bytes are often overwritten while the reader copies them.
 #[test]
 fn what_a_thread_overwrites_is_never_read_as_one_piece() {
     struct Shared {
@@ -193,7 +193,7 @@ fn what_a_thread_overwrites_is_never_read_as_one_piece() {
             written += 1;
             shared.position.store(written % SIZE, Ordering::SeqCst);
             shared.halves.count(written % SIZE == HALF, written.is_multiple_of(SIZE));
-            // Now quicker than the reader, now slower.
+            // Sometimes faster than the reader, sometimes slower.
             for _ in 0..(written / 10_000) % 60 {
                 core::hint::spin_loop();
             }
@@ -208,7 +208,7 @@ fn what_a_thread_overwrites_is_never_read_as_one_piece() {
         }
         lost += u32::from(circular.has_lost());
         assert!(consecutive(&read));
-        // The last byte joins this look with the next.
+        // Keep the last byte, to check that the next bytes follow it.
         read.drain(..read.len().saturating_sub(1));
     }
     shared.ends.store(true, Ordering::Relaxed);
@@ -217,7 +217,7 @@ fn what_a_thread_overwrites_is_never_read_as_one_piece() {
 }
 
 proptest! {
-    /// A reader that is never overtaken reads what was written, whenever it looks and however late the interrupt is.
+    /// A reader that is never overtaken reads exactly the bytes written, whenever it runs and however late the interrupt is.
     #[test]
     fn what_is_not_overtaken_is_read_in_order(steps in vec((0_usize..40, vec(0_u8..4, 8)), 1..60), [shows_end, held_off]: [bool; 2]) {
         let (hardware, mut circular) = start(Model { shows_end, held_off, ..Model::default() });
@@ -235,7 +235,7 @@ proptest! {
         prop_assert!(!circular.has_lost());
     }
 
-    /// One that is overtaken reads pieces of the stream with a zero before each, up to its end, and knows that it has lost.
+    /// A reader that is overtaken gets pieces of the stream up to its end, with a zero before each, and reports the loss.
     #[test]
     fn what_is_overtaken_is_cut_by_a_zero(steps in vec((0_usize..300, 0_usize..60, vec(0_u8..40, 8)), 1..30)) {
         let (hardware, mut circular) = start(Model::default());
@@ -258,7 +258,7 @@ proptest! {
         }
     }
 
-    /// Whatever is lost, no packet is read that was not sent whole, and one that comes behind it is read.
+    /// Whatever is lost, only packets that were sent whole are read, and a packet after the loss is read.
     #[test]
     fn what_is_lost_harms_no_packet_behind_it(bursts in vec((vec(any::<u8>(), 0..150), 0_usize..60), 1..20)) {
         let (hardware, mut circular) = start(Model::default());

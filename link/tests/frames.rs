@@ -1,4 +1,4 @@
-//! Properties of every packet, for every frame and every kind of damage.
+//! Property tests of packets, for every frame and every kind of damage.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 use newtau_link::codec::Received;
@@ -83,7 +83,7 @@ fn frames() -> impl Strategy<Value = Frame> {
     ]
 }
 
-/// All that a frame holds, as bits: `==` on floats would not tell one NaN from another, or accept one at all.
+/// The contents of a frame as bits: `==` on floats is never true for NaN.
 fn all_bits(frame: &Frame) -> Vec<u8> {
     postcard::to_slice(frame, &mut [0; 128]).unwrap().to_vec()
 }
@@ -99,7 +99,7 @@ fn only_frame(results: &[Result<Received, DecodeError>]) -> &Received {
     }
 }
 
-/// A symmetric tensor with six joints' live inputs around it, every number another.
+/// Live inputs of six joints with a symmetric tensor; all numbers differ.
 fn live_of_six() -> dynamics_core::Live<f32, 6> {
     let payload = Payload { mass: 1.5, first_moment: [0.1, -0.2, 0.3], inertia: [1.0, 2.0, 3.0, 0.4, 0.5, -0.0] };
     let rotor = Joints::from_slice(&[0.1, 0.2, 0.3, 0.4, 0.5, 0.6]).unwrap();
@@ -107,7 +107,7 @@ fn live_of_six() -> dynamics_core::Live<f32, 6> {
     Live { gravity: [0.5, -0.0, -9.81], tip_wrench, payload, rotor }.to_core().unwrap()
 }
 
-/// Every bit of live inputs, whichever of their numbers a frame carries.
+/// Every bit of live inputs, also of the numbers that a frame does not carry.
 fn live_bits(live: &dynamics_core::Live<f32, 6>) -> Vec<u32> {
     let dynamics_core::Live { gravity, payload, tip_wrench, rotor } = live;
     let vectors = [gravity, &tip_wrench.force, &tip_wrench.moment, &payload.first_moment];
@@ -191,7 +191,7 @@ proptest! {
     }
 }
 
-/// Repeated packets are told from new ones, however many come again, and new packets after them are accepted.
+/// Repeated packets are recognised, however many there are, and new packets after them are accepted.
 #[test]
 fn packets_that_come_again_are_known_for_it_and_change_nothing() {
     let mut encoder = Encoder::new();
@@ -210,7 +210,7 @@ fn packets_that_come_again_are_known_for_it_and_change_nothing() {
     }
 }
 
-/// However many packets are lost, the next one is taken, and the one behind it misses none.
+/// However many packets are lost, the next one is accepted, and the one after it reports no loss.
 #[test]
 fn a_gap_of_any_length_costs_nothing_behind_it() {
     for gap in [1, 2, 127, 128, 129, 254, 255, 256, 300, 100_000] {
@@ -225,7 +225,7 @@ fn a_gap_of_any_length_costs_nothing_behind_it() {
     }
 }
 
-/// A packet with this version, tag and rest, its check sum right.
+/// A packet with this version and payload, and a correct check sum.
 fn forge(version: u8, payload: &[u8]) -> Vec<u8> {
     let mut raw = vec![version, 0, 0, 0, 0];
     raw.extend_from_slice(payload);
@@ -262,13 +262,13 @@ fn each_way_of_being_wrong_has_its_name() {
 #[test]
 fn the_number_of_kinds_is_the_number_of_tags() {
     let tag = |tag: u8| {
-        // Zeros enough for the longest frame: every field of a known kind reads as zero.
+        // Enough zeros for the longest frame: every field of a known kind reads as zero.
         let mut bytes = [0; 128];
         bytes[0] = tag;
         postcard::take_from_bytes::<Frame>(&bytes).is_ok()
     };
     assert!((0..Frame::KINDS).all(tag));
-    // From 128 a tag takes two bytes.
+    // From 128 on a tag has two bytes.
     assert!((Frame::KINDS..128).all(|t| !tag(t)));
 }
 

@@ -1,4 +1,4 @@
-//! Bytes that find no room, and the packets behind them.
+//! Tests of a full queue, and of the packets after the lost bytes.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 use heapless::spsc::{Consumer, Queue};
@@ -6,7 +6,7 @@ use newtau_link::{Arrival, DecodeError, Decoder, Encoder, Frame, Inlet, Request}
 use proptest::collection::vec;
 use proptest::prelude::*;
 
-/// A queue for 32 bytes.
+/// A queue of 32 bytes.
 fn queue() -> (Inlet, Consumer<'static, u8>) {
     let (producer, consumer) = Box::leak(Box::new(Queue::<u8, 33>::new())).split();
     (Inlet::new(producer), consumer)
@@ -17,7 +17,7 @@ fn drain(decoder: &mut Decoder, pending: &mut Consumer<'static, u8>) -> Vec<Resu
     bytes.filter_map(|byte| decoder.push(byte)).map(|result| result.map(|received| received.frame)).collect()
 }
 
-/// A full queue drops the zero that ends the garbage; a request to hold behind it is read all the same.
+/// A full queue drops the zero that ends the garbage; a request to hold after it is read nevertheless.
 #[test]
 fn a_hold_behind_more_garbage_than_the_queue_holds_is_read() {
     let hold = Frame::request(7, Request::Hold);
@@ -36,7 +36,7 @@ fn a_hold_behind_more_garbage_than_the_queue_holds_is_read() {
     }
 }
 
-/// Garbage without a zero is read before the queue is full, if the reader runs when it is asked to.
+/// Garbage without a zero does not fill the queue if the reader runs when it is requested.
 #[test]
 fn the_reader_is_asked_at_half_of_the_queue() {
     let (mut inlet, mut pending) = queue();
@@ -49,7 +49,7 @@ fn the_reader_is_asked_at_half_of_the_queue() {
 }
 
 proptest! {
-    /// Whatever is lost, no packet is read that was not sent whole, and a packet that finds an empty queue is always read.
+    /// Whatever is lost, only packets that were sent whole are read, and a packet that arrives at an empty queue is always read.
     #[test]
     fn what_is_lost_harms_no_packet_behind_it(bursts in vec((vec(any::<u8>(), 0..60), 0_usize..40), 1..20)) {
         let (mut inlet, mut pending) = queue();

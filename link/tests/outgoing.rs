@@ -1,4 +1,4 @@
-//! A queue out, to hardware that sends a piece of memory by itself.
+//! Tests of the queue to hardware that sends pieces of memory.
 
 use core::cell::{Cell, RefCell};
 use core::sync::atomic::{AtomicU8, Ordering};
@@ -9,7 +9,7 @@ use std::rc::Rc;
 
 const SIZE: usize = 32;
 
-/// Sends a byte of its piece whenever it is looked at so often, and reads it only then.
+/// Model of the line: sends one byte of its piece after every few polls, and reads the byte only then.
 #[derive(Default)]
 struct Line {
     piece: RefCell<&'static [AtomicU8]>,
@@ -54,7 +54,7 @@ fn start(looks_a_byte: usize) -> (Rc<Line>, Outgoing<Hardware, SIZE>) {
     (line.clone(), Outgoing::new(bytes, Hardware(line)))
 }
 
-/// As the interrupt behind a piece does.
+/// Does what the interrupt at the end of a piece does.
 fn finish(line: &Line, outgoing: &mut Outgoing<Hardware, SIZE>) {
     while !line.piece.borrow().is_empty() {
         line.byte();
@@ -62,7 +62,7 @@ fn finish(line: &Line, outgoing: &mut Outgoing<Hardware, SIZE>) {
     }
 }
 
-/// The line stands still: a writer that waited would never return.
+/// The line sends nothing here: a writer that waited would never return.
 #[test]
 fn what_fits_is_taken_without_waiting_for_the_line() {
     let (line, mut outgoing) = start(0);
@@ -89,7 +89,7 @@ fn a_writer_of_more_than_fits_waits_until_all_is_taken() {
 }
 
 proptest! {
-    /// Every byte is sent, once and in order, and none is overwritten while the line has it.
+    /// Every byte is sent once and in order, and none is overwritten before it is sent.
     #[test]
     fn what_is_written_is_sent(writes in vec((vec(any::<u8>(), 0..3 * SIZE), 0_usize..80), 0..30), looks in 1_usize..5) {
         let (line, mut outgoing) = start(looks);

@@ -1,4 +1,4 @@
-//! The examples of `docs/link.md`: made by this crate, and read back from the page.
+//! Tests that this crate produces the examples of `docs/link.md`, and reads them back from the page.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 use newtau_link::seal::{Side, Transcript};
@@ -10,7 +10,7 @@ use std::fmt::Write as _;
 
 const HELLO: Hello = Hello { robot: 0x0123_4567_89ab_cdef, joints: 2, rate_hz: 1000.0, pacing: Pacing::DryRun };
 
-/// The key of the page: bytes 00, 01, .. 1f. The nonces: 16 bytes a0, and 16 bytes b0.
+/// The key in the page's examples: bytes 00, 01, .. 1f. The nonces there are 16 bytes a0, and 16 bytes b0.
 fn key() -> Key {
     Key::new(core::array::from_fn(|i| i as u8))
 }
@@ -27,7 +27,7 @@ fn bytes(hex: &str) -> Vec<u8> {
     (0..hex.len() / 2).map(|i| u8::from_str_radix(&hex[2 * i..2 * i + 2], 16).unwrap()).collect()
 }
 
-/// Frames of a dry run from its beginning, each with its place in the page.
+/// Frames from the beginning of a dry run, each with its name on the page.
 fn frames() -> [(&'static str, Frame); 9] {
     let rest = Reference { q: joints([0.5, -0.25]), qd: joints([0.0; 2]), qdd: joints([0.0; 2]) };
     let sensed = Sensed::State { q: joints([0.5, -0.25]), qd: joints([0.0; 2]) };
@@ -153,7 +153,7 @@ fn the_page_has_the_packets_that_this_crate_makes() {
     assert!(missing.is_empty(), "docs/link.md should have\n{missing}");
 }
 
-/// The bytes of the page alone, read as a board and a host would.
+/// Reads the bytes of the page as a board and a host would.
 #[test]
 fn the_page_s_own_packets_are_read_as_what_it_says() {
     let page = page();
@@ -171,7 +171,7 @@ fn the_page_s_own_packets_are_read_as_what_it_says() {
     }
 }
 
-/// Every frame of the page's table stands there with its tag.
+/// The page's table has every frame, with its tag.
 #[test]
 fn every_frame_has_its_row() {
     let page = page();

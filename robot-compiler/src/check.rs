@@ -1,17 +1,17 @@
-//! Checks of a robot file for impossible, placeholder and missing values. Rules about the numbers of an arm.
+//! Rules about the numbers of an arm: checks of a robot file for impossible, placeholder and missing values.
 //!
-//! Each rule is a function with its equation, its threshold and the reason for it. A rule says what it found, with units, and what
-//! to measure or write instead; [`findings`] asks them all, of all links.
+//! Each rule is a function with its equation, its threshold and the reason for it. A finding gives the value with its unit, and
+//! what to measure or write instead. [`findings`] applies all rules to all links.
 //!
 //! | module | rules |
 //! |---|---|
 //! | `body` | masses, inertia tensors, mass centres |
 //! | `limits` | limits that are impossible, placeholders, missing, or too wide |
 //! | `load` | torque that holds the arm |
-//! | `drives` | rotors, friction, steps of torque and position |
-//! | `heat` | continuous torque of the motors, and the pose in which the arm carries itself |
+//! | `drives` | rotors, friction, resolution of torque and position |
+//! | `heat` | continuous torque of the motors, and the pose in which the arm rests without torque |
 //! | `units` | angles beyond a turn, lengths, masses and rotors that are a power of ten off |
-//! | `remarks` | what the reader noticed: unknown names, held joints, open questions |
+//! | `remarks` | remarks of the reader: unknown names, held joints, open questions |
 //! | `scene` | settings of a scene: the first motion, and the age of live inputs |
 
 mod amount;
@@ -30,9 +30,9 @@ pub use finding::{CheckRule, Finding, JointLoad, Severity};
 pub use heat::on_stop_distance;
 pub use scene::{gravity_finding, scene_findings};
 
-/// All findings, the worst first, then by rule and place.
+/// All findings, the worst first, then by rule and position in the file.
 ///
-/// `loads` has an entry for every joint; without it, the rules that compare with a load say nothing.
+/// `loads` has an entry for every joint. Without it, the rules that compare with a load find nothing.
 #[must_use]
 pub fn findings(draft: &Draft, loads: Option<&[JointLoad]>) -> Vec<Finding> {
     let mut all = body::findings(draft);
@@ -47,10 +47,9 @@ pub fn findings(draft: &Draft, loads: Option<&[JointLoad]>) -> Vec<Finding> {
     all
 }
 
-/// Takes out what follows from a wrong unit: advice about it would mislead.
+/// Removes the findings that follow from a wrong unit: advice about them would mislead.
 ///
-/// With lengths in mm, every tensor is nearly a point and every torque too small; so it is with a mass centre or a mass in another
-/// unit. The severity of what is left is that of the worst of them.
+/// With lengths in mm, every tensor is nearly a point and every torque too small; a mass centre or a mass in another unit has similar effects.
 fn follow_from_a_unit(draft: &Draft, all: &mut Vec<Finding>) {
     let unit = |finding: &Finding| {
         finding.rule == CheckRule::Unit

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `terms` | the fewest terms of a model that a tolerance allows |
 //! | `loop_gain` | the strength of the feedback that remains with these terms |
-//! | `dynamics` | the inverse dynamics that a scene asks for, run on the desk |
+//! | `dynamics` | the inverse dynamics that a scene selects, run on the desk |
 
 mod dynamics;
 mod loop_gain;

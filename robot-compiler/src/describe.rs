@@ -1,6 +1,6 @@
 //! Robots and scenes as data: their types, their checks, and their conversion to the numbers of the core.
 //!
-//! No module here knows a file format.
+//! No module here depends on a file format.
 
 pub(crate) mod cut;
 pub(crate) mod diagnostics;

@@ -1,7 +1,7 @@
-//! A checked arm and its controller as Rust source for the chip, and an arm as a robot file or a URDF.
+//! Output of a checked arm: as Rust source for the chip with its controller, as a robot file, and as a URDF.
 //!
 //! The desk reads and checks the files; the chip gets numbers. Every literal is the shortest decimal that reads back as the
-//! same number, so the chip computes with the same bits that the desk hashed. A firmware computes in single precision,
+//! same number, so the chip computes with exactly the bits that the desk hashed. A firmware computes in single precision,
 //! whatever scalar the scene sets for the desk. Programs that only measure costs ([`cost`]) compute in the scene's own
 //! scalar.
 

@@ -1,9 +1,9 @@
-//! Robot and scene files: read, checked, and converted to the data that the core and the firmware run on.
+//! Robot and scene files: read, checked, and converted to the data that the core and the firmware use.
 //!
 //! | module | holds |
 //! |---|---|
 //! | `describe` | the types of an arm, a linkage and a scene, and the core's numbers for them; in public [`scene`], [`drive`], [`study`] |
-//! | `read` | TOML and URDF files: `load` of [`Robot`], [`LinkageFile`] and [`SceneFile`]; errors point at file, line and field |
+//! | `read` | TOML and URDF files: `load` of [`Robot`], [`LinkageFile`] and [`SceneFile`]; errors name file, line and field |
 //! | [`check`] | rules about the numbers of an arm: impossible, improbable and missing values |
 //! | [`choose`] | choices for a scene: the fewest terms, the remaining loop gain, the inverse dynamics |
 //! | [`kernel`] | from a model and a scene to a straight-line program |

@@ -4,7 +4,7 @@ use core::mem::discriminant;
 
 /// A type whose values are chosen by name.
 pub trait Named: Copy + Send + Sync + 'static {
-    /// Name, meaning and value of each, in the order in which help shows them; the meaning is empty where the name explains
+    /// Name, meaning and value of each, in the order in which help lists them. The meaning is empty if the name explains
     /// itself.
     const NAMES: &'static [(&'static str, &'static str, Self)];
 }

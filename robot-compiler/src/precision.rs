@@ -2,7 +2,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`DoubleDouble`] | a reference with about 31 digits: its own error is negligible beside the error of `f64` |
+//! | [`DoubleDouble`] | a reference with about 31 digits: its own error is negligible compared with the error of `f64` |
 //! | [`Bounded`] | a value's interval and a proven bound on its rounding error, for every state of a box at once |
 
 mod double_double;

@@ -55,7 +55,7 @@ fn a_wider_tolerance_never_keeps_more_and_ends_with_the_rotors() {
         assert!(gone >= last, "{tolerance}: {gone} terms go, {last} with less");
         last = gone;
     }
-    // Without rotors the flange would have almost no loop gain at any torque error.
+    // Without rotors the flange would have almost no loop gain, whatever the torque error.
     assert_eq!(last, 5);
     assert_eq!(auto(0.5, &[]).model.terms(), [ModelTerm::Rotors]);
     assert_eq!(given_up(&auto(0.0, &[])), []);
@@ -76,7 +76,7 @@ fn what_is_left_keeps_the_tolerance_and_no_other_set_is_smaller() {
         let gone = given_up(&auto(tolerance, &[]));
         let chosen = (0..64).find(|&set| terms(set) == gone).unwrap();
         assert!(errors[chosen] <= tolerance, "{tolerance}: {}", errors[chosen]);
-        // No set takes fewer operations, unless its errors cancel and a part of it alone exceeds the tolerance, or it
+        // No set needs fewer operations, unless its errors cancel and a part of it alone exceeds the tolerance, or it
         // removes half of the feedback.
         let may_go = |set: usize| {
             let mut parts = (1..64).filter(|part| part & set == *part);
@@ -90,7 +90,7 @@ fn what_is_left_keeps_the_tolerance_and_no_other_set_is_smaller() {
 
 #[test]
 fn the_tolerance_is_felt_from_both_sides() {
-    // With a tolerance equal to the error of a term, the term may go; just below, it may not.
+    // With a tolerance equal to the error of a term, the term may be dropped; just below, it may not.
     let scene = auto(0.0, &[]);
     let model = scene.robot.model::<6>().unwrap();
     let along = Along::new(&scene, &model).unwrap();
@@ -138,7 +138,7 @@ fn standing_still_no_velocity_term_is_needed_and_rotors_for_the_loop_alone() {
     let text = format!("{head}{hold}[plant]{tail}").replace("tolerance = 0.002", "tolerance = 0");
     let scene = SceneFile::from_toml_str(&text, &top(AUTO)).unwrap();
     assert_eq!(given_up(&scene), [ModelTerm::VelocityTerms, ModelTerm::Friction]);
-    // They make no torque here, but are most of the inertia.
+    // The rotors need no torque here, but are most of the inertia.
     let model = scene.robot.model::<6>().unwrap();
     let along = Along::new(&scene, &model).unwrap();
     assert_eq!(along.error_without(&[ModelTerm::Rotors]).worst_share(), 0.0);
@@ -161,20 +161,20 @@ fn without_rotors_the_flange_has_next_to_no_loop_gain_and_they_stay() {
     let scene = auto(0.003, &[]);
     let model = scene.robot.model::<6>().unwrap();
     let along = Along::new(&scene, &model).unwrap();
-    // The torque error alone would let them go.
+    // By the torque error alone they could be dropped.
     assert!(along.error_without(&[ModelTerm::Rotors]).worst_share() < 0.003);
     let gain = along.loop_gain_without(&[ModelTerm::Rotors]);
     assert_eq!((gain.joint, gain.is_too_weak()), (5, true), "{gain:?}");
     assert!(!given_up(&scene).contains(&ModelTerm::Rotors));
     assert_eq!(along.fewest_terms(0.003).loop_gain.least, along.loop_gain_without(&given_up(&scene)).least);
-    // Where only the flange moves, the loop gain without rotors is the flange's own inertia over the whole.
+    // If only the flange moves, the loop gain without rotors is the flange's own inertia divided by the whole.
     let by_hand = {
         let full = Dynamics::new(model, scene.model.full().scene(&model));
         let q: [f64; 6] = scene.motion.start().try_into().unwrap();
         let matrix = mass_matrix(&full, &Libm.sin_cos_all(&q), &q, &scene.live(&model));
         (matrix[(5, 5)] - model.links()[5].rotor) / matrix[(5, 5)]
     };
-    // Measured: 2.02e-4. The eigenvalue is at most any joint's own ratio, and near that of the joint it names.
+    // Measured: 2.02e-4. The eigenvalue is at most any joint's own ratio, and near that of the named joint.
     assert!(gain.least <= by_hand && gain.least > 0.9 * by_hand, "{gain:?}, {by_hand}");
 }
 
@@ -190,7 +190,7 @@ fn only_inertia_bears_on_the_loop_gain_and_more_of_it_left_out_weakens_it() {
     let [payload, rotors] = [ModelTerm::Payload, ModelTerm::Rotors].map(|term| least(&[term]));
     let both = least(&[ModelTerm::Payload, ModelTerm::Rotors]);
     assert!(0.0 < both && both < rotors && rotors < payload && payload < 1.0, "{both}, {rotors}, {payload}");
-    // A law with fixed inertias loses the drop in these inertias: at the start, joint by joint.
+    // A law with fixed inertias loses the dropped term in these inertias: at the start, joint by joint.
     let mut fixed = scene.clone();
     fixed.control.law = ControlLaw::PdGravity;
     let lost = Along::new(&fixed, &model).unwrap().loop_gain_without(&[ModelTerm::Rotors]);

@@ -1,7 +1,7 @@
 //! Invalid files, each with its error message.
 //!
-//! Every case of the tables in `tests/bad` has one mistake. Its message as a person sees it, without colour, is in the table, too:
-//! [`crate::common::cases`] is the format.
+//! Every case of the tables in `tests/bad` has one mistake. The table also has its message as a person sees it, without colour:
+//! [`crate::common::cases`] describes the format.
 #![allow(clippy::unwrap_used, reason = "a test file that cannot be handled should stop the test")]
 
 use miette::{GraphicalReportHandler, GraphicalTheme};
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use crate::common::cases::{Case, Table, check};
 
-/// Tables with their numbers of cases, so that none is lost unseen.
+/// Tables with their numbers of cases, so that a lost case is noticed.
 const TABLES: [(&str, usize); 5] = [("drives", 43), ("linkage", 16), ("robot", 64), ("scene", 151), ("urdf", 30)];
 
 /// The path of a table. Paths are relative to this package, so that messages are the same everywhere.
@@ -43,7 +43,7 @@ fn render(error: &FileError) -> String {
     text
 }
 
-/// Every case gives the message in the table.
+/// Asserts that every case gives the message in the table.
 fn messages(table: &str) {
     let cases = Table::read(&path(table)).cases;
     let message = |case| error(case).map_or("accepted".to_owned(), |error| render(&error));
@@ -82,7 +82,7 @@ fn every_message_names_file_line_and_what_was_expected() {
         let error = error(&case);
         assert!(error.is_some(), "{} was accepted", case.name);
         let error = error.unwrap();
-        // A scene's error may lie in the robot file that it names.
+        // A scene's error may be in its robot file.
         assert!(error.file().starts_with("tests/bad/"), "{error}");
         assert!(!error.problem().is_empty() && !error.expected().is_empty(), "{error}");
         let Some((line, column)) = error.line_column() else {
@@ -94,7 +94,7 @@ fn every_message_names_file_line_and_what_was_expected() {
     }
 }
 
-/// Then it is the change that makes a case invalid.
+/// Without the change the case is valid: it is the change that makes it invalid.
 #[test]
 fn what_the_cases_change_is_valid() {
     for (table, _) in TABLES {

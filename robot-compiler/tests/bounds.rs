@@ -1,4 +1,4 @@
-//! Bounds of the numbers that safety relies on, the rest pose, and identifiers of drives: both sides of each edge.
+//! Bounds of the numbers on which safety relies, the rest pose, and identifiers of drives: both sides of each edge.
 #![allow(clippy::unwrap_used, reason = "a test file that cannot be handled should stop the test")]
 #![allow(clippy::panic, reason = "a test names the case that fails")]
 #![allow(clippy::float_cmp, reason = "numbers from a file must come through unchanged")]
@@ -18,7 +18,7 @@ fn scene(lines: &str) -> Result<SceneFile, FileError> {
     SceneFile::from_toml_str(&text, Path::new("tests/data/scene.toml"))
 }
 
-/// Lines that are accepted, and lines just beyond with a part of the answer.
+/// Lines that are accepted, and lines just beyond the bound with a part of the error.
 const EDGES: [(&str, &str, &str); 25] = [
     // 0.2 rad / (1.5 x 2 rad/s x 1 ms) = 66.7 ticks.
     (
@@ -137,8 +137,8 @@ fn the_rest_pose_of_a_scene_comes_before_that_of_its_robot() {
     assert_eq!(of("rest = [0.1, -1.5]", "").lowering_tip_speed, 0.05);
 }
 
-/// The tip's speed in many postures with all joints at their lowering speed stays below the bound, and comes within reach of it where the
-/// arm is stretched.
+/// The tip's speed in many postures with all joints at their lowering speed stays below the bound, and comes close to it with the
+/// arm stretched out.
 #[test]
 fn the_tip_is_lowered_no_faster_than_the_scene_says() {
     for path in files(&top("scenes"), &["toml"]) {
@@ -149,7 +149,7 @@ fn the_tip_is_lowered_no_faster_than_the_scene_says() {
             let reached: f64 = axis_to_tip(&model).iter().zip(&speed).map(|(r, qd)| r * qd).sum();
             let slides_freely = reached.is_nan();
             assert!(slides_freely || reached <= 0.05 * (1.0 + 1e-12), "{}: {reached}", file.name);
-            // The tip, moved by a short time of this speed, joint by joint in the worst directions, from a few postures.
+            // The tip, moved for a short time at this speed, joint by joint in the worst directions, from a few postures.
             let limits = model.links().map(|link| link.limits.position);
             for posture in 0..20_u32 {
                 let q: [f64; N] = std::array::from_fn(|i| {
@@ -192,7 +192,7 @@ fn damiao_drives_with_replies_that_can_be_told_apart_are_accepted() {
     let problem = |result: Result<(), FileError>| result.unwrap_err().problem().to_owned();
     assert!(problem(two((1, 0), (17, 0), (1, 1))).contains("low 4 bits"));
     assert!(problem(two((3, 9), (0x23, 9), (1, 1))).contains("both end in 3"));
-    // Other low bits, other replies, another bus.
+    // Different low bits, different replies, different buses.
     for accepted in [((1, 0), (18, 0), (1, 1)), ((1, 5), (17, 6), (1, 1)), ((1, 0), (17, 0), (1, 2))] {
         two(accepted.0, accepted.1, accepted.2).unwrap();
     }
@@ -217,7 +217,7 @@ fn drives_of_the_other_kinds_say_their_whole_identifier() {
         Robot::from_toml_str(&format!("name = \"two\"\n{}{}", joint("a", 1), joint("b", 17)), "two.toml").map(|_| ())
     };
     of_kind("robstride", "actuator = \"RS00\"\n").unwrap();
-    // Requests for a parameter and their answers are of one type: an answer to host 17 would be a request to drive 17.
+    // Requests for a parameter and their answers have the same type: an answer to host 17 would be a request to drive 17.
     let error = of_kind("robstride", "actuator = \"RS00\"\nhost_id = 17\n").unwrap_err();
     assert!(error.problem().contains("host identifier 17"), "{error}");
     of_kind("robstride", "actuator = \"RS00\"\nhost_id = 18\n").unwrap();

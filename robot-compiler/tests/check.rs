@@ -1,4 +1,4 @@
-//! Rules about the numbers of an arm: each on a file that breaks it and on one just on the other side.
+//! Rules about the numbers of an arm: each tested on a file that breaks it and on one just on the other side.
 #![allow(clippy::unwrap_used, reason = "a test file that cannot be handled should stop the test")]
 #![allow(clippy::panic, reason = "a test names the case that fails")]
 
@@ -6,7 +6,7 @@ use robot_compiler::check::{CheckRule, Draft, Finding, JointLoad, Severity, find
 use robot_compiler::{Ends, Robot};
 use std::collections::BTreeSet;
 
-/// An arm of 1.0 m that no rule has a word for, but that a URDF has no rotors.
+/// An arm of 1.0 m without findings, except that a URDF has no rotors.
 const SOUND: &str = r#"<robot name="sound">
   <link name="stand"/>
   <link name="upper">
@@ -37,7 +37,7 @@ const SOUND: &str = r#"<robot name="sound">
   <joint name="frame" type="fixed"><parent link="hand"/><child link="tip"/><origin xyz="0 0 0.2"/></joint>
 </robot>"#;
 
-/// Two joints with drives, friction and rotors, without a word from a rule.
+/// Two joints with drives, friction and rotors, without findings.
 const DRIVEN: &str = r#"
 name = "driven"
 [[joint]]
@@ -92,7 +92,7 @@ fn load(holding: f64) -> JointLoad {
     JointLoad { holding, posture: vec![1.5, 0.0, 0.0], inertia: (0.1, 0.4), rest: None }
 }
 
-/// Loads of the sound arm, N m, and of the driven one.
+/// Loads of the two arms above, N m.
 const SOUND_LOADS: [f64; 3] = [14.7, 3.0, 0.2];
 const DRIVEN_LOADS: [f64; 2] = [9.3, 1.5];
 
@@ -109,7 +109,7 @@ fn of_toml(text: &str) -> Vec<Finding> {
     told(&Draft::from_toml_str(text, "arm.toml").unwrap(), &DRIVEN_LOADS)
 }
 
-/// A text with changes, each of which must be there to be made.
+/// A text with changes; each text to be replaced must occur.
 fn changed(text: &str, changes: &[(&str, &str)]) -> String {
     changes.iter().fold(text.to_owned(), |text, (old, new)| {
         assert!(text.contains(old), "{old}");
@@ -117,14 +117,14 @@ fn changed(text: &str, changes: &[(&str, &str)]) -> String {
     })
 }
 
-/// Rules that spoke, with their severity; without that on rotors, which no URDF has.
+/// Rules with findings, and their severity; without the rule about rotors, which no URDF has.
 fn spoken(findings: &[Finding]) -> Vec<(&'static str, &'static str)> {
     let all = findings.iter().filter(|finding| finding.rule != CheckRule::Rotor || finding.severity != Severity::Note);
     all.map(|finding| (finding.rule.name(), finding.severity.name())).collect()
 }
 
 type Changes<'a> = &'a [(&'a str, &'a str)];
-/// Changes, what they make a rule say, and changes just short of it.
+/// Changes, the rule and severity that they cause, and changes just short of them.
 type Case<'a> = (Changes<'a>, (CheckRule, Severity), Changes<'a>);
 
 #[test]
@@ -148,7 +148,7 @@ fn every_rule_speaks_and_is_silent_on_the_other_side_of_its_threshold() {
         (&[("izz=\"0.001\"", "izz=\"0.03\"")], (ImpossibleBody, Wrong), &[("izz=\"0.001\"", "izz=\"0.019\"")]),
         (&[("izz=\"0.001\"", "izz=\"-0.001\"")], (ImpossibleBody, Wrong), &[("izz=\"0.001\"", "izz=\"0\"")]),
         (&[("value=\"1.0\"", "value=\"-1.0\"")], (ImpossibleBody, Wrong), &[("value=\"1.0\"", "value=\"0.8\"")]),
-        // Grams on the last joint; in an arm of grams, they are its share.
+        // Grams on the last joint; in an arm whose links all weigh grams, that is its share.
         (&[("value=\"0.4\"", "value=\"0.019\"")], (Mass, Doubt), &[("value=\"0.4\"", "value=\"0.036\"")]),
         (
             &[("value=\"0.4\"", "value=\"0.007\""), ("0.0006", "1e-6"), ("0.0004", "1e-6")],
@@ -181,7 +181,7 @@ fn every_rule_speaks_and_is_silent_on_the_other_side_of_its_threshold() {
                 "<link name=\"tip\"><inertial><mass value=\"0.2\"/><inertia ixx=\"1e-4\" ixy=\"0\" ixz=\"0\" iyy=\"1e-4\" iyz=\"0\" izz=\"1e-4\"/></inertial></link>",
             )],
         ),
-        // The hand measures 0.2 m, with 0.1 m of room: 0.6 m is twice that.
+        // The hand measures 0.2 m, plus a margin of 0.1 m: 0.6 m is twice that.
         (&[("0.0006", "0.037"), ("0.0004", "0.037")], (Gyration, Doubt), &[("0.0006", "0.035"), ("0.0004", "0.035")]),
         (&[("0.0006", "0.33"), ("0.0004", "0.33")], (Gyration, Wrong), &[("0.0006", "0.035"), ("0.0004", "0.035")]),
         (
@@ -193,7 +193,7 @@ fn every_rule_speaks_and_is_silent_on_the_other_side_of_its_threshold() {
         // m c^2 of the forearm is 0.0225 kg m^2.
         (&[("0.01\"", "0.0205\"")], (InertiaAtJoint, Doubt), &[("0.01\"", "0.0200\"")]),
         (&[("0.01\"", "0.0335\"")], (InertiaAtJoint, Doubt), &[("0.01\"", "0.0339\"")]),
-        // The hand's joints are 0.2 m apart, and a quarter of 1 m is the room.
+        // The hand's joints are 0.2 m apart, and the margin is a quarter of 1 m.
         (&[("xyz=\"0 0 0.05\"", "xyz=\"0.46 0 0\"")], (MassCentre, Doubt), &[("xyz=\"0 0 0.05\"", "xyz=\"0.44 0 0\"")]),
         (&[("xyz=\"0 0 0.05\"", "xyz=\"2.1 0 0\"")], (MassCentre, Wrong), &[("xyz=\"0 0 0.05\"", "xyz=\"0.44 0 0\"")]),
         (&[("effort=\"6\"", "effort=\"-6\"")], (ImpossibleLimit, Wrong), &[("effort=\"6\"", "effort=\"0.4\"")]),
@@ -223,7 +223,7 @@ fn every_rule_speaks_and_is_silent_on_the_other_side_of_its_threshold() {
             (Rotor, Doubt),
             &[("inertia = 1e-4, gear = 20.0", "inertia = 2.6e-6, gear = 20.0")],
         ),
-        // Gravity takes 9.3 N m at most, which 14 N m exceed by half.
+        // Gravity needs at most 9.3 N m; 14 N m are half as much again.
         (&[("torque = 40", "torque = 9.2")], (Holding, Wrong), &[("torque = 40", "torque = 14")]),
         (&[("torque = 40", "torque = 13.9")], (Holding, Doubt), &[("torque = 40", "torque = 14")]),
         // 2 % of 1.5 N m are 4095 steps over 123 N m.
@@ -231,14 +231,14 @@ fn every_rule_speaks_and_is_silent_on_the_other_side_of_its_threshold() {
         (&[("[-12.5, 12.5]", "[-660, 660]")], (PositionStep, Doubt), &[("[-12.5, 12.5]", "[-650, 650]")]),
         (&[("torque = 40", "torque = 40, torque_rate = 9"), (", torque = 20", "")], (MissingLimit, Note), &[]),
         (&[("position = [-2, 2]", "position = [2, -2]")], (ImpossibleLimit, Wrong), &[]),
-        // Gravity takes 9.3 N m at most.
+        // Gravity needs at most 9.3 N m.
         (&[("rated = 10", "rated = 9.29")], (Heat, Doubt), &[("rated = 10", "rated = 9.31")]),
         (&[("rated = 5\n", "")], (Heat, Note), &[]),
         (&[("time_constant = 60\n", "")], (Heat, Note), &[]),
         (&[("zz = 0.008 }", "zz = 0.008, xy = 0.01 }")], (ImpossibleBody, Wrong), &[]),
     ];
     let known: BTreeSet<_> = urdf.iter().chain(&toml).map(|(_, (rule, _), _)| *rule).collect();
-    // The rest pose and the rules about scenes have tests of their own, because they need a load, or a scene.
+    // The rest pose and the rules about scenes have their own tests, because they need a load, or a scene.
     let known: BTreeSet<_> = known
         .into_iter()
         .chain([Rest, FirstMotion, LiveAge, CheckRule::BrakeDelay])
@@ -255,7 +255,7 @@ fn every_rule_speaks_and_is_silent_on_the_other_side_of_its_threshold() {
     for (broken, said, sound) in toml {
         let said = (said.0.name(), said.1.name());
         let broken = changed(DRIVEN, broken);
-        // A drive must span the joint's limits, so that limits are left out and wrong ones stated without drives only.
+        // A drive must span the joint's limits. So missing and wrong limits are tested only without drives.
         let broken = match said.0 {
             "missing-limit" | "impossible-limit" => without_drives(&broken),
             _ => broken,
@@ -293,7 +293,7 @@ fn a_scene_of_an_arm_with_drives_is_asked_about_its_first_motion_and_the_age_of_
         assert_eq!(rules(driven, &format!("{live}[safety]\n")), ["live-age"], "{driven}");
         assert_eq!(rules(driven, &format!("{live}[safety]\nlive_age_ms = 100")), [""; 0], "{driven}");
     }
-    // Nothing real moves.
+    // Nothing real moves in this scene.
     assert_eq!(rules("planar2r", &format!("{live}[safety]\nfirst_motion = 1")), [""; 0]);
 }
 
@@ -331,7 +331,7 @@ fn one_torque_for_joints_of_very_different_load_is_a_placeholder() {
     let draft = Draft::from_urdf_str(&one, "arm.urdf", Ends::tip("tip")).unwrap();
     assert_eq!(spoken(&told(&draft, &[14.7, 3.0, 1.4])), [("placeholder", "doubt")]);
     assert_eq!(spoken(&told(&draft, &[14.7, 3.0, 1.5])), []);
-    // A joint that gravity does not load has nothing to compare, nor has an arm without loads.
+    // A joint without a gravity load has nothing to compare, and neither has an arm without loads.
     assert_eq!(spoken(&told(&draft, &[0.0, 3.0, 1.5])), []);
     assert_eq!(spoken(&findings(&draft, None)), []);
 }
@@ -380,7 +380,7 @@ fn all_impossible_bodies_are_found_and_everything_that_load_refuses_is_wrong() {
     assert_eq!(spoken(&of_urdf(&bare)), [("mass", "wrong")]);
 }
 
-/// A problem that no rule covers is refused as when the arm is loaded, even behind a body that is impossible.
+/// A problem that no rule covers is rejected as when the arm is loaded, even after an impossible body.
 #[test]
 fn a_file_that_no_rule_understands_is_refused() {
     let broken = changed(
@@ -415,7 +415,7 @@ fn an_accepted_body_is_a_doubt_and_its_key_is_quoted() {
     assert_eq!(spoken(&told), [("impossible-body", "doubt")]);
     assert_eq!(told[0].quote.as_deref(), Some("inertia = { xx = 0.002, yy = 0.03, zz = 0.3 }"));
     assert_eq!(told[0].place.line_column(), Some((10, 11)));
-    // A mass below zero is accepted by nobody.
+    // A mass below zero is never accepted.
     let negative = changed(&broken, &[("mass = 2.0", "mass = -2.0")]);
     assert_eq!(spoken(&of_toml(&negative))[0], ("impossible-body", "wrong"));
     assert!(Draft::from_toml_str(&negative, "arm.toml").unwrap().arm().is_none());
@@ -423,7 +423,7 @@ fn an_accepted_body_is_a_doubt_and_its_key_is_quoted() {
 
 #[test]
 fn fixed_parts_are_judged_before_they_are_merged() {
-    // A camera of 50 g whose tensor is in kg mm^2: in the merged forearm it would not be seen.
+    // A camera of 50 g whose tensor is in kg mm^2: in the merged forearm this would go unnoticed.
     let camera = |moment: &str| {
         let text = format!(
             "<link name=\"camera\"><inertial><mass value=\"0.05\"/><inertia ixx=\"{moment}\" ixy=\"0\" ixz=\"0\" iyy=\"{moment}\" \
@@ -470,7 +470,7 @@ fn a_joint_sinks_from_its_rest_pose_unless_friction_or_a_stop_holds_it() {
     };
     assert_eq!([sinks(0.0, 0.4), sinks(0.0, -0.4)], [None, None], "friction holds");
     assert!(sinks(0.0, 0.41).unwrap().contains("lift sinks from the rest pose: it takes 0.410 N m to hold"));
-    // A torque above zero holds against gravity that pushes down, to the lower limit.
+    // A torque above zero holds against gravity that acts downwards, to the lower limit.
     assert_eq!([sinks(-1.951, 3.0), sinks(1.951, -3.0)], [None, None], "a stop holds");
     assert!(sinks(-1.949, 3.0).is_some() && sinks(1.949, -3.0).is_some());
     assert!(sinks(1.99, 3.0).is_some() && sinks(-1.99, -3.0).is_some(), "the other stop does not");

@@ -1,7 +1,7 @@
 //! Drives of a robot file, as numbers for the chip.
 //!
 //! `tests/data/emitted_mit.rs` and `emitted_pwm.rs` are the output of `emit::drives_module` for the two examples. Write
-//! them anew with `UPDATE_EMITTED=1 cargo test -p robot-compiler --test drives`, and look at the difference.
+//! them again with `UPDATE_EMITTED=1 cargo test -p robot-compiler --test drives`, and check the diff.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 #![allow(clippy::panic, reason = "a test names the file that fails")]
 #![allow(clippy::float_cmp, reason = "the emitted numbers must be the very same")]
@@ -109,10 +109,10 @@ fn a_hash_feels_every_number_of_a_drive() {
 fn a_motor_speed_and_the_encoders_reach_follow_from_the_file() {
     let scene = pwm2();
     let Drives::Pwm([shoulder, elbow]) = scene.drives::<2>() else { panic!("PWM drives") };
-    // One count in a tick of 1 ms is TAU / 16384 * 1000 rad/s of the joint, 50 times that of the motor.
+    // One count per tick of 1 ms is TAU / 16384 * 1000 rad/s at the joint, and 50 times that at the motor.
     assert_eq!(shoulder.speed_per_count, (50.0 * TAU / 16384.0 * 1000.0) as f32);
     assert_eq!(elbow.speed_per_count, -shoulder.speed_per_count);
-    // The guard's speed, 5 rad/s by its factor, in counts a tick, rounded up, and one.
+    // The guard's speed, 5 rad/s times its factor, in counts per tick, rounded up, plus one.
     let reach = (scene.control.velocity_factor * 5.0 * 16384.0 / TAU / 1000.0).ceil() + 1.0;
     assert_eq!(f64::from(shoulder.jump_max), reach);
     assert_eq!((shoulder.channel, elbow.channel), (0, 1));

@@ -1,7 +1,7 @@
 //! An emitted module, compiled and compared with its source.
 //!
-//! `tests/data/emitted_arm.rs` is the output of `emit::arm_module` for one scene. Write it anew with
-//! `UPDATE_EMITTED=1 cargo test -p robot-compiler --test emitted`, and look at the difference.
+//! `tests/data/emitted_arm.rs` is the output of `emit::arm_module` for one scene. Write it again with
+//! `UPDATE_EMITTED=1 cargo test -p robot-compiler --test emitted`, and check the diff.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 #![allow(clippy::float_cmp, reason = "the emitted numbers must be the very same")]
 

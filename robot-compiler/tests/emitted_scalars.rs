@@ -14,7 +14,7 @@ fn puma() -> SceneFile {
     SceneFile::load(&top("scenes/puma560_pick.toml")).unwrap()
 }
 
-/// The numbers of a text, as its scalar reads them.
+/// The numbers in a text, as text.
 fn numbers(text: &str) -> Vec<&str> {
     let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || ".-_".contains(c)));
     words.filter(|word| word.contains(['.', 'e']) && word.parse::<f64>().is_ok()).collect()
@@ -36,7 +36,7 @@ fn a_controller_in_f64_has_the_numbers_of_the_file_and_nothing_of_f32() {
             assert!(written.iter().any(|read| read.to_bits() == x.to_bits()), "{x} is not in the text");
         }
     }
-    // The reverse check: an f32 of the same file would lose bits of some numbers.
+    // The reverse: in f32 some numbers of the same file would lose bits.
     assert!(written.iter().any(|x| f64::from(*x as f32).to_bits() != x.to_bits()));
 }
 

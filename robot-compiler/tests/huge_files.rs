@@ -1,4 +1,4 @@
-//! Files of absurd size, depth and content: refused soon, in a message for a screen.
+//! Files of absurd size, depth and content are rejected quickly, with a message that fits on a screen.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test names the file that fails")]
 
 use miette::{GraphicalReportHandler, GraphicalTheme};
@@ -17,7 +17,7 @@ fn render(error: &FileError) -> String {
     text
 }
 
-/// The message of a refused text, which must be short and come soon.
+/// The message of a rejected text, which must be short and come quickly.
 fn refused(what: &str, error: impl FnOnce() -> FileError) -> String {
     let start = Instant::now();
     let error = error();
@@ -91,7 +91,7 @@ fn a_deep_tree_of_links_is_read_soon() {
     }
 }
 
-/// The place is that of the whole file, the line is cut around it.
+/// The location is that in the whole file; the line is shortened around it.
 #[test]
 fn a_long_line_is_cut_around_the_error() {
     let text = format!("name = \"a\"\nsource = \"{}\"; oh = \"{}\"\n", "s".repeat(500), "t".repeat(500));
@@ -139,7 +139,7 @@ fn no_character_of_a_file_reaches_the_terminal_as_a_command() {
         format!("{before}name = \"{name}{behind}")
     };
     let errors = [
-        // Escaped, as TOML allows it, and as it stands, which TOML refuses.
+        // Escaped, as TOML allows it, and unescaped, which TOML rejects.
         toml(&renamed(&planar, "\\u001b[31m")),
         toml(&renamed(&planar, "\u{1b}[31m")),
         toml(&renamed(&planar, "\u{9b}31m")),
@@ -180,7 +180,7 @@ fn folders_and_xacro_files_are_called_what_they_are() {
     assert!(error.expected().contains("`xacro FILE > robot.urdf`"), "{}", error.expected());
     let error = Robot::load(Path::new("arm.urdf.xacro")).unwrap_err();
     assert!(error.problem().starts_with("a xacro file") && error.expected().contains("`xacro FILE"), "{error}");
-    // What xacro has written still names its namespace.
+    // The output of xacro still names its namespace.
     let two =
         include_str!("data/two.urdf").replacen("<robot ", "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\" ", 1);
     assert!(Robot::from_urdf_str(&two, "two.urdf", Ends::default()).is_ok());

@@ -10,7 +10,7 @@ use robot_compiler::emit::{robot_file, urdf};
 use robot_compiler::{Ends, Robot, UrdfArm};
 use std::path::{Path, PathBuf};
 
-/// Rules that have their cases here.
+/// Rules with test cases in this file.
 pub(crate) const RULES: [CheckRule; 8] = [
     CheckRule::Unit,
     CheckRule::Angle,
@@ -22,7 +22,7 @@ pub(crate) const RULES: [CheckRule; 8] = [
     CheckRule::Payload,
 ];
 
-/// A crane of three joints. At `Q`, `QD`, `QDD` Pinocchio 4.1 has [`TORQUES`] without friction.
+/// A crane of three joints. For `Q`, `QD`, `QDD` Pinocchio 4.1 gives [`TORQUES`] without friction.
 const CRANE: &str = include_str!("data/crane.urdf");
 const Q: [f64; 3] = [0.3, 0.7, -0.9];
 const QD: [f64; 3] = [0.5, -0.4, 0.8];
@@ -51,7 +51,7 @@ fn looked_at(text: &str) -> Vec<Finding> {
     findings(&Draft::from_urdf_str(text, "crane.urdf", Ends::tip("hand")).unwrap(), Some(&loads()))
 }
 
-/// Rule and problem of what is more than a note.
+/// Rule and problem of the findings that are more than a note.
 fn doubts(found: &[Finding]) -> Vec<String> {
     let doubts = found.iter().filter(|finding| finding.severity.name() != "note");
     doubts.map(|it| format!("{}: {}; {}", it.rule.name(), it.place.problem(), it.place.expected())).collect()
@@ -71,7 +71,7 @@ fn torques(robot: &Robot, q: &[f64; 3], qd: &[f64; 3], qdd: &[f64; 3]) -> [f64; 
     dynamics.inverse_dynamics(&Libm.sin_cos_all(q), q, qd, qdd, &Live::zero())
 }
 
-/// Texts of a file, each with what replaces it.
+/// Texts of a file, each with its replacement.
 type Changes<'a> = &'a [(&'a str, &'a str)];
 
 #[test]
@@ -146,10 +146,10 @@ fn the_likely_cause_of_a_wrong_number_is_named() {
         let longest = found.iter().flat_map(|it| it.split(|c: char| !c.is_ascii_digit())).map(str::len).max();
         assert!(longest.is_some_and(|digits| digits <= 6), "{found:#?}");
     }
-    // With lengths in mm there is no advice about actuators and points.
+    // With lengths in mm there is no advice about actuators and point masses.
     let found = doubts(&looked_at(&changed(CRANE, &all_mm)));
     assert!(found.iter().all(|it| !it.contains("actuator") && !it.contains("nearly a point")), "{found:#?}");
-    // The misspelt file is refused where it would be computed with.
+    // The file with the misspelt name is rejected by everything that computes with it.
     let typo = changed(CRANE, &[("<origin xyz=\"0.3 0 0\" rpy=\"0 0 0\"/>", "<orgin xyz=\"0.3 0 0\"/>")]);
     let error = Robot::from_urdf_str(&typo, "crane.urdf", Ends::default()).unwrap_err();
     assert!(error.to_string().contains("44") && error.problem().contains("unknown element `orgin`"), "{error}");
@@ -271,17 +271,17 @@ fn a_base_that_is_turned_turns_gravity_and_goes_into_the_robot_file() {
     assert!(toml.contains("mounting = { rpy = [-1.5708, 0.0, 0.0] }"), "{toml}");
     let read = Robot::from_toml_str(&toml, "side.toml").unwrap();
     assert_eq!(read.mounting, robot.mounting);
-    // From the root, the same arm hangs on a turned placement.
+    // Starting from the root, the same arm is mounted with a turned placement.
     let whole = Robot::from_urdf_str(&text, "side.urdf", Ends::default()).unwrap();
     assert!(whole.mounting.is_none());
-    // An export is turned as the arm is.
+    // An export is turned like the arm.
     let again = Robot::from_urdf_str(&urdf(&robot), "again.urdf", Ends::default()).unwrap();
     for other in [&whole, &again, &read] {
         for (found, known) in gravity_torques(other, &Q).into_iter().zip(gravity_torques(&robot, &Q)) {
             assert!((found - known).abs() < 1e-12, "{found} {known}");
         }
     }
-    // Upright, and turned about the vertical: nothing to say.
+    // Upright, and turned about the vertical: no remark.
     let yawed = text.replace("rpy=\"-1.5708 0 0\"", "rpy=\"0 0 1.2\"");
     assert!(Robot::from_urdf_str(&yawed, "side.urdf", ends).unwrap().mounting.is_none());
 }
@@ -296,7 +296,7 @@ fn a_floating_base_is_refused_with_the_link_to_begin_at() {
     assert!(toml.contains("# ? joint root_j: the base pedestal can move"), "{toml}");
 }
 
-/// A file of this test, in the folder for temporary ones.
+/// A file of this test, in the folder for temporary files.
 fn written(name: &str, bytes: &[u8]) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::write(&path, bytes).unwrap();
@@ -354,7 +354,7 @@ fn gravity_and_payloads_that_cannot_be_are_doubted() {
     }
 }
 
-/// Parts that a URDF may lack, each with what the robot file then has.
+/// Parts that a URDF may lack, each with the resulting entry in the robot file.
 const PARTS: [(&str, &str, &str); 9] = [
     ("<mass value=\"2.4\"/>", "", "link column has no <mass>"),
     ("<mass value=\"1.7\"/>", "<mass value=\"\"/>", "the mass of link boom has no value"),
@@ -378,7 +378,7 @@ proptest! {
             prop_assert!(toml.lines().any(|line| line.contains("# ?") && line.contains(mark)), "{mark}: {toml}");
         }
         let marks = toml.lines().filter(|line| line.contains("# ?") && !line.starts_with("# Every gap")).count();
-        // Without gaps: a rotor for each joint.
+        // Without gaps only a rotor for each joint is marked.
         prop_assert!(gaps.contains(&true) || marks == 3, "{toml}");
         let draft = Draft::from_toml_str(&toml, "gaps.toml").unwrap();
         prop_assert!(findings(&draft, None).len() >= usize::from(gaps.contains(&true)));

@@ -1,4 +1,4 @@
-//! The kernels' source: its contents, and that rustfmt leaves it unchanged.
+//! The kernels' source: its contents, and that rustfmt does not change it.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 
 use dynamics_core::Term;

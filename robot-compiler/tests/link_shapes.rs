@@ -40,7 +40,7 @@ fn shapes_are_where_the_file_puts_them() {
     assert_eq!(shapes[1].geometry, Geometry::Cylinder { radius: 0.05, length: 0.5 });
     let Geometry::Mesh { file, scale } = &shapes[3].geometry else { unreachable!("the flange has a mesh") };
     assert_eq!((file.as_str(), *scale), ("package://shapes/flange.stl", Vector3::repeat(0.001)));
-    // In base axes at a posture, by hand: upright but for the lift, and the flange turned back to the upper link's yaw.
+    // In base axes at a posture, computed by hand: upright except for the lift, and the flange turned back to the upper link's yaw.
     let model = Robot::from_urdf_str(ARM, "shapes.urdf", Ends::default()).unwrap().model::<2>().unwrap();
     let q = [0.5, 0.0];
     let links = link_poses(&model, &Libm.sin_cos_all(&q), &q);

@@ -12,7 +12,7 @@ use crate::common::{files, top};
 
 #[test]
 fn every_linkage_loads_names_its_source_and_turns_fully() {
-    // Arms lie in the same folder; a linkage file has a key `kind`.
+    // Arms are in the same folder; only a linkage file has a key `kind`.
     let says_its_kind =
         |path: &PathBuf| std::fs::read_to_string(path).unwrap().lines().any(|line| line.starts_with("kind = "));
     let all = files(&top("robots/chapter12"), &["toml"]).into_iter().filter(says_its_kind);

@@ -1,4 +1,4 @@
-//! Robots and scenes from file to emitted source.
+//! Tests of robots and scenes from file to emitted source.
 
 mod auto_terms;
 mod bad_files;

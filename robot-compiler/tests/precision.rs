@@ -1,4 +1,4 @@
-//! The reference beyond f64 and the bound on rounding errors: their promises, and that the tests detect wrong ones.
+//! The reference more precise than f64 and the bound on rounding errors: both hold, and the tests detect wrong ones.
 #![allow(clippy::unwrap_used, reason = "a broken data file should stop the test")]
 #![allow(clippy::float_cmp, reason = "what double-double holds is exact")]
 
@@ -70,7 +70,7 @@ fn rod(mass: f64, centre: f64, inertia: f64, at: f64) -> JointSpec {
     }
 }
 
-/// Torques by the recursion in double-double arithmetic, sine and cosine too.
+/// Torques by the recursion in double-double arithmetic, including sine and cosine.
 fn torques<const N: usize>(
     model: &Model<f64, N>,
     gravity: Vector3<f64>,
@@ -167,8 +167,8 @@ fn golden_error<const N: usize>(name: &str) -> f64 {
 
 #[test]
 fn the_golden_torques_agree_to_the_digits_that_are_printed() {
-    // The printed value and the model's own numbers (bodies moved to the joints) are rounded to f64: some 1.1e-16 each. The
-    // axes of the random arm point anywhere, and its model's frames are turned onto them in f64.
+    // The printed value and the model's own numbers (bodies moved to the joints) are rounded to f64: about 1.1e-16 each. The
+    // axes of the random arm have arbitrary directions, and its model's frames are turned onto them in f64.
     for (name, error, allowed) in [
         ("planar2r", golden_error::<2>("planar2r"), 4e-16),
         ("puma560", golden_error::<6>("puma560"), 2e-16),
@@ -222,7 +222,7 @@ fn the_missing_error_of_one_product_is_caught() {
     let mut caught = 0;
     for i in 0..1000 {
         let x = 1.0 + i as f32 * 1.1e-3;
-        // The sum is exact: it cancels the larger part of the product.
+        // The sum is exact: it cancels most of the product.
         let numbers = [x, x, -(x * x * 0.75)];
         let (found, bound) = product_and_sum::<Single>(numbers);
         assert!(found <= bound, "{numbers:?}: {found:e}, {bound:e}");
@@ -259,13 +259,13 @@ fn a_turned_vector_is_bounded_by_its_length_and_by_its_error() {
     let SinCos { sin, cos } = Bounded::<Single>::sin_cos(3, (-4.0, 4.0), (0.0, 0.0));
     let (x, y) = (Bounded::within(-3.0, 3.0, 0.03), Bounded::within(-4.0, 4.0, 0.04));
     let turned = cos * x + sin * y;
-    // The corner of the box is 5 from the origin, its error 0.05 long; plain intervals give 7 and 0.07.
+    // The corner of the box is 5 from the origin, and its error is 0.05 long; plain intervals give 7 and 0.07.
     assert!((turned.interval().1 - 5.0).abs() < 1e-12 && (turned.error() - 0.05).abs() < 2e-6, "{turned:?}");
     // With two joints, both terms may be at their maximum.
     let other = Bounded::<Single>::sin_cos(4, (-4.0, 4.0), (0.0, 0.0)).sin;
     let both = cos * x + other * y;
     assert!((both.interval().1 - 7.0).abs() < 1e-12 && both.error() > 0.07, "{both:?}");
-    // The same holds for a cosine twice, or a doubled sine.
+    // The same holds for the same cosine twice, or for a doubled sine.
     assert!((cos * x + cos * y).error() > 0.07);
     assert!((cos * x + (sin + sin) * y).error() > 0.1);
 }

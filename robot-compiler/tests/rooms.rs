@@ -4,7 +4,7 @@
 use crate::common::rooms::{named, sources};
 use std::path::Path;
 
-/// Each folder depends on those listed beside it, and on itself.
+/// Each folder may depend on those listed with it, and on itself.
 const ROOMS: [(&str, &[&str]); 7] = [
     ("precision", &[]),
     ("describe", &[]),
@@ -19,7 +19,7 @@ fn all() -> Vec<&'static str> {
     ROOMS.map(|(room, _)| room).to_vec()
 }
 
-/// Folders that `text`, a part of `room`, names but must not.
+/// Folders that `text`, a part of `room`, uses although it must not.
 fn strangers(room: &str, known: &[&str], text: &str) -> Vec<&'static str> {
     named(text, &all()).into_iter().filter(|name| *name != room && !known.contains(name)).collect()
 }
@@ -41,7 +41,7 @@ fn a_room_that_names_a_stranger_is_found() {
     assert_eq!(strangers("kernel", &[], "use crate::describe::Robot;"), ["describe"]);
     assert_eq!(strangers("read", &["describe"], "use crate::{describe::Robot, emit::kernel::rust};"), ["emit"]);
     assert_eq!(strangers("read", &["describe"], "use crate::{describe::Robot, names};"), [""; 0]);
-    // A check of the check: the dependencies that exist must be found in the source.
+    // Checks the test itself: it must find the existing dependencies in the source.
     let chooses = std::fs::read_to_string("src/choose.rs").unwrap();
     let below: Vec<_> =
         sources(Path::new("src/choose")).iter().map(|path| std::fs::read_to_string(path).unwrap()).collect();

@@ -1,4 +1,4 @@
-//! Worst-case torque that the Puma's reflected rotor inertias leave out: the greatest of each joint at full speed.
+//! Worst-case torque that the Puma's reflected rotor inertias omit: the greatest of each joint at full speed.
 #![allow(clippy::unwrap_used, reason = "a broken data file should stop the test")]
 
 use crate::common::top;
@@ -31,10 +31,10 @@ impl Fast {
         self.rotors.extra_torque(&posture, Carried::ByLink, &qd, &[0.0; N])[joint].abs()
     }
 
-    /// Climbs from a state, one variable after another, by ever shorter steps.
+    /// Maximises the torque from a state, one variable after another, with ever shorter steps.
     ///
     /// At constant speed the torque is a sum of products of two different velocities, so it is linear in each. Its maximum
-    /// is therefore where every joint is at full speed, in one direction or the other.
+    /// is therefore reached with every joint at full speed, in one direction or the other.
     fn climb(&self, joint: usize, mut state: State) -> f64 {
         let mut best = self.torque(joint, &state);
         let mut step = 0.5;
@@ -70,7 +70,7 @@ fn the_coupling_of_the_pumas_rotors_at_full_speed_is_what_was_measured() {
         position: spec.map(|s| s.limits.position),
         speed: spec.map(|s| s.limits.velocity),
     };
-    // All corners of a grid with three positions per joint. The first joint turns everything, and the last carries no
+    // All combinations of three positions per joint. The first joint only turns everything, and the last carries no
     // rotor.
     let starts: Vec<State> = (0..81_u32)
         .map(|index| State {

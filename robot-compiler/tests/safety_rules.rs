@@ -1,4 +1,4 @@
-//! The safety rules of every shipped scene pass its own motion, and stop one that breaks them.
+//! The safety rules of every shipped scene accept its own motion, and stop one that breaks them.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 #![allow(clippy::panic, reason = "a test names the file that fails")]
 
@@ -9,7 +9,7 @@ use robot_compiler::{SceneFile, with_dof};
 
 use crate::common::{files, top};
 
-/// The state machine's answer to an arm that is exactly at the reference.
+/// The state machine's output for an arm that is exactly at the reference.
 fn tick<const N: usize>(
     machine: &mut Safety<f32, N, Protected<f32, N>>,
     request: Option<Request>,

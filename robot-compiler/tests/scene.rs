@@ -14,7 +14,7 @@ use std::path::Path;
 
 use crate::common::standing;
 
-/// A scene that stands still, with these lines added; paths are relative to `tests/data`.
+/// A scene with an arm at rest, with these lines added; paths are relative to `tests/data`.
 fn scene(robot: &str, lines: &str) -> Result<SceneFile, FileError> {
     let q = if robot.contains("puma") { "[0.0, 0.5, 0.0, 0.0, 0.0, 0.0]" } else { "[0.0, 0.5]" };
     let motion = format!("[motion]\nkind = \"hold\"\nq = {q}\nduration = 1.5\n");
@@ -136,12 +136,12 @@ fn limits_of_the_first_motion_and_of_live_inputs_are_taken_over_and_a_motor_s_he
     let mut puma = scene("../../../robots/puma560.toml", "").unwrap();
     puma.robot.joints[1].heat = JointHeat { rated: Some(50.0), peak: None, time_constant: Some(60.0) };
     let heat = puma.safety_rules(&puma.robot.model::<6>().unwrap()).heat.unwrap();
-    // One motor in each of the six ticks of 1 ms.
+    // One motor is updated in each of the six ticks of 1 ms.
     assert_eq!(heat[1], HeatRules::new(50.0, 60.0, 0.006));
     assert_eq!(heat[0], HeatRules::UNKNOWN);
 }
 
-/// An arm with drives is limited unless its scene says otherwise; one that is only simulated is not.
+/// An arm with drives is limited unless its scene sets otherwise; one that is only simulated is not.
 #[test]
 fn the_first_motion_of_an_arm_with_drives_is_limited_by_default() {
     let first = |robot: &str, lines: &str| {
@@ -149,7 +149,7 @@ fn the_first_motion_of_an_arm_with_drives_is_limited_by_default() {
         let share = with_dof!(scene.robot.dof(), N => {
             let model = scene.robot.model::<N>().unwrap();
             let rules = scene.safety_rules(&model);
-            // Lowering must not be a fault of the first motion itself.
+            // Lowering must not violate the limits of the first motion.
             let limits = model.links().map(|link| link.limits.velocity);
             let slow = (0..N).all(|i| rules.joints[i].lowering_speed <= rules.first_motion.unwrap_or(1.0) * limits[i]);
             assert!(slow, "{robot}: {rules:?}");
@@ -239,12 +239,12 @@ fn what_a_scene_says_of_safety_is_what_the_rules_hold() {
             reach_speed: 0.4,
             rotor_max: 4.0 * model.links()[i].rotor,
             damping: 2.5,
-            // 0.05 m/s of the tip over the sum of the reaches, 1.6 and 1 m.
+            // 0.05 m/s at the tip divided by the sum of the reaches, 1.6 and 1 m.
             lowering_speed: 0.05 / 2.6,
         };
         assert_eq!(rules.joints[i], joint);
     }
-    // 41 ms are 20.5 ticks: torque goes on until the brakes have surely engaged.
+    // 41 ms are 20.5 ticks, rounded up: torque goes on until the brakes have certainly engaged.
     let braked =
         scene("../../../robots/planar2r.toml", "[control]\nrate = 500\n[safety]\nbrake_delay_ms = 41").unwrap();
     assert_eq!(braked.safety_rules(&braked.robot.model::<2>().unwrap()).brake_delay, 21);

@@ -1,4 +1,4 @@
-//! The arms in `robots/`, read from their files, against Pinocchio (`robots/golden/make.py`).
+//! The arms in `robots/`, read from their files, compared with Pinocchio (`robots/golden/make.py`).
 #![allow(clippy::unwrap_used, reason = "a broken data file should stop the test")]
 
 use dynamics_core::forward_dynamics::forward_dynamics;
@@ -63,11 +63,11 @@ fn agrees(name: &str) {
     with_dof!(robot.dof(), N => check::<N>(&robot, &golden));
 }
 
-/// Pinocchio's place of each of our parameters: it has `Iyy` before `Ixz`.
+/// Pinocchio's index of each of our parameters: it has `Iyy` before `Ixz`.
 const PLACES: [usize; 10] = [0, 1, 2, 3, 4, 5, 7, 6, 8, 9];
 
-/// The ten parameters, in our link's frame, of a body that has one alone in Pinocchio's: its joints turn about any axis of their frame, ours
-/// about z.
+/// The ten parameters, in our link's frame, of a body that has only one parameter in Pinocchio's. Pinocchio's joints turn about any axis of
+/// their frame, ours about z.
 fn in_link(robot: &Robot, link: usize, parameter: usize) -> [f64; 10] {
     let mut unit = [0.0; 10];
     unit[parameter] = 1.0;
@@ -158,7 +158,7 @@ fn check_with_rotors<const N: usize>(robot: &Robot, golden: &Value) {
         let [q, qd, qdd] = ["q", "qd", "qdd"].map(|key| numbers::<N>(&state[key]));
         let turn = Libm.sin_cos_all(&q);
         let found = dynamics.inverse_dynamics(&turn, &q, &qd, &qdd, &Live::zero());
-        // Arms without rotors have no such block.
+        // Data of arms without rotors have no such block.
         let wanted = state.get("rotor").unwrap_or(state);
         assert_close(&found, &numbers::<N>(&wanted["tau"]), &robot.name);
         let matrix = mass_matrix(&dynamics, &turn, &q, &Live::zero());
@@ -167,8 +167,8 @@ fn check_with_rotors<const N: usize>(robot: &Robot, golden: &Value) {
     }
 }
 
-/// `robots/golden/shipped` is made from the robot files, so a wrong number in one would go unnoticed. These three arms are
-/// also in reference data made elsewhere, from independent tables.
+/// `robots/golden/shipped` is made from the robot files, so a wrong number in one would go unnoticed. For these three arms there are
+/// also reference data made elsewhere, from independent tables.
 #[test]
 fn arms_that_stand_in_outside_tables_too_are_the_same_arms() {
     for name in ["puma560", "scara", "planar2r"] {

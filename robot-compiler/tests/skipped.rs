@@ -1,9 +1,9 @@
-//! A test that lacks a tool or files says so on a desk and fails in the continuous integration.
+//! A test without its tool or files reports it on a desk, and fails in the continuous integration.
 #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
 use std::process::Command;
 
-/// Runs one test of this program where there is neither a formatter nor a file of another project.
+/// Runs one test of this program in an environment without a formatter and without files of other projects.
 fn passes(test: &str, variable: Option<&str>) -> bool {
     let mut command = Command::new(std::env::current_exe().unwrap());
     command.args([test, "--exact", "--nocapture"]);

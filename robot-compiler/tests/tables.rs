@@ -1,4 +1,4 @@
-//! The reader of the tables of test cases: a wrong output, a lost case and a change without a place are found.
+//! The reader of the tables of test cases detects a wrong output, a lost case and a change that cannot be applied.
 #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
 use crate::common::cases::{Table, check};
@@ -39,7 +39,7 @@ fn table(text: &str) -> Table {
     Table::new(Path::new("tests/data/some.txt"), text.to_owned())
 }
 
-/// The outputs of the table, that of `name` replaced.
+/// The outputs of the table, with that of `name` replaced.
 fn found<'a>(table: &'a Table, name: &str, output: &str) -> Vec<(&'a str, String)> {
     let output = |own: &str, expected: &String| if own == name { output.to_owned() } else { expected.clone() };
     table.cases.iter().map(|case| (case.name.as_str(), output(&case.name, &case.expected))).collect()
@@ -81,7 +81,7 @@ fn outputs_are_written_where_they_were() {
     assert!(self::table(&more).differences(&[("fourth", "four".to_owned())]).is_empty());
 }
 
-/// The panic of a function.
+/// The panic message of a function.
 fn complaint(act: impl FnOnce() + std::panic::UnwindSafe) -> String {
     *std::panic::catch_unwind(act).unwrap_err().downcast::<String>().unwrap()
 }

@@ -66,7 +66,7 @@ fn an_axis_is_brought_to_unit_length() {
         let robot = changed("<axis xyz=\"0 1 0\"/>", &format!("<axis xyz=\"{axis}\"/>"));
         assert_eq!(robot.joints, load(TWO).joints, "{axis}");
     }
-    // Without the element it is x.
+    // Without the element the axis is x.
     let robot = changed("<axis xyz=\"0 1 0\"/>", "");
     let dynamics_core::Frame::Placement { axis, .. } = robot.joints[0].spec.frame else { unreachable!() };
     assert_eq!(axis, Vector3::x());
@@ -82,7 +82,7 @@ fn the_orientation_of_an_inertial_turns_its_tensor() {
     assert_eq!(body.com, Vector3::new(0.0, 0.0, 0.2));
 }
 
-/// A plate on a bracket, both fixed, the bracket turned: inertia computed by hand.
+/// A plate on a bracket, both fixed, with the bracket turned: inertia computed by hand.
 #[test]
 fn fixed_links_add_their_inertia_where_they_are() {
     let quarter = std::f64::consts::FRAC_PI_2;
@@ -175,7 +175,7 @@ fn a_quaternion_turns_an_origin_from_version_1_1_on() {
     let (half, quarter) = ("quat_xyzw=\"2 0 0 2\"", std::f64::consts::FRAC_PI_2);
     let (found, known) = (turned("1.1", half), turned("1.1", &format!("rpy=\"{quarter:?} 0 0\"")));
     assert!((found - known).amax() < 1e-15 && (found.m22 - 0.002).abs() < 1e-15, "{found}");
-    // Pointing straight up, roll and yaw are the same rotation.
+    // Pitched straight up, roll and yaw are the same rotation.
     let down = turned("1.2", "quat_xyzw=\"0 1 0 1\"");
     assert!((down - Matrix3::from_diagonal(&Vector3::new(0.002, 0.03, 0.03))).amax() < 1e-15, "{down}");
     for version in ["1.0", "one", "1"] {
@@ -194,7 +194,7 @@ fn limits_may_be_left_out_from_version_1_2_on() {
     let limits = limited("1.2", "<limit lower=\"-2\"/>").unwrap().joints[0].spec.limits;
     assert_eq!((limits.position, limits.torque), ((-2.0, f64::INFINITY), f64::INFINITY));
     assert_eq!(limits.velocity, f64::INFINITY);
-    // Before, speed and torque are gaps.
+    // Before version 1.2, speed and torque are gaps.
     assert_eq!(limited("1.1", "<limit lower=\"-2\"/>").unwrap().joints[0].spec.limits.torque, f64::INFINITY);
     // In version 1.0 a missing travel limit is zero.
     let limits = limited("1.0", "<limit lower=\"-2\" effort=\"50\" velocity=\"3\"/>").unwrap().joints[0].spec.limits;

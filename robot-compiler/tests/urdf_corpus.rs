@@ -1,7 +1,7 @@
-//! URDF files of other projects: the package `example-robot-data`, which the set-up unpacks and git does not hold.
+//! URDF files of other projects, from the package `example-robot-data`, which the set-up unpacks and git does not contain.
 //!
-//! The tests look for them in `NEWTAU_URDF_DIR`, else in `target/robot-data` of the workspace. Without the files the tests
-//! say so and pass, except in the continuous integration.
+//! The tests look for them in `NEWTAU_URDF_DIR`, otherwise in `target/robot-data` of the workspace. Without the files the tests
+//! report it and pass, except in the continuous integration.
 #![allow(clippy::unwrap_used, reason = "a broken data file should stop the test")]
 
 use dynamics_core::kinematics::tip_pose;
@@ -15,13 +15,13 @@ use crate::common::{skipped, top};
 
 /// Result for each file if no tip is named: the number of the arm's joints, or the start of the error.
 ///
-/// Two-legged, four-legged and two-armed robots are refused where they branch; seven joints are refused by name.
+/// Two-legged, four-legged and two-armed robots are rejected because of their branches; seven joints are rejected by name.
 const EXPECTED: [(&str, Result<usize, &str>); 26] = [
     ("a1_description/urdf/a1.urdf", Err("the tree branches at link \"trunk\"")),
     ("asr_twodof_description/urdf/TwoDofs.urdf", Ok(2)),
     ("baxter_description/urdf/baxter.urdf", Err("the tree branches at link \"torso\"")),
     ("borinot_description/urdf/borinot_flying_arm_2.urdf", Ok(2)),
-    // Limits of zero are gaps.
+    // Limits of zero are treated as gaps.
     ("double_pendulum_description/urdf/double_pendulum.urdf", Ok(2)),
     ("double_pendulum_description/urdf/double_pendulum_continuous.urdf", Ok(2)),
     ("finger_edu_description/robots/finger_edu.urdf", Ok(3)),
@@ -46,7 +46,7 @@ const EXPECTED: [(&str, Result<usize, &str>); 26] = [
     ("z1_description/urdf/z1.urdf", Err("the chain has 7 moving joints: joint1, joint2, ")),
 ];
 
-/// The folder that holds the `*_description` folders.
+/// The folder that contains the `*_description` folders.
 fn corpus() -> Option<PathBuf> {
     let root = std::env::var_os("NEWTAU_URDF_DIR").map_or_else(|| top("target/robot-data"), PathBuf::from);
     let inside = root.join("cmeel.prefix/share/example-robot-data/robots");
@@ -83,7 +83,7 @@ fn a_named_tip_takes_its_chain_out_of_a_tree() {
     let head = head.unwrap();
     let names: Vec<&str> = head.joints.iter().map(|joint| joint.name.as_str()).collect();
     assert_eq!(names, ["torso_lift_joint", "head_pan_joint", "head_tilt_joint"]);
-    // The arms hang on the torso: they are carried, and the robot's source text says so.
+    // The arms are mounted on the torso, so they are carried, and the robot's source text lists them.
     assert!(head.source.contains("held at zero: ") && head.source.contains("r_shoulder_pan_joint"), "{}", head.source);
     let refused = |tip| load("panda_description/urdf/panda.urdf", Some(tip)).unwrap().unwrap_err();
     assert!(refused("panda_link8").problem().starts_with("the chain has 7 moving joints: panda_joint1, "));
@@ -91,7 +91,7 @@ fn a_named_tip_takes_its_chain_out_of_a_tree() {
     assert!(refused("panda_link9").expected().contains("did you mean `panda_link"));
 }
 
-/// Merged fixed joints, turned inertials and slanted axes against an independent reader and recursion.
+/// Merged fixed joints, turned inertials and slanted axes, compared with an independent reader and recursion.
 #[test]
 fn torques_are_those_of_pinocchio() {
     let mut rows = 0;
@@ -118,7 +118,7 @@ fn torques_are_those_of_pinocchio() {
     assert_eq!(rows, 30);
 }
 
-/// Two descriptions of one arm: the manufacturer's DH table here, an older ROS description there.
+/// Two descriptions of one arm: the manufacturer's DH table, and an older ROS description.
 #[test]
 fn our_ur5_has_the_kinematics_of_the_urdf() {
     let Some(theirs) = load("ur_description/urdf/ur5_robot.urdf", Some("tool0")) else { return };

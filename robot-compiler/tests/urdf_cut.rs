@@ -44,12 +44,12 @@ fn a_base_leaves_out_what_is_above_it() {
     assert_eq!(upper.joints, whole.joints[3..]);
     assert_eq!(upper.tool, whole.tool);
     assert!(upper.source.contains("chain from link3 to palm"), "{}", upper.source);
-    // From a link between two fixed joints on, the placement is that of the second alone.
+    // If the base is a link between two fixed joints, the placement is that of the second joint alone.
     let from_spacer = cut(Some("spacer"), "palm");
     assert_eq!(names(&from_spacer), ["roll", "pitch", "yaw"]);
     assert_eq!(place(&from_spacer.joints[0].spec).1, Vector3::new(0.06, -0.06, 0.0));
     assert_eq!(from_spacer.joints[1..], upper.joints[1..]);
-    // The root as base is what stands there without one; above it only fixed joints are left out.
+    // The root as base gives the same arm as no base; above it only fixed joints are left out.
     assert_eq!(cut(Some("world"), "palm").joints, whole.joints);
     assert_eq!(
         place(&cut(Some("stand"), "palm").joints[0].spec),
@@ -66,7 +66,7 @@ fn ends_that_make_no_chain_are_refused_with_the_links_to_take() {
         "{}",
         branched.expected()
     );
-    // Without a named tip the branches below the base count.
+    // Without a named tip, only the branches below the base count.
     assert!(refused(Some("palm"), None).expected().contains("tips: finger_left (1 joint), finger_right (1 joint)"));
     let unknown = refused(Some("lnk3"), Some("palm"));
     assert_eq!((unknown.field(), unknown.problem()), ("base", "there is no link \"lnk3\""));
@@ -156,7 +156,7 @@ fn an_imported_arm_has_the_dynamics_of_the_urdf() {
     assert!(furthest < 4e-15, "{furthest:e}");
 }
 
-/// Angles with a few decimals, multiples of a right angle, and both at once, as files have them.
+/// Angles with a few decimals, multiples of a right angle, and both at once, as in real files.
 #[test]
 fn angles_as_files_have_them_are_found_again_to_the_bit() {
     let words =
@@ -170,7 +170,7 @@ fn angles_as_files_have_them_are_found_again_to_the_bit() {
         let (urdf, toml) = import(&path, Ends::default());
         std::fs::remove_file(&path).unwrap();
         let [found, right] = [&toml, &urdf].map(|robot| place(&robot.joints[1].spec).0);
-        // Pitched straight up, a part of what roll and yaw were is lost.
+        // Pitched straight up, the split between roll and yaw is lost.
         let straight = right.m11.hypot(right.m21) == 0.0;
         assert!((found - right).amax() <= if straight { 4e-16 } else { 0.0 }, "{rpy}: {found} {right}");
     }

@@ -1,4 +1,4 @@
-//! A URDF written from a robot file holds the same arm: read back, it asks for the same torques.
+//! A URDF written from a robot file contains the same arm: read back, it gives the same torques.
 #![allow(clippy::unwrap_used, reason = "a robot that cannot be handled should stop the test")]
 #![allow(clippy::float_cmp, reason = "numbers from a file must come through unchanged")]
 
@@ -13,11 +13,11 @@ use robot_compiler::emit::urdf::{LinkTree, urdf};
 use robot_compiler::{Ends, Robot, UrdfArm, with_dof};
 use std::path::PathBuf;
 
-/// Every arm that is shipped, by its file.
+/// Every shipped arm, with its file.
 fn shipped() -> Vec<(PathBuf, Robot)> {
     let folders = ["robots", "robots/chapter12", "robots/examples"];
     let all = folders.iter().flat_map(|folder| files(&top(folder), &["toml"]));
-    // Linkages stand in the same folder and are no arms.
+    // Linkages are in the same folder, but are not arms.
     let arms: Vec<_> = all.filter_map(|path| Robot::load(&path).ok().map(|robot| (path, robot))).collect();
     assert!(arms.len() >= 30, "{} arms", arms.len());
     arms
@@ -83,7 +83,7 @@ fn every_shipped_arm_asks_for_the_same_torques_after_its_way_through_a_urdf_and_
     }
 }
 
-/// A negative control: the bound above tells arms apart whose numbers differ in the eighth digit.
+/// A negative control: the bound above distinguishes arms whose numbers differ in the eighth digit.
 #[test]
 fn a_mass_that_is_off_by_a_hundred_millionth_is_seen() {
     let robot = Robot::load(&top("robots/ur5.toml")).unwrap();

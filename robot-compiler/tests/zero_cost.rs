@@ -50,7 +50,7 @@ fn without(scene: &SceneFile, term: ModelTerm) -> SceneFile {
     SceneFile { model: scene.model.without(&[term]), ..scene.clone() }
 }
 
-/// The scene in a world without the thing behind a term: the term is requested, but is zero.
+/// The scene in a world without the cause of a term: the term is requested, but is zero.
 fn never_had(scene: &SceneFile, term: ModelTerm) -> SceneFile {
     let mut scene = scene.clone();
     let model = &mut scene.model;
@@ -76,7 +76,7 @@ fn a_kernel_without_a_term_is_that_of_an_arm_that_never_had_it() {
                     (kernel(&without(&scene, term), level), kernel(&never_had(&scene, term), level));
                 let which = format!("{}, {}, {}", scene.robot.name, level.name(), term.name());
                 if term == ModelTerm::VelocityTerms {
-                    // No arm lacks velocity terms. A steady speed of zero comes closest: its numbers are on the tape before
+                    // Every arm has velocity terms. A steady speed of zero comes closest to an arm without: its numbers are on the tape before
                     // they are folded. This reorders some sums, and changes no operation count.
                     assert!(left_out.contains("_qd: ") && never.contains("_qd: "), "{which}");
                     if operations(&left_out) != operations(&never) {
@@ -85,7 +85,7 @@ fn a_kernel_without_a_term_is_that_of_an_arm_that_never_had_it() {
                 } else if left_out != never {
                     differ.push(which.clone());
                 }
-                // Friction is no part of a kernel, and neither is the weight of an arm that moves in a level plane.
+                // Friction is not part of a kernel, and neither is the weight of an arm that moves in a horizontal plane.
                 let felt = with_dof!(scene.robot.dof(), N => felt::<N>(&scene, term));
                 assert_eq!(left_out != all, felt, "{which}");
             }
@@ -123,7 +123,7 @@ fn an_arm_without_rotors_or_friction_is_the_same_firmware_whether_or_not_they_we
         let left_out = SceneFile { model: bare.model.without(&neither), ..bare.clone() };
         with_dof!(scene.robot.dof(), N => {
             let model = bare.robot.model::<N>().unwrap();
-            // Read anew by the reader's defaults, it has no friction to feed forward.
+            // Read again with the reader's defaults, it has no friction to feed forward.
             let fresh = SceneFile::default_for(bare.robot.clone()).model;
             assert!(!fresh.friction && fresh.rotor == Term::Absent);
             assert!(emit::arm_module(&left_out, &model).contains("friction: None"));
@@ -140,7 +140,7 @@ fn an_arm_without_rotors_or_friction_is_the_same_firmware_whether_or_not_they_we
 
 #[test]
 fn a_live_term_is_paid_for_even_where_it_is_zero() {
-    // Control for the first test: values known only in the tick cannot be folded away.
+    // Control for the first test: values that are known only in the tick cannot be folded away.
     for scene in everything() {
         let live = SceneFile {
             model: robot_compiler::scene::ModelSpec {

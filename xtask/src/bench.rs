@@ -1,16 +1,16 @@
-//! `cargo xtask bench`: costs of the code on the desk and on the chip, and `docs/measured/kernels.md` from them.
+//! `cargo xtask bench`: measures the cost of the code on the desk and on the chip, and writes `docs/measured/kernels.md`.
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`arms`] | arms that people own, with their drives, in simulation |
+//! | [`arms`] | commercially available arms with their drives, in simulation |
 //! | [`chip`] | instructions in the emulator; bytes and stack traffic in the linked program |
 //! | [`cycles`], [`disassembly`] | cycles estimated from the emulator's trace; the decoder compared with objdump |
-//! | [`micro`] | instructions of one class each: their estimates beside the emulator and a board |
+//! | [`micro`] | stretches of one class of instructions each: their estimates compared with the emulator and a board |
 //! | [`kernels`] | source of the kernels that are counted on the chip |
 //! | [`counts`] | instructions on the desk, by callgrind |
 //! | [`desk`] | times on the desk, and the kernel compiler's |
 //! | [`baseline`] | the gate: counts compared with `bench/baseline.toml` |
-//! | [`simulators`] | the simulator's speed, alone and side by side, beside MuJoCo's |
+//! | [`simulators`] | the simulator's speed for one run and for many runs, compared with MuJoCo's |
 //! | [`report`] | the tables of `docs/measured/kernels.md` |
 
 mod arms;
@@ -32,19 +32,19 @@ use anyhow::Result;
 /// Options of `bench`.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct BenchOptions {
-    /// Make the instruction counts of now the baseline
+    /// Make the present instruction counts the baseline
     #[arg(long)]
     bless: bool,
-    /// Count instructions and hold them to the baseline; measure no time and write nothing
+    /// Count instructions and compare them with the baseline; measure no times and write nothing
     #[arg(long)]
     gate: bool,
-    /// Measure other people's dynamics beside ours instead, installing them from PyPI and Debian
+    /// Compare with other projects' dynamics instead; installs them from PyPI and Debian
     #[arg(long, conflicts_with_all = ["bless", "gate"])]
     peers: bool,
-    /// Simulate arms that people own instead, and write docs/measured/arms.md
+    /// Simulate commercially available arms instead, and write docs/measured/arms.md
     #[arg(long, conflicts_with_all = ["bless", "gate", "peers"])]
     arms: bool,
-    /// Measure the simulator beside MuJoCo instead, and write docs/measured/simulators.md
+    /// Compare the simulator's speed with MuJoCo's instead, and write docs/measured/simulators.md
     #[arg(long, conflicts_with_all = ["bless", "gate", "peers", "arms"])]
     simulators: bool,
 }

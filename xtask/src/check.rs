@@ -1,4 +1,4 @@
-//! `cargo xtask check`: the quick loop while working. Format, lints and unit tests of the packages that have changed.
+//! `cargo xtask check`: fast checks during development. Format, lints and unit tests of the changed packages.
 
 use crate::process::{output, root, run};
 use crate::setup;
@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Checks the files that differ from the last commit; if none do, those that the last commit changed.
+/// Checks the files that differ from the last commit. If none differ, checks those that the last commit changed.
 pub(crate) fn changed() -> Result<()> {
     let files = changed_files()?;
     let mut any = false;
@@ -59,7 +59,7 @@ pub(crate) fn packages(workspace: Workspace) -> Result<Vec<(String, PathBuf)>> {
     Ok(packages.iter().filter_map(folder).collect())
 }
 
-/// Packages that hold one of the files; for nested folders, the innermost.
+/// Packages that contain one of the files; for nested folders, the innermost.
 fn packages_of<'a>(files: &[PathBuf], folders: &'a [(String, PathBuf)]) -> BTreeSet<&'a str> {
     let holder = |file: &PathBuf| {
         let around = folders.iter().filter(|(_, folder)| file.starts_with(folder));

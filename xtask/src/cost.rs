@@ -1,5 +1,4 @@
-//! `cargo xtask firmware cost`: cost of a control tick on the emulated chip for each of many scenes, one JSON object per
-//! line.
+//! `cargo xtask firmware cost`: measures the cost of a control tick on the emulated chip for each of many scenes. Prints one JSON object per line.
 
 use crate::bench::cycles::COUNTER;
 use crate::toolchain::{self, Toolchain};
@@ -16,16 +15,16 @@ use std::path::{Path, PathBuf};
 /// The tick's symbol in the measuring program.
 const TICK: &str = "tick_0";
 
-/// Instructions of a function that only returns a fault: the difference between the trace and the program's own count.
+/// Cost of a function that only returns a fault, in instructions. The program's own count leaves it out, so the trace has this many more.
 const EMPTY: RangeInclusive<u64> = 0..=16;
 
 /// The cost of a scene's tick: a line of the output.
 #[derive(Debug, Serialize)]
 struct Cost {
     tick: Tick,
-    /// Bytes of the controller.
+    /// Size of the controller in RAM, bytes.
     controller_bytes: u64,
-    /// Bytes of the tick, of all functions that it calls and of their constants.
+    /// Bytes of the tick, of all functions that it calls, and of their constants.
     flash_bytes: u64,
     /// Bytes of those functions that run from RAM.
     sram_bytes: u64,
@@ -46,9 +45,9 @@ struct Tick {
 #[derive(Debug, Serialize)]
 struct Ticked {
     instructions: u64,
-    /// Estimated cycles, from flash, or from SRAM for code there, with the caches as the ticks before left them.
+    /// Estimated cycles from flash, or from SRAM for code there. The caches are in the state that the ticks before left.
     cycles: u64,
-    /// As `firmware/probe/src/bin/probe-cost/main.rs` documents it: `drive,TORQUE..,LIMITS..` or `brake,CODE,JOINT`.
+    /// Command in the format of `firmware/probe/src/bin/probe-cost/main.rs`: `drive,TORQUE..,LIMITS..` or `brake,CODE,JOINT`.
     command: String,
 }
 
@@ -63,7 +62,7 @@ pub(crate) fn print(list: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Builds the program that measures a scene's tick; returns a copy that later builds do not touch.
+/// Builds the program that measures a scene's tick. Returns the path of a copy that later builds do not overwrite.
 fn build(scene: &Path) -> Result<PathBuf> {
     let scene = scene.canonicalize().with_context(|| format!("no scene file {}", scene.display()))?;
     let toolchain = Toolchain::find_or_install()?;
@@ -77,12 +76,12 @@ fn build(scene: &Path) -> Result<PathBuf> {
     let built = toolchain::build(&mut cargo, toolchain::product("probe-cost"))
         .with_context(|| format!("the program that measures {}", scene.display()))?;
     let text = std::fs::read(&built)?;
-    // Named after its contents: an emulator or a reader may still need an earlier build of the same file.
+    // The name contains a hash of the contents, because an emulator or a reader may still use an earlier build of the same file.
     let copy = folder.join(format!("cost-{:08x}.elf", fnv1a(0x811c_9dc5, &text)));
     keep(&text, copy)
 }
 
-/// Runs the program, and traces it once more, instruction by instruction. Every counted instruction must be in the trace.
+/// Runs the program, then traces it again, instruction by instruction. Every counted instruction must be in the trace.
 fn measure(elf: &Path) -> Result<Cost> {
     let SceneOutput { address, controller_bytes, ticks } = SceneOutput::parse(&crate::qemu::semihosted(elf)?)?;
     let program = Program::parse(&std::fs::read(elf)?)?;

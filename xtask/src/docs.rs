@@ -1,4 +1,4 @@
-//! The documentation as a book with a search, and the crates' own documentation next to it.
+//! Build of the documentation as a searchable book, together with the crates' API documentation.
 
 use crate::process::{output, root, run, target_directory, which};
 use anyhow::{Context as _, Result, ensure};
@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Component, Path, PathBuf};
 use std::process::Command;
 
-/// Order of the chapters: folders of `docs`, and their titles. A folder's README comes first; pages beside the folders are guides.
+/// Order of the chapters: folders of `docs` and their titles. A folder's README comes first. Pages directly in `docs` are guides.
 const PARTS: [(&str, &str); 9] = [
     ("docs/start", "Start"),
     ("docs", "Guides"),
@@ -20,7 +20,7 @@ const PARTS: [(&str, &str); 9] = [
     ("docs/decisions", "Decisions"),
 ];
 
-/// Builds the book and the crates' documentation; prints where they are.
+/// Builds the book and the API documentation, and prints their paths.
 pub(crate) fn build() -> Result<()> {
     if which("mdbook").is_none() {
         eprintln!("docs: cargo install --locked mdbook");
@@ -92,7 +92,7 @@ fn summary() -> Result<String> {
     Ok(text)
 }
 
-/// Targets of the links of a text, without anchors and addresses.
+/// Targets of the links in a text, without anchors; web addresses are left out.
 fn targets(text: &str) -> impl Iterator<Item = &str> {
     let links = text.split("](").skip(1).filter_map(|rest| rest.split([')', ' ', '#']).next());
     links.filter(|link| !link.is_empty() && !link.contains("://"))
@@ -145,7 +145,7 @@ mod tests {
         let folders = folders.filter(|entry| entry.path().is_dir()).map(|entry| entry.file_name());
         let found: BTreeSet<_> = folders.map(|name| format!("docs/{}", name.to_str().unwrap())).collect();
         let parts = PARTS.into_iter().map(|(folder, _)| folder.to_owned());
-        // Figures are no pages, and the measured pages have a part of their own.
+        // Figures are not pages, and the measured pages have a separate part.
         let listed: BTreeSet<_> = parts.chain(["docs/figures", "docs/measured"].map(str::to_owned)).collect();
         assert!(found.is_subset(&listed), "{:?}", found.difference(&listed).collect::<Vec<_>>());
         let summary = summary().unwrap();

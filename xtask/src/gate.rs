@@ -1,7 +1,6 @@
-//! Forbidden contents of the control tick: arithmetic in f64, which this chip does in software, and panics.
+//! Check that the control tick contains no f64 arithmetic, which this chip computes in software, and no panics.
 //!
-//! The tick alone is linked from a staticlib, and the linker collects unused sections. Everything that remains is
-//! reachable.
+//! The tick alone is linked from a static library, and the linker removes unused sections. Everything that remains is reachable.
 
 use crate::process::run;
 use crate::toolchain::{self, Toolchain};
@@ -12,10 +11,10 @@ use robot_compiler::emit::Choices;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The symbol where the linker starts.
+/// Symbol at which the linker starts.
 const ENTRY: &str = "newtau_gate_tick";
 
-/// The tick inside the safety state machine, linked beside it.
+/// The tick inside the safety state machine, linked in addition.
 const SAFETY: &str = "newtau_gate_safety";
 
 /// Parts of forbidden names, and their meanings.
@@ -34,7 +33,7 @@ const FORBIDDEN: [(&str, &str); 12] = [
     ("rust_begin_unwind", "the panic handler"),
 ];
 
-/// Checks that the tick keeps the rule, and that the gate detects a tick that breaks it.
+/// Checks that the tick contains nothing forbidden, and that the check detects a tick that does.
 pub(crate) fn check(scene: &Path) -> Result<()> {
     let scene = scene.canonicalize().with_context(|| format!("no scene file {}", scene.display()))?;
     let found = offences(&scene, None)?;

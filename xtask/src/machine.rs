@@ -1,4 +1,4 @@
-//! The machine that measures, for the pages that say on what was measured.
+//! Description of this machine, for pages with measurements.
 
 use crate::process::output;
 use std::process::Command;
@@ -10,12 +10,12 @@ pub(crate) fn processor() -> String {
     name.map_or_else(|| "unknown processor".to_owned(), |(_, name)| name.to_owned())
 }
 
-/// Number of its cores.
+/// Number of processors that the program may use.
 pub(crate) fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// The day in UTC, as `2026-11-26`.
+/// The day in UTC, for example `2026-11-26`.
 pub(crate) fn today() -> String {
     output(Command::new("date").args(["-u", "+%F"])).unwrap_or_else(|| "unknown day".to_owned())
 }

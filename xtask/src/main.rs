@@ -39,11 +39,11 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Install what is missing: the chip's target, the emulator, the test runner
+    /// Install missing tools: the chip's target, the emulator, the test runner
     Setup,
-    /// Run everything that proves the project; sets up what is missing
+    /// Run all tests and checks; installs missing tools
     Test,
-    /// The quick loop while working: format, and lints and unit tests of the packages that have changed
+    /// Fast checks during development: format, lints and unit tests of the changed packages
     Check,
     /// Run and measure the firmware; `newtau firmware` builds and flashes it
     Firmware {
@@ -55,14 +55,14 @@ enum Task {
         #[command(flatten)]
         options: bench::BenchOptions,
     },
-    /// Measure what every firmware takes, and hold it to firmware/budget.toml from both sides; code 2 where it leaves that. With --port,
-    /// cycles of a flashed board
+    /// Measure the costs of every firmware and compare them with the ranges in firmware/budget.toml; exit code 2 if one is outside. With --port,
+    /// cycles on a flashed board
     Budget {
         #[command(flatten)]
         options: budget::BudgetOptions,
     },
-    /// Estimate the cycles of kernels on the chip from the emulator's trace, from flash and from SRAM. With --port, code 1 where a board's
-    /// cycles leave their range, code 2 where there is no such board
+    /// Estimate the cycles of kernels on the chip from the emulator's trace, from flash and from SRAM. With --port, exit code 1 if a board's cycles
+    /// are outside their range, 2 if there is no such board
     Cycles {
         /// Write the tables of docs/measured/cycles.md
         #[arg(long, conflicts_with_all = ["micro", "port"])]
@@ -73,21 +73,21 @@ enum Task {
         /// Compare these stretches with a board that runs them, on this serial port
         #[arg(long)]
         port: Option<String>,
-        /// Write the program with the stretches to the board first, with probe-rs; only with the drives' power off
+        /// Flash the program with the stretches first, with probe-rs; only while the drives' power is off
         #[arg(long, requires = "port")]
         flash: bool,
     },
-    /// Show which pages of docs/measured are of the present state, and measure again; code 1 if one is not and none is measured
+    /// Show which pages of docs/measured are current, and measure again; exit code 1 if one is not current and is not measured again
     Measured {
         #[command(flatten)]
         options: measured::MeasuredOptions,
     },
-    /// The report page: its scripts from their sources, its picture in the README
+    /// The report page: bundle its scripts, take its picture for the README
     Report {
         #[command(flatten)]
         options: report::ReportOptions,
     },
-    /// The documentation as a book with a search, in target/book, and the crates' documentation next to it
+    /// Build the documentation as a searchable book in target/book, and the crates' API documentation
     Docs,
     /// Inject every fault in every state of the safety state machine, and judge every tick; --help lists the options
     #[command(disable_help_flag = true)]
@@ -96,7 +96,7 @@ enum Task {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<OsString>,
     },
-    /// Check that no soft double and no panic is reachable from the control tick
+    /// Check that the control tick can reach no software f64 arithmetic and no panic
     Gate {
         /// The scene whose arm and controller are built in
         #[arg(long, default_value = SCENE_DEFAULT)]
@@ -106,13 +106,13 @@ enum Task {
 
 #[derive(clap::Args)]
 struct What {
-    /// The scene whose arm and controller are built in; without it, one that the board has drives for
+    /// The scene whose arm and controller are built in; the default is one that the board has drives for
     #[arg(long)]
     scene: Option<PathBuf>,
     /// The board
     #[arg(long, value_enum, default_value_t = Board::Netduinoplus2)]
     board: Board,
-    /// Trust anybody on the wire, without a key: for the bench alone; the firmware says so to every host
+    /// Accept every host on the wire, without a key. Only for an isolated bench; the firmware reports this to every host
     #[arg(long)]
     insecure: bool,
 }
@@ -133,18 +133,18 @@ enum FirmwareTask {
     Run {
         #[command(flatten)]
         what: What,
-        /// Stop after so many seconds
+        /// Stop after this time, in seconds
         #[arg(long)]
         seconds: Option<u64>,
     },
-    /// Print what it takes of flash, RAM and stack, and hold it to firmware/budget.toml
+    /// Print the flash, RAM and stack that it needs, and compare them with firmware/budget.toml
     Size {
         #[command(flatten)]
         what: What,
     },
-    /// Measure a control tick of each of many scenes in the emulated chip; print a JSON object for each
+    /// Measure a control tick of each of many scenes in the emulated chip; print one JSON object per scene
     Cost {
-        /// A text with the path of a scene file on each line
+        /// A text file with the path of a scene file on each line
         #[arg(long)]
         scenes: PathBuf,
     },

@@ -1,13 +1,13 @@
-//! `cargo xtask measured`: which page of docs/measured is of things as they are now, and the command that renews it.
+//! `cargo xtask measured`: reports which pages of docs/measured are current, and renews the others.
 //!
-//! A measured block of a page ends with a line: the command, the commit on which it ran, the machine, and a hash of each artefact that was
-//! measured. A test recomputes the hashes. It fails when an artefact has changed since, and names the command.
+//! A measured block of a page ends with a stamp: the command, the commit on which it ran, the machine, and a hash of each artefact that was measured.
+//! A test recomputes the hashes. If an artefact has changed since, the test fails and names the command.
 //!
 //! | module | holds |
 //! |---|---|
 //! | [`blocks`] | every measured block: its page, its command, its artefacts |
 //! | [`artefact`] | artefacts, and their hashes |
-//! | [`tokens`] | Rust without what changes no program: comments, layout, tests |
+//! | [`tokens`] | Rust source without comments, layout and tests, which change no program |
 //! | [`stamp`] | the line at the end of a block |
 
 mod artefact;
@@ -37,21 +37,21 @@ Examples:
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_long_help = EXAMPLES)]
 pub(crate) struct MeasuredOptions {
-    /// Only these pages of docs/measured, or blocks of pages, by their names; with --renew also those that are current
+    /// Only these pages of docs/measured, or blocks of pages, by name; with --renew also those that are current
     #[arg(long = "page", value_name = "NAME")]
     pages: Vec<String>,
-    /// Measure again what is not current
+    /// Measure again everything that is not current
     #[arg(long, conflicts_with = "stamp")]
     renew: bool,
     /// Stamp these pages as measured now, after a measurement by hand
     #[arg(long, requires = "pages")]
     stamp: bool,
-    /// Say on every page that is not current that it is not, for measurements that take too long now
+    /// Mark every page that is not current, if measuring takes too long now
     #[arg(long, conflicts_with_all = ["stamp", "renew"])]
     mark: bool,
 }
 
-/// Shows, renews or stamps. An error if a block is not current.
+/// Shows, renews, stamps or marks. Fails if a block is not current, unless it is renewed or marked.
 pub(crate) fn run(options: &MeasuredOptions) -> Result<()> {
     for name in &options.pages {
         if !BLOCKS.iter().any(|block| block.is_called(name)) {
@@ -95,7 +95,7 @@ pub(crate) fn run(options: &MeasuredOptions) -> Result<()> {
     if stale > 0 { bail!("{stale} measured blocks are not of the present state") } else { Ok(()) }
 }
 
-/// Prints tables, and puts them into a document, each by the name of its markers.
+/// Prints tables, and puts them into a document, each between the markers of its name.
 pub(crate) fn write_into(document: &str, tables: &[(&str, String)]) -> Result<()> {
     let places: Vec<_> = tables.iter().map(|(name, _)| *name).collect();
     let mut page = Page::read(root().join(document), &places)?;
@@ -120,7 +120,7 @@ fn renew(block: &MeasuredBlock) -> Result<()> {
     run_command(command.current_dir(root()).args(words.flat_map(spread)))
 }
 
-/// A word of a command, as a shell gives it: `robots/*.toml` is every robot file.
+/// Expands a word of a command as a shell does: `robots/*.toml` becomes every robot file.
 fn spread(word: &str) -> Vec<String> {
     let Some((folder, ending)) = word.split_once("/*") else { return vec![word.to_owned()] };
     let entries = std::fs::read_dir(root().join(folder)).into_iter().flatten().flatten();
@@ -132,7 +132,7 @@ fn spread(word: &str) -> Vec<String> {
     names.into_iter().map(|name| format!("{folder}/{name}")).collect()
 }
 
-/// Why a block is not current; `None` if it is.
+/// Reason why a block is not current; `None` if it is current.
 fn state(block: &MeasuredBlock, hashes: &mut Hashes) -> Result<Option<String>> {
     let (Some(stamp), _) = stamped(block)? else {
         return Ok(Some("it does not say what was measured".to_owned()));
@@ -146,7 +146,7 @@ fn state(block: &MeasuredBlock, hashes: &mut Hashes) -> Result<Option<String>> {
     Ok((!changed.is_empty()).then(|| format!("changed since it was measured: {}", changed.join("; "))))
 }
 
-/// Beginning of the line of a block that says that the block is not current.
+/// Beginning of the line that marks a block as not current.
 const MARK: &str = "**Not of the present state**: ";
 
 /// The text of a block.
@@ -159,21 +159,21 @@ fn text_of(block: &MeasuredBlock) -> Result<String> {
     inside.with_context(|| format!("{}: no lines `{begin}` and `{end}`", block.path()))
 }
 
-/// The stamp of a block, and whether it says that it is not current.
+/// The stamp of a block; true if the block is marked as not current.
 fn stamped(block: &MeasuredBlock) -> Result<(Option<Stamp>, bool)> {
     let text = text_of(block)?;
     let stamp = text.lines().find_map(Stamp::parse).transpose().with_context(|| block.place())?;
     Ok((stamp, text.lines().any(|line| line.starts_with(MARK))))
 }
 
-/// Says on a page that a block is not current, or no longer that.
+/// Marks a block as not current, or removes the mark if `why` is `None`.
 fn mark(block: &MeasuredBlock, why: Option<&str>) -> Result<()> {
     let stamp = stamped(block)?.0.map(|stamp| stamp.to_string());
     let mark = why.map(|why| format!("{MARK}{why}. Measure it again: `{}`.", block.command));
     put(block, &mark.into_iter().chain(stamp).collect::<Vec<_>>().join("\n\n"))
 }
 
-/// Gives a block these last lines in the place of its stamp and its mark.
+/// Replaces the stamp and the mark of a block by these last lines.
 fn put(block: &MeasuredBlock, last: &str) -> Result<()> {
     let own = |line: &&str| !line.starts_with(stamp::BEGIN) && !line.starts_with(MARK);
     let kept = text_of(block)?.lines().filter(own).collect::<Vec<_>>().join("\n");
@@ -182,7 +182,7 @@ fn put(block: &MeasuredBlock, last: &str) -> Result<()> {
     Ok(page.write()?)
 }
 
-/// Puts texts into the blocks of a document, each by the name of its markers; those of docs/measured get their stamps.
+/// Puts texts into the blocks of a document, each between the markers of its name. Blocks of docs/measured get their stamps.
 pub(crate) fn fill(page: &mut Page, document: &str, texts: &[(&str, String)]) -> Result<()> {
     let mut hashes = Hashes::default();
     for (name, text) in texts {
@@ -201,10 +201,10 @@ mod tests {
     use super::{root, spread, stamped, state};
     use std::collections::BTreeSet;
 
-    /// Its own test compares this page with what it measures.
+    /// A page that a separate test compares with its measurement.
     const OWN_TEST: &str = "extremes";
 
-    /// Every block that a page of docs/measured marks is in the list, and the other way round.
+    /// Every block that a page of docs/measured marks is in the list, and every block in the list is marked on a page.
     #[test]
     fn every_measured_block_is_known() {
         let mut found = BTreeSet::new();

@@ -1,18 +1,18 @@
-//! `cargo xtask bench --peers`: other people's dynamics beside ours, in one run, on the desk and on the chip.
+//! `cargo xtask bench --peers`: compares the speed of other projects' dynamics with ours, on the desk and on the chip.
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`harness`] | its arms, and where its files are |
+//! | [`harness`] | arms and file locations of the harness |
 //! | [`install`] | the peers' packages, from PyPI and Debian |
-//! | [`build`] | compiler runs, several at a time |
-//! | [`contestants`] | the contestants, and how each is built |
+//! | [`build`] | parallel compiler runs |
+//! | [`contestants`] | the contestants and their builds |
 //! | [`desk`] | times, and the check that all torques agree |
 //! | [`chip`] | instructions in the emulator |
 //! | [`report`] | ratios and tables of `docs/measured/peers.md` |
 //!
-//! The harness is C and C++ in `bench/peers`, our side of it the crate `bench-peers`. Every contestant is the same C
-//! function over the same states. The peers get their model from the robot file by `bench/peers/arm.py`, which shares
-//! nothing with our reader. A torque that differs ends the run without a figure.
+//! The harness is C and C++ in `bench/peers`; our side of it is the crate `bench-peers`. Every contestant is the same C function over the same
+//! states. The peers get their model from the robot file by `bench/peers/arm.py`, which shares nothing with our reader. If a torque differs, the run
+//! ends without a result.
 
 mod build;
 mod chip;
@@ -34,7 +34,7 @@ const DOCUMENT: &str = "docs/measured/peers.md";
 
 /// Installs, builds, checks, measures, and reports: on the terminal and in the documentation.
 pub(crate) fn run() -> Result<()> {
-    // Checked now rather than after an hour: the page must have a place for its tables.
+    // Check first that the page has the markers for its tables, because the run takes an hour.
     let mut page = Page::read(root().join(DOCUMENT), &[PLACE])?;
     let python = install::all()?;
     let ours = contestants::Ours::build()?;

@@ -1,4 +1,4 @@
-//! The firmware in the emulator, its log decoded.
+//! Runs of the firmware in the emulator, with its log decoded.
 
 use crate::process::{cargo, run as run_command};
 use anyhow::{Context as _, Result, bail, ensure};
@@ -10,12 +10,12 @@ use std::time::{Duration, Instant};
 /// Arguments of cargo for the program that decodes logs.
 const LOG: [&str; 6] = ["--quiet", "--locked", "--release", "--package=chip-image", "--features=log", "--bin=chip-log"];
 
-/// Start the emulator on a program, print its log, and stop after `limit` or when the program ends.
+/// Starts the emulator on a program and prints its log. Stops after `limit`, or when the program ends.
 pub(crate) fn run(elf: &Path, limit: Option<Duration>) -> Result<()> {
     firmware_image::install::qemu()?;
-    // Over semihosting; only a probe needs RTT.
+    // The emulator's log comes over semihosting; RTT is needed only with a probe.
     log_strings::count(elf)?;
-    // Built before the emulator starts, because the emulator does not wait for a reader of its log.
+    // Build the decoder before the emulator starts, because the emulator does not wait for a reader of its log.
     run_command(cargo(["build"]).args(LOG))?;
     let mut child = Command::new("qemu-system-arm")
         .args(["-M", "netduinoplus2", "-icount", "shift=0", "-display", "none", "-monitor", "none"])
@@ -37,11 +37,11 @@ pub(crate) fn run(elf: &Path, limit: Option<Duration>) -> Result<()> {
         }
         std::thread::sleep(Duration::from_millis(20));
     };
-    // If the emulator has ended by itself, the firmware gave up, and its log says why.
+    // If the emulator has ended before the limit, the firmware stopped with an error, and its log gives the reason.
     let ended = child.try_wait()?;
     child.kill().ok();
     child.wait()?;
-    // Prints the rest of the pipe.
+    // Wait until the decoder has printed the rest of the pipe.
     words.wait()?;
     ensure!(printed, "the log cannot be decoded");
     match ended {
@@ -50,7 +50,7 @@ pub(crate) fn run(elf: &Path, limit: Option<Duration>) -> Result<()> {
     }
 }
 
-/// Runs a program that prints over semihosting and ends by itself; an instruction takes 1 ns of its time.
+/// Runs a program that prints over semihosting and then ends. One instruction takes 1 ns of emulated time.
 pub(crate) fn semihosted(elf: &Path) -> Result<String> {
     let output = Command::new("qemu-system-arm")
         .args(["-M", "netduinoplus2", "-icount", "shift=0", "-display", "none", "-monitor", "none"])
@@ -59,7 +59,7 @@ pub(crate) fn semihosted(elf: &Path) -> Result<String> {
         .stdin(Stdio::null())
         .output()
         .context("cannot start qemu-system-arm")?;
-    // Debug messages of semihosting come on the emulator's standard error, files on its standard output.
+    // The emulator writes semihosting debug messages to its standard error, and semihosting files to its standard output.
     let said = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
     if !output.status.success() {
         bail!("{} gave up in the emulator: {}\n{said}", elf.display(), output.status);

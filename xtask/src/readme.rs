@@ -1,9 +1,9 @@
-//! Commands of the README: run as written, and compared with the output shown below them.
+//! Check of the README's commands: they are run as written, and their output is compared with the output shown below them.
 //!
 //! | module | holds |
 //! |---|---|
 //! | [`blocks`] | commands of a page, and the output shown for them |
-//! | [`compare`] | shown output against printed output, times masked |
+//! | [`compare`] | comparison of shown and printed output, with times masked |
 
 mod blocks;
 mod compare;
@@ -15,8 +15,8 @@ use blocks::ConsoleBlock;
 use compare::Masked;
 use std::process::{Command, Stdio};
 
-/// Runs every `cargo` line of the README's `console` blocks, except those that would start this task again. Compares their
-/// output with the `text` block that follows.
+/// Runs every `cargo` line of the README's `console` blocks, except those that would start this task again. Compares the output with the `text` block
+/// that follows.
 pub(crate) fn run_commands() -> Result<()> {
     let path = root().join("README.md");
     let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
@@ -41,7 +41,7 @@ pub(crate) fn run_commands() -> Result<()> {
     Ok(())
 }
 
-/// Standard output of a command that must succeed; it is also printed.
+/// Returns the standard output of a command that must succeed, and prints it.
 fn stdout(line: &str) -> Result<String> {
     eprintln!("$ {line}");
     let mut words = line.split_whitespace();

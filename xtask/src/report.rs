@@ -1,4 +1,4 @@
-//! `cargo xtask report`: the scripts of the report page from their sources, its picture in the README, and what it costs.
+//! `cargo xtask report`: bundles the scripts of the report page, takes its picture for the README, and measures its cost.
 
 mod time;
 
@@ -12,32 +12,32 @@ use std::process::Command;
 #[derive(clap::Args)]
 #[group(required = true, multiple = true)]
 pub(crate) struct ReportOptions {
-    /// Bundle the scripts anew, with npm, into host-sim/report/assets
+    /// Bundle the scripts again, with npm, into host-sim/report/assets
     #[arg(long)]
     bundle: bool,
-    /// Compare the scripts there with newly bundled ones; code 1 if they differ
+    /// Compare the scripts there with newly bundled ones; exit code 1 if they differ
     #[arg(long)]
     check: bool,
-    /// Take docs/report.png: a run, in a headless Chromium
+    /// Take docs/report.png: run a scene, and open its report in a headless Chromium
     #[arg(long)]
     picture: bool,
-    /// Time a minute of motion with and without its report, and write docs/measured/report.md
+    /// Time one minute of motion with and without its report, and write docs/measured/report.md
     #[arg(long)]
     time: bool,
 }
 
-/// Files that bundling makes; the style sheet beside them is written by hand.
+/// Files that bundling creates; the style sheet in the same folder is written by hand.
 const MADE: [&str; 4] = ["viewer.js", "points.js", "uplot.css", "LICENCES.txt"];
 
-/// Scene of the picture, and the moment and the joint that it shows.
+/// Scene of the picture, and the time and joint that it shows.
 const SCENE: &str = "scenes/puma560_collision.toml";
 const MOMENT: &str = "t=0.412&joint=2";
-/// Size of the picture, pixels.
+/// Width and height of the picture, pixels.
 const SIZE: &str = "1280,880";
-/// Largest file, bytes.
+/// Largest allowed file size, bytes.
 const BYTES_MAX: u64 = 200_000;
 
-/// Run the task.
+/// Runs the task.
 pub(crate) fn run_task(options: &ReportOptions) -> Result<()> {
     if options.bundle {
         bundle(&assets())?;
@@ -58,12 +58,13 @@ fn assets() -> PathBuf {
     root().join("host-sim/report/assets")
 }
 
-/// True if the scripts are compared with their sources: if npm is there, or if nothing may be skipped.
+/// True if the scripts are to be compared with their sources: if npm and node are installed, or if nothing may be skipped.
 pub(crate) fn checks() -> bool {
     crate::setup::required() || which("npm").is_some() && which("node").is_some()
 }
 
-/// Installs the packages of `package-lock.json` and bundles into a folder. The same bytes everywhere: versions are fixed and checked.
+/// Installs the packages of `package-lock.json` and bundles into a folder. The result has the same bytes on every machine, because versions are fixed
+/// and checked.
 fn bundle(into: &Path) -> Result<()> {
     let web = root().join("host-sim/report/web");
     crate::setup::npm()?;
@@ -71,7 +72,7 @@ fn bundle(into: &Path) -> Result<()> {
     run(Command::new("node").current_dir(&web).arg("build.mjs").arg(into))
 }
 
-/// Compares what is committed with what its sources give.
+/// Compares the committed files with newly bundled ones.
 pub(crate) fn check() -> Result<()> {
     let fresh = target_directory().join("report");
     fs::create_dir_all(&fresh).with_context(|| fresh.display().to_string())?;
@@ -91,7 +92,7 @@ fn picture() -> Result<()> {
     crate::setup::chromium()?;
     let folder = target_directory().join("report");
     run(cargo_run("host-sim").args(["run", SCENE, "--quiet", "--force", "--out"]).arg(&folder)).or_else(|error| {
-        // A collision is a fault: the run's exit code says so, and its report is there.
+        // The run ends with a collision fault and a non-zero exit code; its report still exists.
         if folder.join("report.html").is_file() { Ok(()) } else { Err(error) }
     })?;
     let path = root().join("docs/report.png");

@@ -1,11 +1,11 @@
-//! URDF files of real robots, fetched for the tests.
+//! URDF files of real robots, downloaded for the tests.
 
 use crate::process::{root, run, target_directory, which};
 use std::path::PathBuf;
 use std::process::Command;
 
-/// Fetches the files if they are missing, and returns their folder. Without Python or network, the tests that need them
-/// report that they are skipped, and fail in the continuous integration; no robot of the project depends on these files.
+/// Downloads the files if they are missing, and returns their folder. Without Python or a network, the tests that need them are skipped with a
+/// message; in continuous integration they fail. No robot of the project depends on these files.
 pub(crate) fn fetch() -> PathBuf {
     let folder = target_directory().join("robot-data");
     let script = root().join("robot-compiler/tests/tools/fetch_urdf.py");

@@ -1,4 +1,4 @@
-//! The scenes that ship.
+//! The shipped scenes.
 
 use crate::process::root;
 use anyhow::{Context as _, Result};

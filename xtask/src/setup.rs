@@ -1,4 +1,4 @@
-//! Installation of the project's tools where they are missing. Every step prints its action.
+//! Installation of missing tools. Every step prints its action.
 
 use crate::process::{output, root, run, target_directory, which};
 use crate::toolchain::Toolchain;
@@ -18,8 +18,7 @@ pub(crate) fn all() -> Result<()> {
     nextest()
 }
 
-/// Components that rustup's minimal profile leaves out. Their stand-ins are on the path anyway, so the check is to run
-/// them.
+/// Installs the components that rustup's minimal profile leaves out. Rustup's proxies are on the path even without them, so the check is to run them.
 fn components() -> Result<()> {
     for (component, subcommand) in [("rustfmt", "fmt"), ("clippy", "clippy")] {
         if output(Command::new("cargo").args([subcommand, "--version"])).is_none() {
@@ -31,7 +30,8 @@ fn components() -> Result<()> {
     Ok(())
 }
 
-/// The browser that reports are tested in. Without it, where nothing can be installed, those tests say that they are skipped.
+/// Installs the browser in which reports are tested, if it is missing. Without the right to install it, those tests are skipped with a message; in
+/// continuous integration that is an error.
 pub(crate) fn chromium() -> Result<()> {
     if which("chromium").is_none() {
         if !required() && !install::is_possible() {
@@ -44,7 +44,7 @@ pub(crate) fn chromium() -> Result<()> {
     Ok(())
 }
 
-/// Node.js and its package manager, which bundle the scripts of the report.
+/// Installs Node.js and npm, which bundle the scripts of the report.
 pub(crate) fn npm() -> Result<()> {
     if which("npm").is_some() && which("node").is_some() { Ok(()) } else { install::apt(&["nodejs", "npm"]) }
 }
@@ -54,7 +54,7 @@ pub(crate) fn required() -> bool {
     ["CI", "NEWTAU_CI"].iter().any(|name| std::env::var_os(name).is_some_and(|value| !value.is_empty()))
 }
 
-/// The test runner.
+/// Installs the test runner.
 pub(crate) fn nextest() -> Result<()> {
     if which("cargo-nextest").is_none() {
         eprintln!("setup: cargo install --locked cargo-nextest");
@@ -64,7 +64,7 @@ pub(crate) fn nextest() -> Result<()> {
     Ok(())
 }
 
-/// Callgrind, and gungraun's runner in the version of `bench/Cargo.lock`; gungraun refuses any other.
+/// Installs callgrind, and gungraun's runner in the version of `bench/Cargo.lock`; gungraun rejects any other version.
 pub(crate) fn gungraun() -> Result<()> {
     if which("valgrind").is_none() {
         install::apt(&["valgrind"])?;
@@ -72,7 +72,7 @@ pub(crate) fn gungraun() -> Result<()> {
     let wanted = locked_version("gungraun-runner")?;
     let found = output(Command::new("gungraun-runner").arg("--version"));
     if !found.is_some_and(|text| text.split(' ').any(|word| word == wanted)) {
-        // Not optimised: the runner only starts the counted program, and installs in half the time.
+        // A debug build: the runner only starts the counted program, and this installs in half the time.
         let install = ["install", "--locked", "--debug", "gungraun-runner", "--version", &wanted];
         eprintln!("setup: cargo {}", install.join(" "));
         run(Command::new("cargo").args(install))?;
@@ -81,7 +81,7 @@ pub(crate) fn gungraun() -> Result<()> {
     Ok(())
 }
 
-/// The Python of a virtual environment with these packages. It counts as complete if it holds a copy of the list.
+/// Creates a virtual environment with these packages and returns its Python. The environment counts as complete if it contains a copy of the list.
 pub(crate) fn python(folder: &Path, list: &Path) -> Result<PathBuf> {
     let (python, stamp) = (folder.join("bin/python"), folder.join("requirements.txt"));
     let wanted = std::fs::read_to_string(list).with_context(|| list.display().to_string())?;
@@ -96,7 +96,7 @@ pub(crate) fn python(folder: &Path, list: &Path) -> Result<PathBuf> {
         run(pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--requirement"]).arg(list))
     })();
     if made.is_err() {
-        // A partial environment would look complete.
+        // Remove it, because a partial environment would look complete.
         std::fs::remove_dir_all(folder).ok();
     }
     made.with_context(|| format!("could not install from PyPI: {}", packages.join(", ")))?;
@@ -104,7 +104,7 @@ pub(crate) fn python(folder: &Path, list: &Path) -> Result<PathBuf> {
     Ok(python)
 }
 
-/// A Python that reads the files for viewers; the tests that need it say that they are skipped where it cannot be had.
+/// Python with the packages that read the files for viewers. If it cannot be installed, the tests that need it are skipped with a message.
 pub(crate) fn viewers() -> Option<PathBuf> {
     let list = root().join("host-sim/tests/viewers/requirements.txt");
     let made = python(&target_directory().join("viewers"), &list);

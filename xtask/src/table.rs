@@ -21,7 +21,7 @@ impl Table {
     }
 }
 
-/// `12,345`
+/// Formats a number as `12,345`.
 pub(crate) fn thousands(n: u64) -> String {
     let digits = n.to_string();
     let mut text = String::new();

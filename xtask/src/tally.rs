@@ -1,4 +1,4 @@
-//! Steps that pass or fail, and the counts of both.
+//! Test steps, and counts of passed and failed ones.
 
 use crate::process::run;
 use anyhow::{Context as _, Result};
@@ -15,7 +15,7 @@ pub(crate) struct Tally {
 }
 
 impl Tally {
-    /// Runs a step that counts as one.
+    /// Runs a step and counts it as one test.
     pub(crate) fn step(&mut self, name: &str, step: impl FnOnce() -> Result<()>) {
         let begin = announce(name);
         match step() {
@@ -25,12 +25,12 @@ impl Tally {
         eprintln!("    {name}: {:.0} s", begin.elapsed().as_secs_f64());
     }
 
-    /// Runs a command that counts as one.
+    /// Runs a command and counts it as one test.
     pub(crate) fn command(&mut self, name: &str, command: &mut Command) {
         self.step(name, || run(command));
     }
 
-    /// Runs a test runner and counts the tests that it reports; a run without tests is a failure.
+    /// Runs a test runner and adds the tests that it reports; a run without tests is a failure.
     pub(crate) fn tests(&mut self, name: &str, command: &mut Command) {
         let begin = announce(name);
         let outcome = counted(command);
@@ -51,7 +51,7 @@ impl Tally {
         eprintln!("    {name}: {:.0} s", begin.elapsed().as_secs_f64());
     }
 
-    /// Prints the failures, and ends with the line of counts. Returns true if nothing failed.
+    /// Prints the failures and the counts. Returns true if nothing failed.
     pub(crate) fn report(&self) -> bool {
         for failure in &self.failures {
             eprintln!("FAILED {failure}");
@@ -77,9 +77,9 @@ struct TestCounts {
     failed: u64,
 }
 
-/// Prints a test runner's output as it arrives, and adds up its summaries.
+/// Prints a test runner's output as it arrives, and sums its summaries.
 fn counted(command: &mut Command) -> Result<(bool, TestCounts)> {
-    // nextest prints its summary on standard error, the built-in harness on standard output: each gets a pipe of its own.
+    // nextest prints its summary on standard error, the built-in harness on standard output, so each gets a pipe.
     let mut child = command
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -111,7 +111,7 @@ fn echo(pipe: impl BufRead) -> TestCounts {
 /// The counts in a summary line of nextest or of Rust's own test harness.
 fn summary(line: &str) -> Option<TestCounts> {
     let of_nextest = line.trim_start().starts_with("Summary [");
-    // Not trimmed: nextest indents a failed test's own output, and that test is already counted.
+    // Not trimmed: nextest indents the output of a failed test, which is already counted.
     let of_harness = line.starts_with("test result: ");
     if !of_nextest && !of_harness {
         return None;

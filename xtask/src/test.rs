@@ -1,4 +1,4 @@
-//! `cargo xtask test`: everything that proves the project, in order of how soon a step fails.
+//! `cargo xtask test`: all tests and checks. Steps that fail fast come first.
 
 use crate::process::{cargo, run, target_directory};
 use crate::tally::Tally;
@@ -11,7 +11,7 @@ use firmware_image::{Board, Build};
 use std::path::Path;
 use std::process::{Command, exit};
 
-/// Sets up missing tools, runs everything, and ends with the line of counts; code 1 if anything failed.
+/// Installs missing tools, runs everything, and prints the counts at the end. Fails if anything failed.
 pub(crate) fn all() -> Result<()> {
     setup::all()?;
     let urdfs = robot_data::fetch();
@@ -26,7 +26,7 @@ pub(crate) fn all() -> Result<()> {
     Ok(())
 }
 
-/// Format, lints, documentation.
+/// Checks format, lints and documentation.
 fn static_checks(tally: &mut Tally) {
     for workspace in Workspace::ALL {
         tally.command(&format!("format{workspace}"), &mut workspace.cargo(["fmt", "--all", "--check"]));
@@ -41,8 +41,8 @@ fn static_checks(tally: &mut Tally) {
     tally.step("each package alone", each_alone);
 }
 
-/// Each package with the features that it asks for itself: in the workspace another one may have asked for what it lacks. What the
-/// board shares with the desk also for the chip, where nothing of a standard library hides what they need.
+/// Checks each package alone, with only the features that it requests. In a workspace build, another package could enable a feature that this one
+/// lacks. Packages that board and desk share are also checked for the chip, where no standard library hides a missing feature.
 fn each_alone() -> Result<()> {
     for workspace in Workspace::ALL {
         for (package, _) in check::packages(workspace)? {
@@ -56,11 +56,11 @@ fn each_alone() -> Result<()> {
     Ok(())
 }
 
-/// Unit, integration, property and snapshot tests, and the examples in the documentation.
+/// Runs unit, integration, property and snapshot tests, and the examples in the documentation.
 fn host_tests(tally: &mut Tally, urdfs: &Path) {
-    // A missing or different snapshot is a failure here, never a new file.
+    // A missing or different snapshot is a failure; no new snapshot is written.
     let mut tests = cargo(["nextest", "run", "--workspace", "--locked", "--no-fail-fast"]);
-    // The long ones too, which a plain run of the tests leaves out.
+    // Include the long tests, which a plain test run leaves out.
     tests.args(["--run-ignored", "all", "--filterset", &format!("not {CHIP_TESTS}")]);
     if let Some(python) = setup::viewers() {
         tests.env("NEWTAU_VIEWERS_PYTHON", python);
@@ -69,7 +69,7 @@ fn host_tests(tally: &mut Tally, urdfs: &Path) {
     let mut tests = Workspace::Bench.cargo(["nextest", "run", "--workspace", "--locked", "--no-fail-fast"]);
     tally.tests("tests of bench", tests.args(["--run-ignored", "all"]));
     for example in ["torques", "control_loop", "kernel"] {
-        // Built with the tests; asking cargo for one package alone would build it again, with that package's features.
+        // Use the program that was built with the tests. `cargo run` for one package would build it again, with that package's features.
         let program = target_directory().join("debug/examples").join(example);
         tally.command(&format!("example {example}"), &mut Command::new(program));
     }
@@ -84,8 +84,7 @@ fn host_tests(tally: &mut Tally, urdfs: &Path) {
     }
 }
 
-/// The firmware: built for every board, measured against its budgets, its tick checked for forbidden symbols, and run in
-/// the emulated chip.
+/// Builds the firmware for every board, compares it with its budgets, checks the tick for forbidden symbols, and runs it in the emulated chip.
 fn chip_tests(tally: &mut Tally) {
     let scene = Path::new(SCENE_DEFAULT);
     for board in Board::ALL {
@@ -99,7 +98,7 @@ fn chip_tests(tally: &mut Tally) {
     tally.step("budget, its cheap part", budget::gate);
     tally.step("cycles, estimated", || bench::cycles::run(false));
     tally.step("cycles of one class of instructions each", || bench::micro::run(None, false));
-    // One emulator at a time, because it keeps one processor busy and the test another.
+    // One emulator at a time: it fully uses one processor, and the test uses another.
     let mut tests = cargo(["nextest", "run", "--workspace", "--locked", "--no-fail-fast"]);
     tally.tests("chip tests", tests.args(["--test-threads", "1", "--filterset", CHIP_TESTS]));
 }

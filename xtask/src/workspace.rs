@@ -1,5 +1,5 @@
-//! The project's workspaces: the product's, and that of what is built only to be measured. Each has a lock file of its own; both share one
-//! build folder (`.cargo/config.toml`).
+//! The project's two workspaces: the product, and code that is built only for measurements. Each has its own lock file; both share one build folder
+//! (`.cargo/config.toml`).
 
 use crate::process;
 use std::fmt;
@@ -8,16 +8,16 @@ use std::process::Command;
 /// A workspace, by its folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Workspace {
-    /// At the top: what ships, and the tasks.
+    /// The top-level workspace: everything that ships, and the tasks.
     Product,
-    /// `bench/`: kernels that are measured or compared, the batch, the peers. No package of the product depends on it.
+    /// `bench/`: kernels that are measured or compared, batch evaluation, and the peers. No package of the product depends on it.
     Bench,
 }
 
 impl Workspace {
     pub(crate) const ALL: [Self; 2] = [Self::Product, Self::Bench];
 
-    /// Its manifest, from the project's folder on.
+    /// Path of its manifest, relative to the project's folder.
     pub(crate) const fn manifest(self) -> &'static str {
         match self {
             Self::Product => "Cargo.toml",
@@ -25,7 +25,7 @@ impl Workspace {
         }
     }
 
-    /// Cargo in it, with its first arguments.
+    /// Cargo for this workspace, with its first arguments.
     pub(crate) fn cargo<'a>(self, arguments: impl IntoIterator<Item = &'a str>) -> Command {
         let mut command = process::cargo(arguments);
         if self == Self::Bench {
@@ -35,7 +35,7 @@ impl Workspace {
     }
 }
 
-/// Suffix of a step's name.
+/// Suffix for the names of steps.
 impl fmt::Display for Workspace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {

@@ -1,4 +1,5 @@
-//! Architecture: ten folders, at most twenty packages, and their allowed dependencies (`docs/develop/architecture.md`), compared with cargo's metadata.
+//! Check of the architecture against cargo's metadata: ten folders, at most twenty packages, and their allowed dependencies
+//! (`docs/develop/architecture.md`).
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 use serde_json::{Value, json};
@@ -6,18 +7,17 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Folders at the top. `bench` is a workspace of its own.
+/// Top-level folders. `bench` is a separate workspace.
 const ROOMS: [&str; 10] =
     ["dynamics-core", "robot-compiler", "link", "firmware", "host-sim", "xtask", "bench", "robots", "scenes", "docs"];
 
-/// Folders at the top that git does not keep.
+/// Top-level folders that are not in git.
 const MADE: [&str; 2] = ["target", "out"];
 
-/// Packages of the product at most: each one more is one more to know.
+/// Largest number of packages in the product; each additional package is one more to learn.
 const PACKAGES_MAX: usize = 20;
 
-/// A package, its folder, and the workspace packages that it may depend on: when it is built and, in addition, when it is
-/// tested.
+/// A package, its folder, and the workspace packages that it may depend on: in its build, and additionally in its tests.
 struct Row {
     package: &'static str,
     folder: &'static str,
@@ -61,7 +61,7 @@ const ROWS: [Row; 20] = [
     row("dynamics-core", "dynamics-core", &[], &[]),
     row("robot-compiler", "robot-compiler", &["dynamics-core"], &[]),
     row("machine-code", "robot-compiler/machine-code", &["robot-compiler"], &["dynamics-core"]),
-    // Its tests use the features of a host: the package itself, with another feature.
+    // Its tests use host features, so the package depends on itself with another feature.
     row("newtau-link", "link", &["dynamics-core"], &["newtau-link"]),
     row("newtau-session", "link/session", &["dynamics-core", "newtau-link"], &["robot-compiler"]),
     row("joint-io", "link/joint-io", &["dynamics-core", "newtau-session"], &["actuator-model", "newtau-link"]),
@@ -142,7 +142,7 @@ const ROWS: [Row; 20] = [
     row("xtask", "xtask", ALL, ALL),
 ];
 
-/// Pairs of packages; the first must not depend on the second, even through others.
+/// Pairs of packages; the first must not depend on the second, directly or indirectly.
 const NEVER: [(&str, &str); 9] = [
     ("host-sim", "firmware"),
     ("sim", "board"),
@@ -186,7 +186,7 @@ fn packages(metadata: &Value) -> BTreeMap<String, Known> {
         let mut known = Known { folder: folder.display().to_string(), ..Known::default() };
         for dependency in package["dependencies"].as_array().into_iter().flatten() {
             let name = text(&dependency["name"]);
-            // A path leads to a package of ours, of this workspace or of the other.
+            // A path leads to a package of the project, in this workspace or the other.
             if names.contains(&name) || dependency["path"].is_string() {
                 if dependency["kind"] == "dev" {
                     known.tested.insert(name)
@@ -276,7 +276,7 @@ fn there_are_at_most_twenty_packages_and_the_page_says_of_each_why_it_is_one() {
     }
 }
 
-/// Made-up packages in their right places, with these dependencies: from, to, and the kind, `dev` or a build kind.
+/// Invented packages in their right folders, with these dependencies: from, to, and the kind, `dev` or a build kind.
 fn made_up(arrows: &[(&str, &str, &str)]) -> Value {
     let package = |row: &Row| {
         let of_it = arrows.iter().filter(|(from, ..)| *from == row.package);

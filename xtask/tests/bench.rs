@@ -1,5 +1,5 @@
-//! The workspace `bench` is built as the product is: its numbers are those of the product's code. Lints, profiles and versions are written
-//! twice, for cargo has no way to share them between workspaces.
+//! The workspace `bench` must be built like the product, so that its measurements apply to the product's code. Lints, profiles and versions are
+//! written twice, because cargo cannot share them between workspaces.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -11,7 +11,7 @@ fn read(path: &str) -> Table {
     toml::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
 
-/// Versions of every package of a lock file; without a source it is one of ours.
+/// Versions of every package in a lock file. A package without a source belongs to the project.
 fn locked(lock: &Table, ours: bool) -> BTreeMap<String, BTreeSet<String>> {
     let mut all = BTreeMap::<_, BTreeSet<_>>::new();
     let text = |package: &Value, key| package[key].as_str().unwrap().to_owned();
@@ -23,14 +23,14 @@ fn locked(lock: &Table, ours: bool) -> BTreeMap<String, BTreeSet<String>> {
     all
 }
 
-/// The part of a version up to which versions stand in for each other: `1` of 1.2.3, `0.2` of 0.2.3.
+/// Part of a version within which versions are compatible: `1` of 1.2.3, `0.2` of 0.2.3.
 fn line(version: &str) -> &str {
     let first = version.starts_with("0.");
     version.match_indices('.').nth(usize::from(first)).map_or(version, |(at, _)| &version[..at])
 }
 
-/// A profile of the product as the other workspace must have it: the packages that are there alone, and the product's by name. For `"*"` is
-/// the packages of others in the product, and in the other workspace the product's too.
+/// A profile of the product as the other workspace must have it: only packages that exist there, and the product's packages by name. In the product
+/// `"*"` means dependencies only; in the other workspace it also includes the product's packages.
 fn moved(profile: &Table, level: i64, there: &BTreeSet<String>, ours: &BTreeSet<String>) -> Table {
     let mut profile = profile.clone();
     let Some(packages) = profile.get_mut("package").and_then(Value::as_table_mut) else { return profile };

@@ -1,5 +1,5 @@
-//! `budget --port` up to the program that talks to the board: its arguments, and the handling of its output. A scripted
-//! cargo replaces that program. The board itself: `xtask/trials/tests/budget_board.rs`.
+//! `budget --port` up to the program that talks to the board: its arguments, and the handling of its output. A scripted cargo replaces that program.
+//! `xtask/trials/tests/budget_board.rs` tests the board.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
@@ -13,7 +13,7 @@ use task::{folder, told, xtask};
 const PORT: [&str; 2] = ["--port", "/dev/ttyACM0"];
 const MEASURED: &str = r#"{"hash":"25bb0af18768f6a5","rate_hz":1000.0,"ticks":10000,"bits_differ":0,"cycles_per_tick":{"min":2790,"max":2831,"mean":2805.5}}"#;
 
-/// A cargo that notes its arguments, and then does what the script says.
+/// A cargo that records its arguments, and then does what the script says.
 struct FakeCargo(PathBuf);
 
 impl FakeCargo {

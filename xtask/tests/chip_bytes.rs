@@ -25,12 +25,12 @@ fn the_bytes_of_a_tick_are_those_that_the_linker_keeps_of_it() {
     let cost = cost();
     let (code, _, error) = told(xtask().args(["gate", "--scene", SCENE]).output().unwrap());
     assert_eq!(code, 0, "{error}");
-    // In the folder beside the measuring program's: the tick alone, with everything else collected by the linker.
+    // A folder next to the measuring program contains the tick alone, without the sections that the linker removed.
     let measured = Path::new(cost["tick"]["program"].as_str().unwrap());
     let linked = measured.with_file_name("thumbv7em-none-eabihf/firmware/tick-gate-tick.elf");
     let program = Program::parse(&std::fs::read(linked).unwrap()).unwrap();
     let kept: u64 = [".text", ".rodata"].into_iter().filter_map(|name| program.section_bytes(name)).sum();
-    // The gate links the tick twice: bare, and inside the safety machine.
+    // The gate links the tick twice: alone, and inside the safety state machine.
     let [tick, safe] = ["newtau_gate_tick", "newtau_gate_safety"]
         .map(|entry| program.reached_from(program.address_of(|name| name == entry).unwrap()).unwrap());
     assert_eq!((tick.indirect, safe.indirect), (0, 0));

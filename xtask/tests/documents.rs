@@ -1,10 +1,10 @@
-//! Pages for people with a board, compared with the board files and the project's claims.
+//! Checks of pages for users of a board against the board files and the project's claims.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// Pages and comments that speak of what has not been measured: where a reader would look for a claim.
+/// Folders with pages and comments about things that have not been measured, in which a reader would look for a claim.
 const FOLDERS: [&str; 14] = [
     "docs",
     "firmware/src",
@@ -33,7 +33,7 @@ fn text(path: &str) -> String {
     std::fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
-/// Markdown and Rust files under a folder, from the project's folder on.
+/// Markdown and Rust files under a folder, as paths relative to the project's folder.
 fn files(folder: &Path, found: &mut Vec<String>) {
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -45,8 +45,7 @@ fn files(folder: &Path, found: &mut Vec<String>) {
     }
 }
 
-/// True if a text contains the claim for unmeasured results. Its lines may break anywhere, and each comment line has its
-/// marker.
+/// True if a text states that something is unmeasured. The statement may be broken across lines, and each comment line has its marker.
 fn says_so(text: &str) -> bool {
     let words =
         text.lines().map(|line| line.trim_start().trim_start_matches(['/', '!', '#'])).collect::<Vec<_>>().join(" ");
@@ -131,7 +130,7 @@ fn claims_are_found_across_broken_lines_and_comments() {
     assert!(!says_so("measured in the emulator"));
 }
 
-/// Pages of prose: the README and the hand-written pages of `docs`, without the records of decisions.
+/// Pages of prose: the README and the hand-written pages of `docs`, without the decision records.
 fn prose() -> Vec<String> {
     let mut pages = Vec::new();
     files(&root().join("docs"), &mut pages);
@@ -168,7 +167,7 @@ fn every_page_has_the_protocol_s_version() {
     assert!(found >= 2, "{found}");
 }
 
-/// Rows of the table between the markers of `budget`, by the title of the column.
+/// Rows of the table between the markers of `budget`; each maps column titles to cells.
 fn budget_rows(page: &str) -> Vec<BTreeMap<String, String>> {
     let text = text(page);
     let block = text.split("<!-- measured: budget -->").nth(1).unwrap_or_else(|| panic!("{page}"));
@@ -219,7 +218,7 @@ fn no_page_of_prose_has_a_measured_count_of_instructions_or_cycles_typed_by_hand
 fn the_decision_table_leads_to_a_page_for_each_control_law() {
     let source = text("robot-compiler/src/describe/scene/names.rs");
     let laws = source.split("impl Named for ControlLaw").nth(1).and_then(|rest| rest.split("];").next()).unwrap();
-    // A name has no space; what help says of it has some.
+    // A name contains no space; its help text does.
     let laws: Vec<_> = laws.split('"').skip(1).step_by(2).filter(|word| !word.contains(' ')).collect();
     assert!(laws.len() >= 8, "{laws:?}");
     let page = text("docs/control/README.md");

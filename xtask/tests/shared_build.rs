@@ -1,5 +1,4 @@
-//! Common dependencies of simulator and tasks are compiled once for both: cargo compiles a package anew for every set of
-//! its features.
+//! Check that common dependencies of simulator and tasks are compiled only once: cargo compiles a package again for every set of its features.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 use std::collections::BTreeMap;

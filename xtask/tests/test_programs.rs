@@ -1,10 +1,9 @@
-//! The tests of a package form one program where that compiles faster; a file that `main.rs` does not include would never
-//! run.
+//! The tests of a package form one program if that compiles faster. A file that its `main.rs` does not include would never run.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 use std::path::{Path, PathBuf};
 
-/// Packages whose tests are one program.
+/// Packages with all tests in one program.
 const FOLDERS: [&str; 6] = [
     "dynamics-core/tests",
     "robot-compiler/tests",
@@ -18,7 +17,7 @@ fn top() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_owned()
 }
 
-/// The Rust files of a folder and of the folders in it, with their text.
+/// The Rust files of a folder and its subfolders, with their text.
 fn sources(folder: &Path) -> Vec<(PathBuf, String)> {
     let paths = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let of = |path: PathBuf| {

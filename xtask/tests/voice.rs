@@ -1,9 +1,9 @@
-//! Words that readers from outside stumble over, and first lines of documentation that say nothing.
+//! Check for phrases over which outside readers stumble, and for uninformative first lines of documentation.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
 use std::path::{Path, PathBuf};
 
-/// Phrases that are never clear, and what to write instead. Words with a right use as well ("place", "way") are for readers to judge.
+/// Phrases that are never clear, and their replacements. Words that also have a right use ("place", "way") are left to human readers.
 const BANNED: [(&str, &str); 19] = [
     ("there and back", "back and forth"),
     ("led by hand", "hand-guided, hand guiding"),
@@ -26,9 +26,9 @@ const BANNED: [(&str, &str); 19] = [
     ("so many kg", "MASS kg"),
 ];
 
-/// A file and a phrase that has its ordinary meaning there.
+/// A file, and a banned phrase that has its ordinary meaning there.
 const ALLOWED: [(&str, &str); 2] = [
-    // The title of a study, whose result has it as an anchor.
+    // The title of a study; its result uses it as an anchor.
     ("docs/control/hand-guiding.md", "led by hand"),
     // `.words(own).words(..)`.
     ("xtask/src/peers/chip.rs", "own words"),
@@ -38,7 +38,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_owned()
 }
 
-/// Sources and pages below a folder, without what commands write and what tools build.
+/// Sources and pages below a folder, without generated and built files.
 fn files(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -61,7 +61,7 @@ fn all() -> Vec<(String, String)> {
     found.into_iter().map(|path| (name(&path), std::fs::read_to_string(&path).unwrap())).collect()
 }
 
-/// The words of a text in lower case, each between two spaces; lines may break between any of them.
+/// The words of a text in lower case, each between two spaces, so that line breaks do not matter.
 fn words(text: &str) -> String {
     let lower = text.to_lowercase();
     let words: Vec<_> =
@@ -88,7 +88,7 @@ fn no_page_and_no_source_has_a_phrase_that_readers_stumbled_over() {
     assert!(found.is_empty(), "{} phrases:\n{}", found.len(), found.join("\n"));
 }
 
-/// First lines of documentation that ask in the place of telling.
+/// Counts first lines of documentation that ask instead of state.
 fn questions(text: &str) -> usize {
     let starts = |line: &str, marker: &str| {
         let rest = line.trim_start().strip_prefix(marker);

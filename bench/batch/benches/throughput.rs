@@ -1,4 +1,4 @@
-//! Inverse dynamics with sine and cosine: one state after another, in batches, and on all cores.
+//! Measures inverse dynamics with sine and cosine: one state after another, in batches, and on all cores.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the measurement")]
 
 #[path = "../tests/support/mod.rs"]
@@ -13,7 +13,7 @@ use std::hint::black_box;
 use support::{Lists, Random, places, scene};
 use timing::{instruction_set, shortest};
 
-/// Number of states. Not a power of two: lists at such distances would fall into the same few cache lines.
+/// Number of states. Not a power of two, because lists at such distances would share a few cache sets.
 const STATES: usize = 4_099;
 
 fn compare<F: Float, const N: usize>(

@@ -1,4 +1,4 @@
-//! Sine and cosine of six joints: ours, libm's, and the platform's (glibc's, on Linux).
+//! Measures sine and cosine of six joints: this project's, libm's, and the platform's (glibc's on Linux).
 #![allow(clippy::disallowed_methods, reason = "the platform's functions are what is compared with")]
 
 mod timing;
@@ -10,7 +10,7 @@ use timing::{Contestant, instruction_set, shortest};
 
 const STATES: usize = 1024;
 
-/// Angles within 3 rad.
+/// Angles within +-3 rad.
 fn angles<S: Real>() -> Vec<[S; 6]> {
     let mut seed = 1_u64;
     (0..STATES)
@@ -23,7 +23,7 @@ fn angles<S: Real>() -> Vec<[S; 6]> {
         .collect()
 }
 
-/// Each a function of its own, as a caller would have it.
+/// Separate functions that are not inlined, as a caller would use them.
 #[inline(never)]
 fn polynomial<S: Real>(q: &[S; 6]) -> [SinCos<S>; 6]
 where

@@ -1,4 +1,4 @@
-//! The loop over many states.
+//! Inverse dynamics of many states: the loop over the states.
 
 use crate::lanes::{Float, Lanes};
 use crate::states::{LengthError, States, check};
@@ -7,31 +7,31 @@ use dynamics_core::inertia::cast_vector;
 use dynamics_core::{InverseDynamics, Live, Scalar, SinCos, Trig};
 use num_traits::Zero as _;
 
-/// States whose sines and cosines are computed together: a few vectors of each joint, which stay in the nearest cache.
+/// Number of states with sines and cosines computed together: a few vectors of each joint, which stay in the L1 cache.
 const BLOCK: usize = 64;
 
-/// Fewest states that are worth a core of their own.
+/// Smallest number of states for a separate core.
 const GRAIN: usize = 16 * BLOCK;
 
-/// Fewest states for which probing the sines and cosines that the dynamics reads pays off.
+/// Smallest number of states for which it pays off to find out which sines and cosines the dynamics reads.
 const PROBED: usize = 4 * BLOCK;
 
-/// Joint torques of many states: `tau[joint][state]`, N m or N.
+/// Computes the joint torques of many states: `tau[joint][state]`, N m or N.
 ///
 /// `tau = D(q) qdd + C(q, qd) qd + G(q) - J^T w`, state by state.
 ///
 /// | name | quantity | unit |
 /// |---|---|---|
-/// | `dynamics` | the arm: `Dynamics` cast to lanes, or a kernel that is written for every scalar | |
+/// | `dynamics` | the arm: `Dynamics` cast to lanes, or a kernel for every scalar | |
 /// | `trig` | sine and cosine, called with single floats | |
 /// | `states` | see [`States`] | |
 /// | `live` | live inputs of the scene, the same for all states | |
-/// | `tau` | as many as there are states, any number | N m, N |
+/// | `tau` | output: one list per joint, with one element per state | N m, N |
 ///
-/// Each state has the same bits as `dynamics` run on the float alone. One pass; no allocation.
+/// Each state's torques have the same bits as if `dynamics` were run on single floats. One pass; no allocation.
 ///
 /// # Errors
-/// [`LengthError`] if the lists of `tau` do not have one place for each state; nothing is written then.
+/// [`LengthError`] if a list of `tau` does not have one element for each state; nothing is written then.
 pub fn inverse_dynamics_batch<F, D, T, const N: usize>(
     dynamics: &D,
     trig: &T,
@@ -49,7 +49,7 @@ where
     Ok(())
 }
 
-/// As [`inverse_dynamics_batch`], with the states shared out among all cores. The same bits.
+/// As [`inverse_dynamics_batch`], with the states distributed to all cores. Gives the same bits.
 ///
 /// # Errors
 /// As [`inverse_dynamics_batch`].
@@ -76,7 +76,7 @@ struct Batch<'a, F: Float, D, T, const N: usize> {
     dynamics: &'a D,
     trig: &'a T,
     live: Live<F::Lanes, N>,
-    /// Joints whose sine and cosine are read.
+    /// True for each joint with a sine and cosine that the dynamics reads.
     read: [bool; N],
 }
 
@@ -120,8 +120,8 @@ where
         }
     }
 
-    /// The torques of the first `count` states of a block. The compiler knows the lists' length, so every vector is loaded
-    /// and stored by one instruction, without a check.
+    /// Computes the torques of the first `count` states of a block. The compiler knows the lists' length, so one instruction loads or stores a
+    /// vector, without a check.
     #[inline]
     fn block(
         &self,
@@ -135,7 +135,7 @@ where
                 self.trig.sin_cos_lists(*q, sin, cos);
             }
         }
-        // Plain loops: with `map`, arrays of vectors became calls that pass them through memory, a third of the time.
+        // Plain loops: with `map`, arrays of vectors became calls that pass them through memory, which took a third of the time.
         let zero = F::Lanes::zero();
         for place in 0..count.min(BLOCK).div_ceil(F::Lanes::COUNT) {
             let (mut turns, mut inputs) = ([SinCos { sin: zero, cos: zero }; N], [[zero; N]; 3]);
@@ -153,7 +153,7 @@ where
         }
     }
 
-    /// Halves the states between two cores, down to the grain.
+    /// Divides the states between two cores, recursively down to [`GRAIN`].
     fn share_out(&self, states: &States<'_, F, N>, mut tau: [&mut [F]; N])
     where
         F::Lanes: Send + Sync,
@@ -173,11 +173,10 @@ where
     }
 }
 
-/// The joints whose sine and cosine affect the torques. Kernels do not read those of an upright first joint, of a last
-/// joint about an axis of symmetry, and of prismatic joints. Computing a pair costs a sixth of such a kernel.
+/// Returns true for each joint with a sine and cosine that affect the torques. Kernels do not read those of a vertical first joint, of a last
+/// joint about an axis of symmetry, and of prismatic joints. Computing a pair takes a sixth of the time of such a kernel.
 ///
-/// There are only sums, differences and products, so every result that depends on a NaN is NaN. Each joint in turn gets
-/// one.
+/// There are only sums, differences and products, so every result that depends on a NaN is NaN. So each joint in turn is set to NaN.
 #[expect(clippy::eq_op, reason = "a NaN is what differs from itself")]
 fn turns_read<L: Lanes, const N: usize>(dynamics: &impl InverseDynamics<L, N>, live: &Live<L, N>) -> [bool; N] {
     let nan = L::literal(f64::NAN);

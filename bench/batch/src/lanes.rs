@@ -1,4 +1,4 @@
-//! Vectors of floats as scalars, as wide as the registers that the compiler may use.
+//! Vectors of floats as scalars, with the width of the registers that the compiler may use.
 //!
 //! | `target_feature` | f64 | f32 |
 //! |---|---|---|
@@ -6,8 +6,7 @@
 //! | `avx` | [`F64x4`] | [`F32x8`] |
 //! | neither | [`F64x2`] | [`F32x4`] |
 //!
-//! [`F64Lanes`] and [`F32Lanes`] are the selected ones. Vectors wider than the registers would work too, in two halves, and
-//! run out of registers.
+//! [`F64Lanes`] and [`F32Lanes`] are the selected types. Wider vectors would work too, in two halves, but would need too many registers.
 
 use core::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 use dynamics_core::{Real, Scalar};
@@ -28,10 +27,10 @@ pub trait Lanes: Scalar {
     /// Number of lanes.
     const COUNT: usize;
 
-    /// The vector at `place`, if the list is cut into vectors from its start; zero if the list has no whole vector there.
+    /// Loads vector number `place` of the list, which is divided into vectors from its start; zero if the list has no whole vector there.
     fn load(list: &[Self::Float], place: usize) -> Self;
 
-    /// Stores the vector at `place`; does nothing if the list has no room for a whole vector there.
+    /// Stores the vector as number `place` of the list; does nothing if the list has no whole vector there.
     fn store(self, list: &mut [Self::Float], place: usize);
 }
 
@@ -119,27 +118,27 @@ macro_rules! impl_lanes {
 }
 
 impl_lanes!(
-    /// Two `f64` side by side.
+    /// A vector of two `f64`.
     F64x2, f64x2, f64, 2
 );
 impl_lanes!(
-    /// Four `f64` side by side.
+    /// A vector of four `f64`.
     F64x4, f64x4, f64, 4
 );
 impl_lanes!(
-    /// Eight `f64` side by side.
+    /// A vector of eight `f64`.
     F64x8, f64x8, f64, 8
 );
 impl_lanes!(
-    /// Four `f32` side by side.
+    /// A vector of four `f32`.
     F32x4, f32x4, f32, 4
 );
 impl_lanes!(
-    /// Eight `f32` side by side.
+    /// A vector of eight `f32`.
     F32x8, f32x8, f32, 8
 );
 impl_lanes!(
-    /// Sixteen `f32` side by side.
+    /// A vector of sixteen `f32`.
     F32x16, f32x16, f32, 16
 );
 
@@ -153,9 +152,9 @@ mod widest {
     pub(super) use super::{F32x16 as Single, F64x8 as Double};
 }
 
-/// As many `f64` as a register of the build holds.
+/// Vector of as many `f64` as a register of the build holds.
 pub type F64Lanes = widest::Double;
-/// As many `f32` as a register of the build holds.
+/// Vector of as many `f32` as a register of the build holds.
 pub type F32Lanes = widest::Single;
 
 impl Float for f64 {

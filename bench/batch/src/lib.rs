@@ -1,14 +1,13 @@
 //! Inverse dynamics of many states at once, on the desk: for sweeps and Monte Carlo runs.
 //!
-//! Several states go through the *same* recursion, or the same generated kernel, side by side: the scalar is then not one
-//! float but a vector of them ([`F64Lanes`], [`F32Lanes`]). Nothing else changes, so each state's torques have the same
-//! bits as with the float alone.
+//! Several states run through the *same* recursion, or the same generated kernel, at once: the scalar is a vector of floats ([`F64Lanes`],
+//! [`F32Lanes`]) instead of a single float. Nothing else changes, so each state's torques have the same bits as with single floats.
 //!
 //! | module | holds |
 //! |---|---|
 //! | [`lanes`] | vectors of floats as scalars |
-//! | [`states`] | where the states lie in memory |
-//! | [`inverse_dynamics`] | the loop over them, on one core and on all |
+//! | [`states`] | memory layout of the states |
+//! | [`inverse_dynamics`] | the loop over the states, on one core and on all |
 //!
 //! # Example
 //! A thousand states of an arm:
@@ -41,9 +40,9 @@
 //! ```
 //!
 //! # Instruction set
-//! `wide` chooses its instructions when it is compiled. An ordinary build for x86-64 has SSE2 only, and [`F64Lanes`] is then
-//! a vector of two; `RUSTFLAGS="-C target-cpu=native" cargo build --release` uses what the machine has. The bits are
-//! the same either way: no multiplication is fused with an addition.
+//! The crate `wide` selects its instructions at compile time. An ordinary build for x86-64 uses SSE2 only, and [`F64Lanes`] is then a vector of
+//! two. `RUSTFLAGS="-C target-cpu=native" cargo build --release` uses all instructions of the machine. The bits are the same in both cases, because
+//! no multiplication is fused with an addition.
 #![forbid(unsafe_code)]
 
 pub mod inverse_dynamics;

@@ -5,15 +5,15 @@
 //! q[1]:   joint 2 of state 0, of state 1, of state 2, ..
 //! ```
 //!
-//! A structure of arrays: the same quantity of neighbouring states lies side by side, ready for a vector register.
+//! This is a structure of arrays: the same quantity of consecutive states is contiguous, so that a vector register can load it.
 
 use thiserror::Error;
 
-/// A list with another length than the others.
+/// Error: a list has another length than the others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error("{list}[{joint}] holds {found} numbers; expected {expected}, one for each state, as in q[0]")]
 pub struct LengthError {
-    /// `q`, `qd`, `qdd` or `tau`.
+    /// Name of the list: `q`, `qd`, `qdd` or `tau`.
     pub list: &'static str,
     /// The joint, counted from 0.
     pub joint: usize,
@@ -38,7 +38,7 @@ pub struct States<'a, F, const N: usize> {
 }
 
 impl<'a, F, const N: usize> States<'a, F, N> {
-    /// States from lists that are all as long as the first.
+    /// Creates states from lists, which must all be as long as the first.
     ///
     /// # Errors
     /// [`LengthError`] names the first list with another length.
@@ -50,7 +50,7 @@ impl<'a, F, const N: usize> States<'a, F, N> {
         Ok(states)
     }
 
-    /// Number of states.
+    /// Returns the number of states.
     #[must_use]
     pub fn len(&self) -> usize {
         self.q.first().map_or(0, |list| list.len())

@@ -1,4 +1,4 @@
-//! Every state of a batch has the same bits as when computed alone.
+//! Tests that every state of a batch has the same bits as if it is computed alone.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 
 mod support;
@@ -44,8 +44,8 @@ fn bits<F: Float>(x: F) -> u64 {
     x.to_f64().to_bits()
 }
 
-/// Compares batches of 0 to 33 states, of more than a block, and of so many states that unread sines are left out, on one
-/// core, with the same dynamics in single floats.
+/// Compares batches on one core with the same dynamics in single floats: 0 to 33 states, more than a block, and so many states that unread sines
+/// are left out.
 fn compare<F: Float, const N: usize>(
     name: &str,
     single: &impl InverseDynamics<F, N>,

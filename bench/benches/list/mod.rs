@@ -1,4 +1,4 @@
-//! Benchmarks on the desk: one list for the clock and for the instruction count.
+//! Benchmarks on the desk: one list for both times and instruction counts.
 
 use bench::kernels as k;
 use bench::plain;
@@ -56,7 +56,7 @@ pub fn all() -> Vec<Work> {
             list.push(batch(concat!($arm, "_batch_f64"), k::$any::Kernel, &double));
             list.push(batch(concat!($arm, "_batch_f32"), k::$any::Kernel, &single));
             list.push(each(concat!($arm, "_forward_dynamics_f64"), &double, |i| {
-                // Any torques will do: nothing branches on them.
+                // The torques are arbitrary: no branch depends on them.
                 k::$forward::forward_dynamics(&i.turn, $(&i.$argument,)* &i.qd, &i.qdd)
             }));
             list.push(each(concat!($arm, "_gravity_f64"), &double, |i| {
@@ -78,14 +78,14 @@ pub fn all() -> Vec<Work> {
     list
 }
 
-/// The recursion with an arm that is known only at run time.
+/// The recursion with an arm that is read at run time.
 fn generic<S: Real>(arm: &str) -> Dynamics<S, 6> {
     let file = plain::scene(arm).unwrap();
     let model = file.robot.model::<6>().unwrap();
     black_box(Dynamics::new(model.cast(), file.scene(&model).cast()))
 }
 
-/// Inverse dynamics with given sine and cosine, with our own, and with libm's.
+/// Adds inverse dynamics with given sine and cosine, with this project's own, and with libm's.
 fn torques<S: Real, D: InverseDynamics<S, 6> + Copy + 'static>(list: &mut Vec<Work>, name: &str, d: D, inputs: &All<S>)
 where
     Polynomial: Trig<S>,
@@ -101,7 +101,7 @@ where
     }));
 }
 
-/// Inverse dynamics of all states at once, side by side in lanes, with our sine and cosine; on one core.
+/// Inverse dynamics of all states in lanes, with this project's sine and cosine, on one core.
 fn batch<F: Float, D: InverseDynamics<F::Lanes, 6> + 'static>(name: &str, d: D, inputs: &All<F>) -> Work
 where
     Polynomial: Trig<F>,

@@ -1,4 +1,4 @@
-//! Compiled kernels against the recursion on the model.
+//! Tests of compiled kernels against the recursion on the model.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 #![allow(clippy::float_cmp, reason = "level exact claims equality")]
 
@@ -36,7 +36,7 @@ impl Random {
     }
 }
 
-/// Every input of an inverse dynamics, in one scalar.
+/// All inputs of an inverse dynamics.
 struct State<S, const N: usize> {
     turn: [SinCos<S>; N],
     q: [S; N],
@@ -189,12 +189,12 @@ fn expected(function: Function, at: &State<f64, 6>) -> Vec<f64> {
     }
 }
 
-/// Joint torques. Any numbers will do, so these are the accelerations.
+/// Joint torques. Their values are arbitrary, so the accelerations are used.
 const fn tau(at: &State<f64, 6>) -> &[f64; 6] {
     &at.qdd
 }
 
-/// Near the state, with its acceleration.
+/// A reference near the state, with its acceleration.
 fn reference(at: &State<f64, 6>) -> Reference<f64, 6> {
     let near = |of: &[f64; 6]| core::array::from_fn(|i| of[i] + 0.01 * at.qdd[5 - i]);
     Reference { q: near(&at.q), qd: near(&at.qd), qdd: at.qdd }
@@ -203,7 +203,7 @@ fn reference(at: &State<f64, 6>) -> Reference<f64, 6> {
 /// A compiled function of M outputs.
 type Compiled<'a, const M: usize> = &'a dyn Fn(&State<f64, 6>) -> [f64; M];
 
-/// The exact and the regrouped kernel of a function in 200 states.
+/// Compares the exact and the regrouped kernel of a function in 200 states.
 fn compare_function<const M: usize>(function: Function, kernels: [Compiled<'_, M>; 2]) {
     let mut random = Random(2);
     for state in 0..STATES {

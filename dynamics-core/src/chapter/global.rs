@@ -123,8 +123,8 @@ impl<S: Scalar, const N: usize> Assembled<S, N> {
 }
 
 impl<S: Real, const N: usize> Assembled<S, N> {
-    /// The joint wrenches, by elimination with row exchanges; `None` if a number is not finite, or a lever arm so long (over
-    /// 200 km in single precision) that the unit entries vanish beside it.
+    /// The joint wrenches, by elimination with row exchanges. `None` if a number is not finite, or if a lever arm is so long (over
+    /// 200 km in single precision) that the unit entries vanish compared with it.
     ///
     /// O(N^3): (6 N)^3 / 3 multiplications. [`crate::newton_euler::joint_wrenches`] is O(N).
     #[must_use]

@@ -22,14 +22,14 @@
 //! derivative of no coordinate, so the second line has no such symmetry: the axis of joint `j` stays where it is when a joint
 //! beyond it moves.
 //!
-//! The last two together: seen from link `i`, which turns with `l`, an axis before `l` turns the other way and one beyond it
+//! The last two together: seen from link `i`, which turns with `l`, an axis before `l` turns in the opposite direction and one beyond it
 //! stays, and the tensor stays too. So `d(c_R^(j) . I c_R^(k))/dq_l` is `(c_R^(j) x k_l) . I c_R^(k)` for `j < l`, and the
 //! same with `j` and `k` exchanged, added.
 //!
 //! Reflected rotor inertias are not part of a posture. They are constant: to count them, add `rotor[i]` to `D_ii`,
 //! `rotor[i] * qdd[i]` to torque `i` and `rotor[i] * qd[i]^2 / 2` to the kinetic energy; no Christoffel symbol changes.
 //!
-//! Far more work than [`crate::newton_euler`] for the same torques, and meant to be read and compared with. Corrections to the
+//! This is far more work than [`crate::newton_euler`] for the same torques. It is meant for reading and for comparison. Corrections to the
 //! chapter used here: no factor 1/2 on the rotational part of `D` (12.219, 12.229) nor a second one inside 12.226; the sign of
 //! `G` (12.221, 12.239); 12.220 (12.238) is a sum over `j` and `k` with the velocities, not a matrix to be multiplied by them;
 //! the tensor in 12.222 is in base axes.
@@ -167,7 +167,7 @@ pub fn mass_matrix_slopes<S: Scalar, const N: usize>(posture: &Posture<S, N>) ->
             for i in 0..=r {
                 let moved = linear_slope(posture, jacobian, i, k);
                 let turned = angular_slope(posture, jacobian, i, k);
-                // The derivative of one factor; that of the other is this one with i and j exchanged.
+                // The derivative of one factor. The derivative of the other factor is this one with i and j exchanged.
                 for j in 0..=r {
                     let change = moved.dot(&force[j]) + turned.dot(&moment[j]);
                     slopes[i][j][k] += change;
@@ -179,7 +179,7 @@ pub fn mass_matrix_slopes<S: Scalar, const N: usize>(posture: &Posture<S, N>) ->
     slopes
 }
 
-/// `dc_D^(j)/dq_l`, the second derivative of a point by the two joints; `jacobian` is that of a link that both move.
+/// `dc_D^(j)/dq_l`, the second derivative of a point by the two joints; `jacobian` belongs to a link that both joints move.
 fn linear_slope<S: Scalar, const N: usize>(
     posture: &Posture<S, N>,
     jacobian: &Jacobian<S, N>,
@@ -202,7 +202,7 @@ fn angular_slope<S: Scalar, const N: usize>(
 /// Christoffel symbols of the first kind, `[i][j][k]` = `Gamma^i_jk` (eq. 12.281).
 ///
 /// `Gamma^i_jk = 1/2 (dD_ij/dq_k + dD_ik/dq_j - dD_jk/dq_i)`: torque on joint `i` per `qd_j qd_k`. Symmetric in `j` and `k`.
-/// kg m^2 where all three joints turn, otherwise times 1/m for each that slides. O(N^4).
+/// kg m^2 if all three joints turn, otherwise times 1/m for each that slides. O(N^4).
 #[must_use]
 pub fn christoffel<S: Scalar, const N: usize>(posture: &Posture<S, N>) -> [[[S; N]; N]; N] {
     let d = mass_matrix_slopes(posture);
@@ -213,7 +213,7 @@ pub fn christoffel<S: Scalar, const N: usize>(posture: &Posture<S, N>) -> [[[S; 
 
 /// `C(q, qd)` of eq. 12.217: `C_ij = sum_k Gamma^i_jk qd_k`, the choice that makes `dD/dt - 2 C` skew-symmetric.
 ///
-/// `C qd` is the velocity coupling vector. kg m^2/s where both joints turn. O(N^4).
+/// `C qd` is the velocity coupling vector. kg m^2/s if both joints turn. O(N^4).
 #[must_use]
 pub fn coriolis_matrix<S: Scalar, const N: usize>(posture: &Posture<S, N>, qd: &[S; N]) -> SMatrix<S, N, N> {
     let symbols = christoffel(posture);
@@ -228,7 +228,7 @@ pub fn coriolis_matrix<S: Scalar, const N: usize>(posture: &Posture<S, N>, qd: &
 
 /// Velocity coupling vector `H(q, qd) = C qd` (eq. 12.238, 12.241), N m or N.
 ///
-/// `H_i = sum_jk (dD_ij/dq_k - 1/2 dD_jk/dq_i) qd_j qd_k`: the terms that Lagrange's equation gives as they come (eq. 12.233,
+/// `H_i = sum_jk (dD_ij/dq_k - 1/2 dD_jk/dq_i) qd_j qd_k`: the terms in the form in which Lagrange's equation gives them (eq. 12.233,
 /// 12.235), before they are made symmetric. O(N^4).
 #[must_use]
 pub fn velocity_coupling<S: Scalar, const N: usize>(posture: &Posture<S, N>, qd: &[S; N]) -> [S; N] {

@@ -1,7 +1,7 @@
-//! The chapter's own picture of an arm: axes, points, mass centres and motion of every link in the base frame.
+//! The chapter's description of an arm: axes, points, mass centres and motion of every link in the base frame.
 //!
-//! The recursion of [`crate::newton_euler`] never forms these, for it has cheaper ways. The methods that are read
-//! beside the book do: per-link equations in the base frame, Jacobians, statics. Correspondence with the chapter, whose
+//! The recursion of [`crate::newton_euler`] never forms these quantities, because it has cheaper methods. The methods of the
+//! book need them: per-link equations in the base frame, Jacobians, statics. Correspondence with the chapter, where
 //! `B_{i-1}` carries joint `i`:
 //!
 //! | chapter | here |
@@ -54,7 +54,7 @@ pub struct Chain<S, const N: usize> {
 }
 
 impl<S: Scalar, const N: usize> Chain<S, N> {
-    /// Divide first moments by masses, once; `payload` is in the tip frame, [`Inertia::zero`] for none.
+    /// Converts the bodies to mass centres, once. `payload` is in the tip frame, [`Inertia::zero`] for none.
     #[must_use]
     pub fn new(model: &Model<f64, N>, payload: &Inertia<f64>) -> Self {
         let held = payload.in_parent(&model.tip().rotation, &model.tip().translation);

@@ -14,7 +14,7 @@ use crate::scene::{Dynamics, Live};
 use crate::trig::SinCos;
 use nalgebra::Vector3;
 
-/// Which axes the vectors of a [`Reaction`] are in. Moments are about the joint's own origin in either.
+/// Frame in whose axes the vectors of a [`Reaction`] are given. Moments are about the joint's own origin in both cases.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axes {
     /// The link's: z along the joint.
@@ -42,16 +42,16 @@ pub struct Reaction<S> {
 pub struct BearingLoad<S> {
     /// Force across the axis, N.
     pub radial: S,
-    /// Force along the axis, with its sign, N; zero, to rounding, of a prismatic joint.
+    /// Force along the axis, with its sign, N; zero, to rounding, for a prismatic joint.
     pub axial: S,
     /// Moment across the axis, N m.
     pub tilting: S,
-    /// Moment along the axis, with its sign, N m; zero, to rounding, of a revolute joint.
+    /// Moment along the axis, with its sign, N m; zero, to rounding, for a revolute joint.
     pub twisting: S,
 }
 
 impl<S: Scalar> Reaction<S> {
-    /// Split a joint's wrench; `axis` is the joint's unit vector in the same axes.
+    /// Splits a joint's wrench; `axis` is the joint's unit vector in the same axes.
     #[must_use]
     pub fn of(kind: JointKind, axis: &Vector3<S>, wrench: &Wrench<S>) -> Self {
         let mut bearing = *wrench;
@@ -79,7 +79,7 @@ impl<S: Real> Reaction<S> {
 
 /// Wrench of every joint, base first, split between actuator and bearings.
 ///
-/// Inputs as [`crate::InverseDynamics::inverse_dynamics`], whose torques are the actuators' shares plus, where the scene counts
+/// Inputs as [`crate::InverseDynamics::inverse_dynamics`], whose torques are the actuators' shares plus, if the scene counts
 /// rotors, `gear^2 inertia qdd`. O(N); no branch on data, no division.
 pub fn joint_reactions<S: Scalar, const N: usize>(
     dynamics: &Dynamics<S, N>,

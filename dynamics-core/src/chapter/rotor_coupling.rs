@@ -9,9 +9,9 @@
 //!                                       reflected inertia         coupling                      part of the link
 //! ```
 //!
-//! Eq. 12.404 has the first part only, and so have [`crate::Model`] and its recursions. The last part, with the rotor's
-//! mass and its inertia across the axis, is the rotor as a rigid piece of the link that carries it: it is in that
-//! link's tensor wherever the link was weighed or drawn with its motor in place. No tensor contains the coupling.
+//! Eq. 12.404 has only the first part, and so have [`crate::Model`] and its recursions. The last part, together with the rotor's
+//! mass and its inertia across the axis, treats the rotor as a rigid piece of the link that carries it. The tensor of that link
+//! contains it if the link was weighed or drawn with its motor in place. No tensor contains the coupling.
 //!
 //! Torques by Lagrange's equation, with `s` the spin in question, `gear qd_i` or `gear qd_i + k . omega`, and `j` a revolute
 //! joint before `i`; a prismatic one feels nothing:
@@ -24,8 +24,8 @@
 //! `k` turns with `omega`, so `d(k . omega)/dt = k . alpha`; and `d(k . k_j)/dt` less `d(k . omega)/dq_j` is `k . (k_j x omega)`.
 //! The second line is the rate of change of the angular momentum `I_r s k`, along joint `j`.
 //!
-//! The sign of `gear` counts here: it says which way the rotor turns. [`crate::joint::Rotor::reflected`] forgets it, so inertia
-//! and gear are separate arguments.
+//! The sign of `gear` counts here: it gives the direction in which the rotor turns. [`crate::joint::Rotor::reflected`] loses the sign, so
+//! inertia and gear are separate arguments.
 
 use crate::chapter::posture::Posture;
 use crate::joint::JointKind;

@@ -8,9 +8,9 @@
 //! outward   F_i = F_{i-1} + sum F_e,    M_i = M_{i-1} + sum M_e - d x F_{i-1}     M_e about O_i        12.471-12.472
 //! ```
 //!
-//! The chapter has one symbol for the moment of the external loads about these two points and, in 12.459, about the
-//! mass centre, and gives weight its moment about a fourth, the base's origin (12.465), which fits none of these
-//! equations. Here a load names the point of its moment ([`ExternalLoad::about`]), and is moved to the point that the
+//! The chapter uses one symbol for the moment of the external loads about these two points and, in 12.459, about the
+//! mass centre. It computes the moment of the weight about a fourth point, the base's origin (12.465), which fits none of these
+//! equations. Here a load names the reference point of its moment ([`ExternalLoad::about`]), and the moment is moved to the point that the
 //! equation needs.
 //!
 //! | quantity | unit | frame |

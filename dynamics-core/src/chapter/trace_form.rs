@@ -1,8 +1,8 @@
 //! Lagrange's equations from derivatives of the 4x4 transforms (eq. 12.391-12.419).
 //!
-//! The same terms as [`crate::chapter::lagrange`] and the same torques as [`crate::newton_euler`], by a third way that
-//! shares nothing with them but the model: no Jacobian, no angular velocity, no cross product. It exists for
-//! comparison. With `0T_r` the pose of link `r` as a 4x4 matrix, the derivative by a joint on the way to it puts a
+//! The same terms as [`crate::chapter::lagrange`] and the same torques as [`crate::newton_euler`], by a third method that
+//! shares only the model with them: no Jacobian, no angular velocity, no cross product. It exists for
+//! comparison. With `0T_r` the pose of link `r` as a 4x4 matrix, the derivative by a joint between base and link inserts a
 //! constant operator between the factors (eq. 12.440-12.442):
 //!
 //! ```text
@@ -15,15 +15,15 @@
 //!           0  0  0  0                    0  0  0  0
 //! ```
 //!
-//! The chapter's operator stands before the transform of its joint, for there joint `j` acts about the z of the frame before;
-//! here every frame has its own joint's axis for z, so it stands after. A body is its pseudo-inertia, the integral of `r r^T dm`
-//! over homogeneous positions (eq. 12.401).
+//! The chapter puts the operator before the transform of its joint, because there joint `j` acts about the z axis of the frame before.
+//! Here the z axis of every frame is the axis of its own joint, so the operator comes after the transform. A body is represented by its
+//! pseudo-inertia, the integral of `r r^T dm` over homogeneous positions (eq. 12.401).
 //!
-//! The sums are evaluated as they are printed, every trace by itself and every product of 4x4 matrices in full. For six
-//! revolute joints that is 59,306 multiplications and 47,081 additions and subtractions, of them 42,560 multiplications in the
-//! traces of `D` and `H` and nearly all others in the derivatives; [`crate::chapter::lagrange`] takes 7,470 and 7,047 and the recursion 663
-//! and 591 for the same torques (counted and pinned by `dynamics-core/tests/operations.rs`). In double precision one posture
-//! fills 10 kB.
+//! The sums are evaluated as printed: every trace separately, and every product of 4x4 matrices in full. For six
+//! revolute joints that is 59,306 multiplications and 47,081 additions and subtractions. The traces of `D` and `H` need 42,560 of the
+//! multiplications, and the derivatives nearly all others. For the same torques [`crate::chapter::lagrange`] needs 7,470 and 7,047, and the
+//! recursion 663 and 591 (`dynamics-core/tests/operations.rs` counts and checks these numbers). In double precision one posture
+//! uses 10 kB.
 
 mod energies;
 

@@ -2,12 +2,12 @@
 
 use crate::scalar::Real;
 
-/// Adds up the work of every joint. Work that the actuator gives and work that it takes back are counted apart.
+/// Adds up the work of every joint. Work done by the actuator and work done on the actuator are summed separately.
 ///
-/// `W = int tau qd dt`. Between two instants the power is taken as linear, so `W` is that of the trapezoid rule; where the power
-/// changes its sign in between, the two triangles are counted apart, positive and negative. Of smooth torques and velocities the
-/// error falls with the square of the step. A torque that is held and a velocity that changes linearly make a linear power:
-/// give [`WorkMeter::step`] the held torque at both ends, and the sum is exact.
+/// `W = int tau qd dt`. The power is taken as linear between two instants, so `W` follows the trapezoid rule. If the power changes its sign
+/// in between, the positive and the negative triangle are counted separately. For smooth torques and velocities the error falls with the
+/// square of the step. A constant torque and a linearly changing velocity give a linear power: pass the held torque to
+/// [`WorkMeter::step`] at both ends, and the sum is exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorkMeter<S, const N: usize> {
     positive: [S; N],
@@ -62,7 +62,7 @@ impl<S: Real, const N: usize> WorkMeter<S, N> {
         core::array::from_fn(|i| self.positive[i] + self.negative[i])
     }
 
-    /// Add a step in which the power, W, goes linearly from `from` to `to`.
+    /// Adds a step in which the power, W, changes linearly from `from` to `to`.
     fn add(&mut self, dt: S, from: &[S; N], to: &[S; N]) {
         let zero = S::zero();
         let half = dt * S::literal(0.5);

@@ -1,4 +1,4 @@
-//! The answer of a controller to what a machine asks.
+//! Torques of a controller for a request of the safety state machine.
 
 use super::build::ArmBuild;
 use super::limits::LimitFlags;
@@ -7,7 +7,7 @@ use super::{Command, Controller, Fault, Reference};
 use crate::scalar::Real;
 
 impl<S: Real, const N: usize> TorqueRequest<'_, S, N> {
-    /// The answer of a controller; its torques are held by the machine.
+    /// Returns the controller's command for this request. The machine applies the torque limits to it.
     #[inline]
     pub fn of<A: ArmBuild<S, N>>(self, controller: &mut Controller<S, N, A>) -> Command<S, N> {
         let (mut torque, mut limits) = ([S::zero(); N], [LimitFlags::NONE; N]);
@@ -21,10 +21,10 @@ impl<S: Real, const N: usize> TorqueRequest<'_, S, N> {
         }
     }
 
-    /// Hold an answer near the weight of the arm: `|tau - tau_0| <= share * limit`.
+    /// Limits the torques to a band around the weight of the arm: `|tau - tau_0| <= share * limit`.
     ///
     /// `tau_0` is the torque that the same controller gives for an arm at rest here, with no error: the weight, and the live wrench.
-    /// Cost: a second answer. Out of line: nearly every tick does without.
+    /// Cost: a second torque computation. Out of line, because nearly every tick does without it.
     ///
     /// # Errors
     /// The controller's, for an arm at rest here.
@@ -45,7 +45,7 @@ impl<S: Real, const N: usize> TorqueRequest<'_, S, N> {
             let most = share * controller.config().limits[i].torque;
             let near = torque[i].clamp_to(weight[i] - most, weight[i] + most);
             limits[i] |= LimitFlags::TORQUE.when(near != torque[i]);
-            // A torque that is no number is named where torques are held.
+            // Where the torque limits are applied, a torque that is NaN or infinite is reported.
             if torque[i].is_finite() {
                 torque[i] = near;
             }

@@ -1,4 +1,4 @@
-//! Everything that a controller is built of, chosen when the program is compiled.
+//! The parts of a controller, chosen when the program is compiled.
 
 use super::collision::{Protection, Unprotected};
 use super::config::{Configuration, ControllerConfig};
@@ -24,7 +24,7 @@ pub trait ArmBuild<S: Real, const N: usize> {
     type Settings: safety::SafetyConfiguration<S, N> + Clone;
 }
 
-/// A build of these parts. There are no values of it.
+/// A build of these parts. The type has no values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BuildOf<D, T, C, P = Unprotected, K = Unsupervised>(PhantomData<(D, T, C, P, K)>);
 
@@ -43,7 +43,7 @@ where
     type Settings = K;
 }
 
-/// Settings of a controller without a safety state machine. There are no values of it.
+/// Settings of a controller without a safety state machine. The type has no values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unsupervised {}
 

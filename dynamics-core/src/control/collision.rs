@@ -1,4 +1,4 @@
-//! Collisions by a momentum observer: an external torque per joint from momentum alone, and the reaction when one is
+//! Collision detection by a momentum observer: it estimates an external torque per joint from the momentum alone, and reacts when one is
 //! too large.
 //!
 //! With the generalised momentum `p = D qd` and `dp/dt = tau + beta + tau_ext`, where `beta = C^T qd - G + J^T w - friction`
@@ -8,7 +8,7 @@
 //! r(t) = k (p(t) - p(0) - integral of (tau + beta + r) ds)         dr/dt = k (tau_ext - r)
 //! ```
 //!
-//! is the external torque behind a low-pass filter: no acceleration is measured and no inertia matrix inverted. At the control
+//! is the external torque after a low-pass filter: no acceleration is measured and no inertia matrix inverted. At the control
 //! period `h`, with the torque of the last tick held since and `beta` by the trapezoidal rule:
 //!
 //! ```text
@@ -21,7 +21,7 @@
 //! The integral follows the momentum (it is `p - r/k`), so it does not grow with time and single precision does not
 //! drift. Everything that the model lacks counts as external: a wrong payload, stiction and friction without
 //! feedforward, torque that the drive does not give, the lag of an estimated velocity. The thresholds must lie above
-//! all of these; `docs/control/collisions.md` says how to find them. (De Luca et al., IROS 2006; Haddadin et al., T-RO 2017,
+//! all of these; `docs/control/collisions.md` explains how to find them. (De Luca et al., IROS 2006; Haddadin et al., T-RO 2017,
 //! section IV.)
 
 use super::momentum_observer::{MomentumFilter, MomentumObserver};
@@ -39,8 +39,8 @@ pub enum CollisionReaction {
     Stop,
     /// The reference stays where the arm was, until reset.
     Hold,
-    /// No stiffness: weight is carried and motion damped as long as something pushes; then as [`CollisionReaction::Hold`], until reset or
-    /// the next push.
+    /// No stiffness: as long as something pushes, the weight is carried and the motion damped. Then as [`CollisionReaction::Hold`], until reset
+    /// or the next push.
     Comply,
     /// None: the external torques are reported, and nothing else happens.
     Report,
@@ -54,20 +54,20 @@ record! {
     pub struct CollisionConfig<S, const N: usize> {
         /// Bandwidth of the residual.
         pub filter: MomentumFilter<S>,
-        /// Residual of a collision, N m or N.
+        /// Residual above which there is a collision, N m or N.
         pub threshold: [S; N],
         /// Residual at the end of a push, half of `threshold`: the push is over once every joint is below it.
         pub released: [S; N],
-        /// Ticks in a row with a residual above its threshold that make a collision.
+        /// Number of consecutive ticks with a residual above its threshold that count as a collision.
         pub ticks: u32,
-        /// Ticks in a row without a push that end it.
+        /// Number of consecutive ticks without a push after which the push is over.
         pub release_ticks: u32,
         /// Reaction to a collision.
         pub reaction: CollisionReaction,
     }
 }
 
-/// Where a watch finds its configuration, as [`super::Configuration`] for the controller's.
+/// Source of a collision watch's configuration, like [`super::Configuration`] for the controller's.
 pub trait CollisionConfiguration<S, const N: usize> {
     /// The configuration; always the same.
     fn get(&self) -> &CollisionConfig<S, N>;
@@ -90,7 +90,7 @@ pub enum Verdict<S, const N: usize> {
         /// Joint, counted from 0.
         joint: u8,
     },
-    /// Stand here, because of this joint.
+    /// Stop at this position, because of this joint.
     Hold {
         /// Joint position, rad or m.
         q: [S; N],
@@ -119,12 +119,12 @@ pub struct ObservedState<'a, S, const N: usize> {
     pub friction_terms: Option<&'a [FrictionTerms<S>; N]>,
 }
 
-/// A watch over a controller. [`Unprotected`] costs nothing.
+/// A watch over a controller. [`Unprotected`] adds no instruction.
 pub trait Protection<S, const N: usize> {
-    /// True if the protection ever looks. If not, the tick is compiled as if there were no protections.
+    /// True if the protection ever looks at the arm. If not, the tick is compiled as if there were no protections.
     const WATCHES: bool = true;
 
-    /// Look at the state of this tick. Returns sine and cosine too if it computed them, so that the tick can reuse
+    /// Checks the state of this tick. Returns sine and cosine too if it computed them, so that the tick can reuse
     /// them.
     fn look(
         &mut self,
@@ -132,7 +132,7 @@ pub trait Protection<S, const N: usize> {
         turn: impl FnOnce() -> [SinCos<S>; N],
     ) -> (Verdict<S, N>, Option<[SinCos<S>; N]>);
 
-    /// The torque that this tick commands, N m or N.
+    /// Records the torque that this tick commands, N m or N.
     fn drove(&mut self, torque: &[S; N]);
 
     /// The last estimate of the torque from outside on each joint, N m or N.
@@ -141,13 +141,13 @@ pub trait Protection<S, const N: usize> {
         None
     }
 
-    /// True if the protection never acts, so that it may look at an arm that a hand leads.
+    /// True if the protection never acts, so that it may watch a hand-guided arm too.
     #[inline]
     fn only_reports(&self) -> bool {
         false
     }
 
-    /// Forget everything: the next tick is the first.
+    /// Clears the memory: the next tick is the first.
     fn forget(&mut self);
 }
 
@@ -209,22 +209,22 @@ impl<S, const N: usize, P: Protection<S, N>> Protection<S, N> for Option<P> {
 ///
 /// ```text
 ///         |r| > threshold for `ticks` in a row
-/// free ------------------------------------------> stop, hold or comply, as the configuration says
+/// free ------------------------------------------> stop, hold or comply, as configured
 ///
 ///         |r| <= released on every joint for `release_ticks` in a row
 /// comply <------------------------------------------------------------> hold
 ///         |r| > threshold for `ticks` in a row
 /// ```
 ///
-/// With [`CollisionReaction::Report`] it stays free. Only [`Protection::forget`] leads back to free: the watch does not know where the reference has gone meanwhile. A
-/// residual that is NaN is above every threshold.
+/// With [`CollisionReaction::Report`] it stays free. Only [`Protection::forget`] leads back to free: the watch does not know where the
+/// reference is now. A residual that is NaN counts as above every threshold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CollisionWatch<S, const N: usize, M, K = CollisionConfig<S, N>> {
     config: K,
     momentum: M,
     observer: MomentumObserver<S, N>,
     state: WatchState<S, N>,
-    /// Ticks in a row that meet the condition for leaving the state.
+    /// Consecutive ticks that meet the condition for leaving the state.
     count: u32,
 }
 
@@ -237,7 +237,7 @@ enum WatchState<S, const N: usize> {
 }
 
 impl<S: Real, const N: usize, M, K: CollisionConfiguration<S, N>> CollisionWatch<S, N, M, K> {
-    /// A watch that has seen nothing yet; `momentum` gives the arm's momentum.
+    /// A watch before its first tick; `momentum` computes the arm's momentum.
     #[must_use]
     pub fn new(config: K, momentum: M) -> Self {
         Self { config, momentum, observer: MomentumObserver::default(), state: WatchState::Free, count: 0 }
@@ -254,7 +254,7 @@ impl<S: Real, const N: usize, M, K: CollisionConfiguration<S, N>> CollisionWatch
         let config = self.config.get();
         let residual = self.observer.residual();
         let hit = above(residual, &config.threshold);
-        // Nearly every tick is this one.
+        // Nearly every tick takes this path.
         if let (WatchState::Free, None) = (self.state, hit) {
             self.count = 0;
             return Verdict::Free;
@@ -309,7 +309,7 @@ impl<S: Real, const N: usize, M: GeneralizedMomentum<S, N>, K: CollisionConfigur
         let lost = match friction {
             Some(friction) => core::array::from_fn(|i| match friction_terms {
                 None => friction[i].torque(qd[i]),
-                // Without the growth with the load, which a threshold has to cover: the torque of this tick is not known yet.
+                // Without the part that grows with the load, because the torque of this tick is not known yet. The threshold has to cover that part.
                 Some(terms) => friction[i].torque_with(&FrictionTerms { load: None, ..terms[i] }, qd[i], S::zero()),
             }),
             None => [S::zero(); N],

@@ -1,4 +1,4 @@
-//! Everything about a controller that does not change while it runs, and where it is kept.
+//! Everything about a controller that does not change while it runs, and where it is stored.
 
 use super::friction::Friction;
 use super::integral::Integral;
@@ -27,7 +27,7 @@ record! {
         pub law: ControlLaw,
         /// Gains per joint.
         pub gains: [Gains<S>; N],
-        /// Friction to make up for, per joint; `None` leaves it to the feedback.
+        /// Friction to compensate, per joint; `None` leaves it to the feedback.
         pub friction: Option<[Friction<S>; N]>,
         /// Limits per joint.
         pub limits: [Limits<S>; N],
@@ -41,26 +41,26 @@ record! {
         pub encoder: [Encoder<S>; N],
         /// Velocity from counts.
         pub observer: TrackingObserver<S>,
-        /// Integral action per joint; `None` leaves a constant load that the model does not know to the position gain.
+        /// Integral action per joint; `None` leaves a constant load that the model lacks to the position gain.
         pub integral: Option<[Integral<S>; N]>,
-        /// Behaviour of the joints under [`ControlLaw::Teach`]; `None` leaves the weight alone carried.
+        /// Behaviour of the joints under [`ControlLaw::Teach`]; with `None` only the weight is carried.
         pub teach: Option<[Teach<S>; N]>,
-        /// Share of the damping of [`ControlLaw::Impedance`] and [`ControlLaw::Split`] that goes through the model, as `M(q) Kd` instead of `M0 Kd`;
-        /// `None` for none.
+        /// Share of the damping of [`ControlLaw::Impedance`] and [`ControlLaw::Split`] that acts through the model's inertia, as `M(q) Kd` instead of
+        /// `M0 Kd`; `None` for none.
         pub posture_damping: Option<S>,
     }
 }
 
-/// Where a controller finds its configuration.
+/// Source of a controller's configuration.
 ///
-/// On the desk this is the configuration itself. A firmware, whose configuration is known when it is built, implements
-/// this for a type without a size: the compiler then folds every number into the code of the tick, leaves out
-/// everything without effect (an infinite limit, a zero offset), and needs no RAM for the configuration.
+/// On the desk this is the configuration itself. A firmware knows its configuration when it is built, and implements
+/// this for a type without a size. The compiler then folds every number into the code of the tick and omits
+/// everything without effect (an infinite limit, a zero offset). The configuration needs no RAM.
 pub trait Configuration<S, const N: usize> {
-    /// The configuration; the same until it is changed through [`Configuration::get_mut`].
+    /// Returns the configuration. It stays the same until it is changed through [`Configuration::get_mut`].
     fn get(&self) -> &ControllerConfig<S, N>;
 
-    /// The configuration, to be changed between ticks; `None` where it is part of the program.
+    /// Returns the configuration for changes between ticks; `None` if it is part of the program.
     fn get_mut(&mut self) -> Option<&mut ControllerConfig<S, N>> {
         None
     }

@@ -1,4 +1,4 @@
-//! The tick.
+//! The controller: one tick from reference and measurement to a command.
 
 use super::build::{ArmBuild, BuildOf, Unsupervised};
 use super::collision::{ObservedState, Protection, Unprotected, Verdict};
@@ -18,9 +18,9 @@ use core::fmt::{self, Debug};
 /// State that changes from tick to tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct ControllerMemory<S, const N: usize> {
-    /// Integral action before the last proposal, and with it.
+    /// Integral action before the last proposed torque, and including it.
     integral: [[Integrated<S>; N]; 2],
-    /// Where each joint of a hand-guided arm is kept, rad or m; `None` where it is let go.
+    /// Position at which each joint of a hand-guided arm is kept, rad or m; `None` while the joint is free.
     anchors: [Option<S>; N],
     /// The fault in force.
     fault: Option<Fault>,
@@ -30,42 +30,42 @@ struct ControllerMemory<S, const N: usize> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct StandaloneState<S, const N: usize> {
     observed: Observed<S, N>,
-    /// Acceleration that the last reference asked for.
+    /// Acceleration of the last reference, rad/s^2 or m/s^2.
     acceleration: [S; N],
-    /// The last commanded torque; zero before the first.
+    /// The last commanded torque, N m or N; zero before the first.
     torque: [S; N],
-    /// Greatest change from it to the next torque; any finite number before the first.
+    /// Greatest change from the last torque to the next; any finite number before the first.
     torque_step: [S; N],
 }
 
 /// Estimate of the observer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Observed<S, const N: usize> {
-    /// Estimated positions; zero while there is no estimate.
+    /// Estimated positions, rad or m; zero while there is no estimate.
     position: [S; N],
     velocity: [S; N],
     /// Filter of the next step; [`TrackingObserver::start`] while there is no estimate.
     observer: TrackingObserver<S>,
     /// True if there is an estimate: the last reading was in counts.
     started: bool,
-    /// Age of each joint's reading in the last tick, ticks. Zero where the reading was fresh, so that `aged` is false.
+    /// Age of each joint's reading in the last tick, ticks. If all readings were fresh, all are zero and `aged` is false.
     age: [u32; N],
-    /// Some reading of the last tick was not fresh: positions and velocities are those that were used in it, of either kind of reading.
+    /// True if some reading of the last tick was not fresh. Positions and velocities are then those used in that tick, for either kind of reading.
     aged: bool,
 }
 
 /// Inputs of one torque computation.
 pub(crate) struct ControlInput<'a, S, const N: usize> {
     pub(crate) reference: &'a Reference<S, N>,
-    /// No limit acts on the reference: somebody has looked.
+    /// True if the reference is known to be finite and within its limits.
     pub(crate) reference_checked: bool,
-    /// A law that follows no reference lets go of it.
+    /// True if the arm runs: a control law without a reference frees the joints then.
     pub(crate) is_running: bool,
     pub(crate) q: &'a [S; N],
     pub(crate) qd: &'a [S; N],
 }
 
-/// From reference and state to torques, which no limit has held yet.
+/// Computes torques from reference and state, before any torque limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Regulator<S, const N: usize, D, T, C, P> {
     config: C,
@@ -78,8 +78,8 @@ struct Regulator<S, const N: usize, D, T, C, P> {
 
 /// Computed-torque controller of an arm with `N` joints.
 ///
-/// Its parts are chosen when the program is compiled ([`ArmBuild`]): inverse dynamics, sine and cosine, the place of the configuration
-/// ([`Configuration`]), and the collision observer ([`Protection`]; none costs nothing).
+/// Its parts are chosen when the program is compiled ([`ArmBuild`]): inverse dynamics, sine and cosine, the source of the configuration
+/// ([`Configuration`]), and the collision observer ([`Protection`]; without one it adds no instruction).
 pub struct Controller<S: Real, const N: usize, A: ArmBuild<S, N>> {
     regulator: Regulator<S, N, A::Dynamics, A::Trig, A::Tuning, A::Protection>,
     alone: StandaloneState<S, N>,
@@ -167,8 +167,8 @@ impl<S: Real, const N: usize, A: ArmBuild<S, N>> Controller<S, N, A> {
 
     /// One tick: from reference and measurement to a command. Total: it neither panics nor fails.
     ///
-    /// Cost: one inverse dynamics, `N` pairs of sine and cosine, and for six joints about 600 instructions of a Cortex-M4F
-    /// beside them (`docs/performance.md`).
+    /// Cost: one inverse dynamics, `N` pairs of sine and cosine, and for six joints about 600 further instructions of a Cortex-M4F
+    /// (`docs/performance.md`).
     #[inline]
     pub fn tick(&mut self, reference: &Reference<S, N>, measurement: &Measurement<S, N>) -> Command<S, N> {
         let fault = match self.regulator.memory.fault {
@@ -185,8 +185,8 @@ impl<S: Real, const N: usize, A: ArmBuild<S, N>> Controller<S, N, A> {
         Command::Brake(fault)
     }
 
-    /// One tick inside a machine that has observed and judged the joints, and holds the torques: they are written to `torque` as the
-    /// law gives them, and to `limits` which limits acted on the reference.
+    /// One tick inside a machine that has observed and judged the joints, and applies the torque limits. Writes the torques of the control law to
+    /// `torque`, and the limits that acted on the reference to `limits`.
     ///
     /// # Errors
     /// The fault in force, which stays until [`Controller::reset`].
@@ -214,17 +214,17 @@ impl<S: Real, const N: usize, A: ArmBuild<S, N>> Controller<S, N, A> {
         answer
     }
 
-    /// Tell the controller that a tick had not ended when the next was due.
+    /// Reports to the controller that a tick had not ended when the next was due.
     pub fn overrun(&mut self) {
         self.regulator.memory.fault.get_or_insert(Fault::Overrun);
     }
 
-    /// Tell the controller that measurements have stopped coming.
+    /// Reports to the controller that measurements have stopped coming.
     pub fn measurement_lost(&mut self) {
         self.regulator.memory.fault.get_or_insert(Fault::StaleMeasurement);
     }
 
-    /// Forget the fault, the observer's estimate and the last torque: the brakes have held meanwhile, so the torque-rate
+    /// Clears the fault, the observer's estimate and the last torque. The brakes have held meanwhile, so the torque-rate
     /// limit starts afresh.
     pub fn reset(&mut self) {
         self.regulator.memory = ControllerMemory::new();
@@ -253,7 +253,7 @@ impl<S: Real, const N: usize, A: ArmBuild<S, N>> Controller<S, N, A> {
         &self.regulator.protection
     }
 
-    /// The configuration, to be changed between ticks; `None` where it is part of the program.
+    /// The configuration, to be changed between ticks; `None` if it is part of the program.
     pub fn config_mut(&mut self) -> Option<&mut ControllerConfig<S, N>> {
         self.regulator.config.get_mut()
     }
@@ -305,10 +305,10 @@ where
     C: Configuration<S, N>,
     P: Protection<S, N>,
 {
-    /// The torques of the law, with friction and integral action, not held by any limit, and the acceleration that is followed,
-    /// for whoever observes.
+    /// Computes the torques of the control law with friction and integral action, before any torque limit. Returns the acceleration that is
+    /// followed too, for a caller that runs an observer.
     ///
-    /// Out of line, so that bench and supervision share one copy of it.
+    /// Out of line, so that open-loop bench mode and supervision share one copy of it.
     #[inline(never)]
     fn propose(
         &mut self,
@@ -334,12 +334,12 @@ where
 
         let standing;
         let (mut reference, mut turn, mut collision_compliant) = (reference, None, false);
-        // Hand guiding: the hand is no collision, and there is no reference to make up friction along.
+        // During hand guiding, the hand is not a collision, and there is no reference velocity to compensate friction along.
         let hand_guided = is_running && config.law.is_hand_guided();
         if hand_guided && !protection.only_reports() {
             protection.forget();
         } else if P::WATCHES {
-            // A constant at build time: a controller without protection has not one instruction of this.
+            // A constant at build time: a controller without protection contains no instruction of this.
             let (friction, friction_terms) = (config.friction.as_ref(), dynamics.friction_terms());
             let seen = ObservedState { q, qd, live, friction, friction_terms };
             let verdict;
@@ -364,7 +364,7 @@ where
         }
 
         let state = LawInputs { reference, q, qd, live, turn };
-        // Armed or held, it stands where it is.
+        // While armed or held, the arm stays where it is.
         let law = if hand_guided { config.law } else { config.law.standing() };
         *torque = torques((law, collision_compliant), config, dynamics, trig, &state);
         let is_compliant = collision_compliant || hand_guided;
@@ -377,7 +377,7 @@ where
                 };
             }
             if let Some(integral) = &config.integral {
-                // An arm that gives way must not be pushed on by what it was held with.
+                // A compliant arm must not be driven by the integral torque that held it before.
                 let next = match is_compliant {
                     true => Integrated::zero(),
                     false => integral[i].next(memory.integral[0][i], reference.q[i] - q[i]),
@@ -389,7 +389,7 @@ where
                 if hand_guided {
                     torque[i] += teach[i].torque(q[i], qd[i], &mut memory.anchors[i]);
                 } else {
-                    // It is let go from the spring that holds it.
+                    // When hand guiding starts, the joint is released from the spring that holds it here.
                     memory.anchors[i] = Some(reference.q[i]);
                 }
             }
@@ -400,7 +400,7 @@ where
         Ok(())
     }
 
-    /// Take over what became of the proposal: the torque that acts, and the limits that held it.
+    /// Records the result of the proposal: the torque that acts, and the limits that acted on it.
     #[inline]
     fn settle(&mut self, torque: &[S; N], limits: &[LimitFlags; N]) {
         if self.config.get().integral.is_some() {
@@ -448,10 +448,11 @@ impl<S: Real, const N: usize> Observed<S, N> {
         }
     }
 
-    /// Position as it was read, position, and velocity, in SI, from either kind of reading; `read` is room for the first.
+    /// Returns the position as read, the position and the velocity to use, in SI units, from either kind of reading. `read` is the buffer for
+    /// the position as read.
     ///
-    /// The first reading in counts starts the estimate there, at rest, at the cost of any other reading. `fresh` is true if every age is
-    /// zero; a joint whose reading is missing in this tick is predicted.
+    /// The first reading in counts starts the estimate at that position, at rest, and costs no more than any other reading. `fresh` is true if
+    /// every age is zero. A joint without a reading in this tick is predicted.
     #[inline]
     pub(crate) fn update<'a>(
         &'a mut self,
@@ -484,11 +485,11 @@ impl<S: Real, const N: usize> Observed<S, N> {
         (read, &self.position, &self.velocity)
     }
 
-    /// The same in a tick, or after one, in which some joint's reading is not fresh.
+    /// As `update`, for a tick in which some joint's reading is not fresh, and for the tick after it.
     ///
-    /// A reading whose age has grown by one is the one of the last tick: nothing new has come. The joint goes on as its reference does,
-    /// `x + h v + (h^2 / 2) a`, instead of standing still, for as long as the reading is young enough to be used at all. A reading that
-    /// comes after a longer gap starts the estimate again.
+    /// If the age of a reading has grown by one, it is the reading of the last tick: nothing new has arrived. The joint is then predicted along
+    /// its reference's acceleration, `x + h v + (h^2 / 2) a`, as long as the reading is young enough to be used at all. A reading that
+    /// arrives after a longer gap starts the estimate again.
     #[cold]
     #[inline(never)]
     fn update_aged<'a>(
@@ -503,7 +504,7 @@ impl<S: Real, const N: usize> Observed<S, N> {
             Sensed::State { .. } => None,
             Sensed::Counts(counts) => Some(counts),
         };
-        // An estimate of the other kind of reading is none.
+        // An estimate from the other kind of reading does not count.
         let known = self.aged || counts.is_some();
         let known = known && self.started == counts.is_some();
         let mut aged = false;
@@ -531,7 +532,7 @@ impl<S: Real, const N: usize> Observed<S, N> {
     }
 }
 
-/// Bounds on a joint's measured state: lowest position, highest position, greatest speed. Infinite where there is no
+/// Bounds on a joint's measured state: lowest position, highest position, greatest speed. Infinite if there is no
 /// limit.
 #[inline]
 pub(crate) fn believed<S: Real, const N: usize>(config: &ControllerConfig<S, N>, i: usize) -> (S, S, S) {
@@ -540,10 +541,10 @@ pub(crate) fn believed<S: Real, const N: usize>(config: &ControllerConfig<S, N>,
     (lo - position_margin, hi + position_margin, velocity_max)
 }
 
-/// True if a measured state is within its bounds. False where a value is NaN or infinite.
+/// True if a measured state is within its bounds. False if a value is NaN or infinite.
 #[inline]
 fn state_is_inside<S: Real, const N: usize>(q: &[S; N], qd: &[S; N], config: &ControllerConfig<S, N>) -> bool {
-    // Computed at build time: no infinity is inside a finite bound, so the values need no second look.
+    // Computed at build time: a finite bound excludes infinity, so the values need no second check.
     let finite = |x: S| x.clamp_symmetric(S::MAX);
     for i in 0..N {
         let (lo, hi, velocity_max) = believed(config, i);
@@ -554,7 +555,7 @@ fn state_is_inside<S: Real, const N: usize>(q: &[S; N], qd: &[S; N], config: &Co
     true
 }
 
-/// The fault of a tick whose reference or state is refused, on the first joint with one. The reference is checked
+/// The fault of a tick whose reference or state is rejected, on the first such joint. The reference is checked
 /// before the state.
 #[cold]
 fn name_fault<S: Real, const N: usize>(
@@ -579,7 +580,7 @@ fn name_fault<S: Real, const N: usize>(
             return Fault::VelocityOutOfBounds { joint };
         }
     }
-    // Reached only with a bound that is NaN: no state is inside such a configuration.
+    // Reached only if a bound is NaN: no state is within such a bound.
     Fault::NonFiniteMeasurement { joint: 0 }
 }
 

@@ -1,8 +1,8 @@
 //! A model that is evaluated in every `k`-th tick only.
 //!
-//! The model's part of the torque changes as slowly as the arm moves; the feedback's part must not be delayed. Between
-//! two evaluations the model's torque is kept. The change of the wanted acceleration since then acts through a fixed
-//! inertia `M0` per joint, in every tick:
+//! The model's part of the torque changes as slowly as the arm moves; the feedback's part must not be delayed. So the model's torque is
+//! kept between two evaluations. In every tick, the change of the wanted acceleration since the last evaluation acts through a fixed
+//! inertia `M0` per joint:
 //!
 //! ```text
 //! hold         tau = tau_s + M0 (qdd - qdd_s)
@@ -14,8 +14,8 @@
 //! average, so a held part lags by half as many periods as there are ticks between two evaluations. A straight line
 //! through the last two evaluations reduces this to an error of second order in the time between them.
 //!
-//! For a law that asks for gravity alone ([`super::ControlLaw::PdGravity`], [`super::ControlLaw::DiagonalInertia`]) `qdd` is zero,
-//! and the torque of gravity is kept.
+//! For a control law that uses only gravity from the model ([`super::ControlLaw::PdGravity`], [`super::ControlLaw::DiagonalInertia`]) `qdd` is
+//! zero, and the torque of gravity is kept.
 
 use super::{FrictionTerms, Gains};
 use crate::newton_euler::InverseDynamics;
@@ -37,16 +37,16 @@ pub enum Between {
 ///
 /// | tick after [`InverseDynamics::forget`] | torque |
 /// |---|---|
-/// | 0, k, 2 k, .. | the inner one's, bit for bit |
-/// | between | `tau_s + M0 (qdd - qdd_s)`, and the slope where [`Between::Extrapolate`] has two evaluations |
+/// | 0, k, 2 k, .. | that of the inner dynamics, bit for bit |
+/// | between | `tau_s + M0 (qdd - qdd_s)`, plus the slope once [`Between::Extrapolate`] has two evaluations |
 ///
-/// [`InverseDynamics::inverse_dynamics`] is the inner one's: it has no ticks.
+/// [`InverseDynamics::inverse_dynamics`] calls the inner dynamics directly: it has no ticks.
 ///
 /// Live inputs and changes of the inner dynamics take effect at the next evaluation; a step in them is extrapolated as
 /// if it were a slope for `k` ticks.
 ///
-/// Cost of a tick between: `3 N` operations, `5 N` with a slope; no sine, no cosine, no division. Of an evaluation beside the
-/// inner one: `2 N` stores, and `5 N` operations for a slope.
+/// Cost of a tick between two evaluations: `3 N` operations, `5 N` with a slope; no sine, no cosine, no division. An evaluation adds `2 N`
+/// stores to the inner one, and `5 N` operations for a slope.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EveryNth<D, S, const N: usize> {
     inner: D,
@@ -67,7 +67,7 @@ struct Kept<S, const N: usize> {
     torque: [S; N],
     /// `qdd_s`.
     acceleration: [S; N],
-    /// Change per tick of the torque without that of `M0`.
+    /// Change per tick of the torque without the part of `M0`.
     slope: [S; N],
     /// True if there has been an evaluation.
     evaluated: bool,
@@ -102,7 +102,7 @@ impl<D, S: Real, const N: usize> EveryNth<D, S, N> {
         &mut self.inner
     }
 
-    /// Keep the model's torque, and its change since the last evaluation.
+    /// Stores the model's torque, and its change since the last evaluation.
     #[inline]
     fn keep(&mut self, torque: &[S; N], acceleration: &[S; N]) {
         let Kept { torque: last, acceleration: last_acceleration, slope, evaluated, .. } = &mut self.kept;

@@ -1,12 +1,12 @@
-//! Numbered reasons to stop: the controller's own, 1 to 7, and those of the state machine around it, from 8.
+//! Numbered reasons to stop: 1 to 7 are the controller's own, and from 8 on those of the state machine around it.
 
 use core::fmt;
 
-/// The one list of faults: number, name, the joint where it is one joint's; its text, what raises it, and what to check. Enum, numbers, texts,
-/// advice of the operator's screen and the table of `docs/operate/faults.md` come from it.
+/// The one list of faults: number, name, the joint if it concerns one joint, its text, the condition that raises it, and things to check. The
+/// enum, the numbers, the texts, the advice on the operator's screen and the table of `docs/operate/faults.md` are made from it.
 macro_rules! faults {
     ($($code:literal $name:ident $({ $joint:ident })? $text:literal, raised: $raised:literal, check: $check:literal;)*) => {
-        /// Why the controller stopped. Numbers are stable: they are what telemetry carries.
+        /// Reason why the controller stopped. Numbers are stable: telemetry carries them.
         ///
         /// | code | fault | raised when |
         /// |---|---|---|
@@ -21,7 +21,7 @@ macro_rules! faults {
         }
 
         impl Fault {
-            /// All faults in the order of their numbers, those of one joint on the first.
+            /// All faults in the order of their numbers; those that concern one joint appear with joint 0.
             pub const ALL: &[Self] = &[$(Self::$name $({ $joint: 0 })?),*];
 
             /// The stable number.
@@ -32,7 +32,7 @@ macro_rules! faults {
                 }
             }
 
-            /// The joint at fault, counted from 0, if it is one joint's.
+            /// The joint at fault, counted from 0, if the fault concerns one joint.
             #[must_use]
             pub const fn joint(&self) -> Option<u8> {
                 match *self {
@@ -40,7 +40,7 @@ macro_rules! faults {
                 }
             }
 
-            /// The fault with this number, on this joint where it is one joint's. The inverse of [`Fault::code`] and [`Fault::joint`].
+            /// The fault with this number, on this joint if it concerns one joint. The inverse of [`Fault::code`] and [`Fault::joint`].
             #[must_use]
             pub const fn from_code(code: u8, joint: u8) -> Option<Self> {
                 Some(match code {

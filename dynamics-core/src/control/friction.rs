@@ -20,16 +20,16 @@ record! {
 }
 
 record! {
-    /// Terms of one joint's friction in addition to [`Friction`]. An absent term costs no instruction where the configuration is a
-    /// constant.
+    /// Terms of one joint's friction in addition to [`Friction`]. If the configuration is a constant, an absent term adds no
+    /// instruction.
     ///
     /// ```text
     /// tau_f = o + b qd + a s^2 + s L,    s = s(qd / v),    e = exp(-(qd / v_s)^2)
     /// L     = c + r e + (l + m e) |tau + s (c + r e)|
     /// ```
     ///
-    /// `tau` is the torque that the control law gives; the friction that is added to it loads the gears too. The law is that of
-    /// Armstrong-Hélouvry, Dupont and Canudas de Wit, *A survey of models, analysis tools and compensation methods for the control of
+    /// `tau` is the torque of the control law. The gears are also loaded by the friction torque that is added to it. The friction model
+    /// is that of Armstrong-Hélouvry, Dupont and Canudas de Wit, *A survey of models, analysis tools and compensation methods for the control of
     /// machines with friction*, Automatica 30, 1994 (Stribeck curve with the exponent 2 of Bo and Pavelescu), with levels that grow
     /// with the load as measured on industrial arms by Bittencourt and Gunnarsson, *Static friction in a robot joint*, Journal of
     /// Dynamic Systems, Measurement, and Control 134, 2012.
@@ -74,7 +74,7 @@ record! {
 }
 
 impl<S: Real> Friction<S> {
-    /// Torque that makes up for friction at the velocity `qd`, N m or N; NaN for NaN.
+    /// Torque that compensates friction at the velocity `qd`, N m or N; NaN for NaN.
     #[inline]
     pub fn torque(&self, qd: S) -> S {
         let x = (qd * self.per_smoothing_speed).saturated(S::one());
@@ -82,8 +82,8 @@ impl<S: Real> Friction<S> {
         self.viscous * qd + x * (once - cubed * (x * x))
     }
 
-    /// Torque that makes up for friction with these terms at the velocity `qd` under the load `tau`, N m or N; NaN if `qd` or, with a
-    /// growth with the load, `tau` is NaN.
+    /// Torque that compensates friction with these terms at the velocity `qd` under the load `tau`, N m or N. NaN if `qd` is NaN, or if `tau`
+    /// is NaN and the friction grows with the load.
     ///
     /// Continuous in both, with a continuous slope in `qd` without a load. At rest it is the offset.
     #[inline]

@@ -1,11 +1,11 @@
-//! Integral action: a torque per joint against what the model does not know and the position gain cannot remove.
+//! Integral action: a torque per joint against errors of the model that the position gain cannot remove.
 
 use super::limits::LimitFlags;
 use crate::fields::record;
 use crate::scalar::Real;
 
 record! {
-    /// Integral action of one joint, which lets go of friction where the joint arrives.
+    /// Integral action of one joint, which removes the friction's share when the joint arrives.
     ///
     /// ```text
     /// |e| > band              d <- d + k e, within [-d_max, d_max]        k = M0 Kp h / T,  e = q_ref - q
@@ -17,9 +17,9 @@ record! {
     /// until it is gone. With the inertia `M0` the error obeys `e''' + Kd e'' + Kp e' + (Kp / T) e = 0`, which is stable for
     /// `T > 1 / Kd` (Routh).
     ///
-    /// On the way `d` carries the load that the model misses and up to the Coulomb torque `c` beside it. A joint that has arrived
-    /// needs the load alone, and would be pushed out on the other side by the rest: integral action hunts about every reference
-    /// where there is stiction. Less `c`, what is left is the load to within `c`, and friction holds the joint there.
+    /// While the joint moves, `d` contains the load that the model lacks and in addition up to the Coulomb torque `c`. A joint that has arrived
+    /// needs only the load; the rest would push it out on the other side. This is why integral action hunts about every reference
+    /// if there is stiction. After subtracting `c`, the remaining torque is within `c` of the load, and friction holds the joint there.
     /// (Resetting an integrator where the error crosses zero: Beerens et al., *Reset integral control for improved settling of
     /// PID-based motion systems with friction*, Automatica 107, 2019.)
     ///
@@ -43,12 +43,12 @@ record! {
 pub struct Integrated<S> {
     /// `d`, N m or N.
     pub torque: S,
-    /// The error has been outside the dead band since the joint last arrived.
+    /// True if the error has been outside the dead band since the joint last arrived.
     pub away: bool,
 }
 
 impl<S: Real> Integrated<S> {
-    /// Nothing.
+    /// No torque.
     #[must_use]
     pub fn zero() -> Self {
         Self { torque: S::zero(), away: false }
@@ -56,7 +56,7 @@ impl<S: Real> Integrated<S> {
 }
 
 impl<S: Real> Integral<S> {
-    /// The state of the next tick from that of the last and the error `q_ref - q`. NaN only for NaN.
+    /// The state of the next tick from the state of the last and the error `q_ref - q`, rad or m. NaN only for NaN.
     #[inline]
     pub fn next(&self, last: Integrated<S>, error: S) -> Integrated<S> {
         let Integrated { torque, away } = last;
@@ -69,7 +69,7 @@ impl<S: Real> Integral<S> {
         }
     }
 
-    /// The state to go on with after a tick in which these limits acted.
+    /// The state to continue with after a tick in which these limits acted.
     #[inline]
     pub(super) fn after(last: Integrated<S>, next: Integrated<S>, acted: LimitFlags) -> Integrated<S> {
         let held = acted.intersects(LimitFlags::TORQUE | LimitFlags::TORQUE_RATE);

@@ -10,24 +10,24 @@ pub enum ControlLaw {
     ComputedTorque,
     /// `tau = M0 (Kd (qd_ref - qd) + Kp (q_ref - q))`, with a fixed inertia `M0` per joint: no model in the loop.
     Pd,
-    /// [`ControlLaw::Pd`] plus the torque that holds the arm still where it is, `ID(q, 0, 0)`.
+    /// [`ControlLaw::Pd`] plus the torque that holds the arm at rest at its position, `ID(q, 0, 0)`.
     PdGravity,
-    /// `tau = M0 (qdd_ref + Kd (qd_ref - qd) + Kp (q_ref - q)) + ID(q, 0, 0)`: gravity and the loads at the tip
-    /// exactly, inertia as the fixed `M0` per joint, no velocity terms. [`ControlLaw::ComputedTorque`] of an arm whose inertia
-    /// really is `M0`.
+    /// `tau = M0 (qdd_ref + Kd (qd_ref - qd) + Kp (q_ref - q)) + ID(q, 0, 0)`: exact gravity and loads at the tip, inertia as
+    /// the fixed `M0` per joint, no velocity terms. Equal to [`ControlLaw::ComputedTorque`] for an arm whose inertia really is
+    /// `M0`.
     DiagonalInertia,
     /// [`ControlLaw::Pd`] plus the torque of the reference motion, `ID(q_ref, qd_ref, qdd_ref)`.
     Feedforward,
-    /// `tau = ID(q, qd, qdd_ref) + M0 (Kd (qd_ref - qd) + Kp (q_ref - q))`: the model moves the arm, and each joint is a spring of
-    /// the stiffness `K = M0 Kp` with a damper `D = M0 Kd` about its reference. With an exact model `M(q) e'' + D e' + K e` is the
-    /// torque from outside: a steady one moves a joint by `tau / K`, in any posture, and a joint that is kept from its reference
+    /// `tau = ID(q, qd, qdd_ref) + M0 (Kd (qd_ref - qd) + Kp (q_ref - q))`: the model moves the arm, and each joint has a spring of
+    /// stiffness `K = M0 Kp` and a damper `D = M0 Kd` about its reference. With an exact model, `M(q) e'' + D e' + K e` equals the
+    /// torque from outside. A steady external torque moves a joint by `tau / K`, in any posture. A joint that is kept from its reference
     /// pushes with `K e`.
     Impedance,
     /// `tau = ID(q, 0, 0)` plus [`Teach`](super::Teach) while the arm runs: it is hand-guided, and follows no reference.
     /// [`ControlLaw::PdGravity`] while it is armed or held.
     Teach,
-    /// The torque of [`ControlLaw::Impedance`], whose spring and damper the actuators' own loops renew between two ticks: each gets the
-    /// torque, the measurement that it follows from, and its [`Spring`]. The bus's delay is outside of that loop.
+    /// The torque of [`ControlLaw::Impedance`], with the spring and damper updated by the actuators' own loops between two ticks. Each actuator gets
+    /// the torque, the measurement from which it was computed, and its [`Spring`]. The delay of the bus is not in that loop.
     Split,
 }
 
@@ -36,11 +36,11 @@ pub enum ControlLaw {
 pub struct LawTraits {
     /// Source of the motion while the arm runs.
     pub motion: MotionSource,
-    /// Torque that the law asks of the model.
+    /// The part of the model that the law uses.
     pub model: ModelUse,
-    /// Owner of the spring and damper that each joint has for itself.
+    /// Owner of the spring and damper of each joint.
     pub spring: SpringOwner,
-    /// Reason why the collision watch may only report beside this law; `None` where it may act.
+    /// Reason why the collision watch may only report with this law; `None` if it may act.
     pub watch_only_reports: Option<&'static str>,
 }
 
@@ -49,11 +49,11 @@ pub struct LawTraits {
 pub enum MotionSource {
     /// A trajectory: the law follows its reference.
     Reference,
-    /// A person who leads the arm by hand: the reference is where the arm is.
+    /// A person who guides the arm by hand: the reference is where the arm is.
     Hand,
 }
 
-/// Torque that a law asks of the model.
+/// The part of the model that a law uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ModelUse {
     /// None.
@@ -66,7 +66,7 @@ pub enum ModelUse {
     Reference,
 }
 
-/// Owner of the spring and the damper that each joint has for itself, with a stiffness in N m/rad.
+/// Owner of the spring and the damper that act on each joint alone, with a stiffness in N m/rad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpringOwner {
     /// The law has no such spring.
@@ -78,7 +78,7 @@ pub enum SpringOwner {
 }
 
 impl ControlLaw {
-    /// All of them, by [`ControlLaw::code`].
+    /// All control laws, in the order of [`ControlLaw::code`].
     pub const ALL: [Self; 8] = [
         Self::ComputedTorque,
         Self::Pd,
@@ -105,14 +105,14 @@ impl ControlLaw {
         }
     }
 
-    /// The law with this number as a parameter carries it, to the bit.
+    /// The law with this number, if the number equals a law's code exactly. Parameters carry the law as a number.
     #[must_use]
     pub fn from_number(number: f32) -> Option<Self> {
         Self::ALL.into_iter().find(|law| f32::from(law.code()).to_bits() == number.to_bits())
     }
 
-    /// Properties that machine, session, readers and reports ask for. Outside of this file and of
-    /// `law_torques.rs` no code tells laws apart by name.
+    /// Properties that the state machine, session, readers and reports use. Outside of this file and
+    /// `law_torques.rs` no code distinguishes laws by name.
     #[must_use]
     pub const fn traits(self) -> LawTraits {
         let of_controller = LawTraits {
@@ -143,14 +143,14 @@ impl ControlLaw {
         }
     }
 
-    /// True if a hand leads the arm while it runs.
+    /// True if the arm is hand-guided while it runs.
     #[inline]
     #[must_use]
     pub const fn is_hand_guided(self) -> bool {
         matches!(self.traits().motion, MotionSource::Hand)
     }
 
-    /// The law of an arm that is armed or held: a hand-guided one then stands where it is.
+    /// The law of an arm that is armed or held: a hand-guided arm then stays where it is.
     #[inline]
     #[must_use]
     pub const fn standing(self) -> Self {
@@ -172,7 +172,7 @@ impl ControlLaw {
         }
     }
 
-    /// True if the arm's weight is carried where the arm is, `ID(q, 0, 0)` or as part of more.
+    /// True if the law carries the arm's weight at its current position: `ID(q, 0, 0)`, alone or as part of a larger term.
     #[must_use]
     pub const fn carries_weight(self) -> bool {
         match self {
@@ -191,7 +191,8 @@ words!(ControlLaw {
     ComputedTorque = 0, Pd = 1, PdGravity = 2, Feedforward = 3, DiagonalInertia = 4, Impedance = 5, Teach = 6, Split = 7
 });
 
-/// Spring and damper of one joint: `-K dq - D dqd` beside a torque, `dq` and `dqd` from where that torque was worked out.
+/// Spring and damper of one joint. They add `-K dq - D dqd` to a torque; `dq` and `dqd` are measured from the state for which that torque
+/// was computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spring<S> {
     /// `K`, N m/rad or N/m.
@@ -208,8 +209,8 @@ record! {
         pub position: S,
         /// `Kd = 2 zeta omega`, 1/s.
         pub velocity: S,
-        /// `M0`, the inertia that turns an acceleration into a torque in the laws without a model of the inertia in the loop, and
-        /// between two evaluations of [`super::EveryNth`], kg m^2 or kg.
+        /// `M0`, kg m^2 or kg: converts an acceleration into a torque in the laws without a model of the inertia in the loop, and
+        /// between two evaluations of [`super::EveryNth`].
         pub inertia: S,
     }
 }

@@ -14,11 +14,11 @@ pub(super) struct LawInputs<'a, S, const N: usize> {
     pub(super) q: &'a [S; N],
     pub(super) qd: &'a [S; N],
     pub(super) live: &'a Live<S, N>,
-    /// Sine and cosine of `q`, where this tick has computed them already.
+    /// Sine and cosine of `q`, if this tick has computed them already.
     pub(super) turn: Option<[SinCos<S>; N]>,
 }
 
-/// Sine and cosine of `q`, worked out once in a tick.
+/// Sine and cosine of `q`, computed once in a tick.
 #[inline]
 fn known_or_new<S: Real, const N: usize>(
     trig: &impl Trig<S>,
@@ -68,12 +68,12 @@ fn wanted<S: Scalar, const N: usize>(
 /// |---|---|---|---|
 /// | `gains` | `Kp`, `Kd` | 1/s^2, 1/s | N |
 /// | `turn` | gives sine and cosine of each joint | - | N |
-/// | `reference` | where the arm should be | rad, rad/s, rad/s^2; m, .. | N |
-/// | `q`, `qd` | where it is | rad, rad/s; m, m/s | N |
+/// | `reference` | desired motion | rad, rad/s, rad/s^2; m, .. | N |
+/// | `q`, `qd` | measured state | rad, rad/s; m, m/s | N |
 /// | `live` | the scene's live inputs | | |
 /// | return | actuator torque or force | N m, N | N |
 ///
-/// On a [`Scalar`], as the recursions are: the whole law can be traced into one kernel, with its gains as numbers in it.
+/// Written on [`Scalar`], like the recursions, so the whole law can be traced into one kernel that contains its gains as numbers.
 /// Cost: one inverse dynamics and `6 N` operations.
 #[inline]
 pub fn computed_torque<S: Scalar, const N: usize>(
@@ -85,12 +85,12 @@ pub fn computed_torque<S: Scalar, const N: usize>(
     live: &Live<S, N>,
 ) -> [S; N] {
     let wanted = wanted(gains, reference, q, qd);
-    // Sine and cosine only now: fewer values have to be kept meanwhile. 43 instructions a tick on a Cortex-M4F.
+    // Sine and cosine are computed only now, so that fewer values have to be kept meanwhile: saves 43 instructions a tick on a Cortex-M4F.
     dynamics.inverse_dynamics(&turn(), q, qd, &wanted, live)
 }
 
-/// Torques before friction and limits, N m or N; an arm that complies has its weight carried and its motion damped, without any
-/// stiffness: `tau = ID(q, 0, 0) - M0 Kd qd`. A hand-guided arm has its weight carried and its speed fall, by its own inertia:
+/// Torques before friction and limits, N m or N. For a compliant arm the weight is carried and the motion damped, without any
+/// stiffness: `tau = ID(q, 0, 0) - M0 Kd qd`. For a hand-guided arm the weight is carried and the speed decays through the arm's own inertia:
 /// `tau = ID(q, 0, -qd / T)`.
 #[inline]
 pub(super) fn torques<S: Real, const N: usize>(
@@ -103,9 +103,9 @@ pub(super) fn torques<S: Real, const N: usize>(
     let LawInputs { reference, q, qd, live, turn } = *state;
     let ControllerConfig { gains, posture_damping: through_model, teach, .. } = config;
     let zero = [S::zero(); N];
-    // Nothing is wanted of an arm that complies.
+    // A compliant arm follows no wanted acceleration.
     let wanted: [S; N] = if complies { zero } else { wanted(gains, reference, q, qd) };
-    // `law` is a constant of a firmware and `complies` is not: asked apart, what other laws need is left out.
+    // `law` is a constant in a firmware and `complies` is not: testing them separately removes the code of all other laws.
     let (at, turn) = match law {
         ControlLaw::Feedforward if !complies => (&reference.q, None),
         _ => (q, turn),
@@ -113,7 +113,7 @@ pub(super) fn torques<S: Real, const N: usize>(
     let damped;
     let (speed, acceleration) = match law {
         _ if complies => (&zero, &wanted),
-        // `computed_torque`, by a dynamics that may keep state.
+        // As `computed_torque`, by a dynamics that may keep state.
         ControlLaw::ComputedTorque => (qd, &wanted),
         ControlLaw::Impedance | ControlLaw::Split => match through_model {
             None => (qd, &reference.qdd),
@@ -135,7 +135,7 @@ pub(super) fn torques<S: Real, const N: usize>(
     };
     let of_model = match law {
         ControlLaw::Pd if !complies => zero,
-        // One call for all: called from two places, the kernel would not become part of the tick.
+        // One call for all laws: with two call sites the compiler would not inline the kernel into the tick.
         _ => dynamics.tick(|| known_or_new(trig, turn, at), at, speed, acceleration, live),
     };
     let with = |acceleration: [S; N]| core::array::from_fn(|i| of_model[i] + gains[i].inertia * acceleration[i]);

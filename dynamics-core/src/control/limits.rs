@@ -22,7 +22,7 @@ impl LimitFlags {
     pub const TORQUE_RATE: Self = Self(8);
     /// The reference was not followed, because this joint has felt a collision.
     pub const COLLISION: Self = Self(16);
-    /// The joint's motor is warm: less torque than its limit may act beyond the weight.
+    /// The joint's motor is warm: the torque beyond the weight is limited to less than the torque limit.
     pub const HEAT: Self = Self(32);
 
     /// Each single flag with its name.
@@ -41,7 +41,7 @@ impl LimitFlags {
         self.0
     }
 
-    /// True if a limit acted on some joint. All of them are compared as a whole: words, not bytes.
+    /// True if a limit acted on some joint. Compares all flags as a whole: words, not bytes.
     #[inline]
     pub(crate) fn any<const N: usize>(flags: &[Self; N]) -> bool {
         flags.map(Self::bits) != [0; N]
@@ -109,7 +109,7 @@ pub(crate) fn reference_is_inside<S: Real, const N: usize>(
     sum == S::zero()
 }
 
-/// A reference held inside the position and velocity limits, and which of them acted.
+/// Limits a reference to the position and velocity limits, and records which of them acted.
 ///
 /// At a position limit the part of velocity and acceleration that leads further out is taken away; at the velocity limit
 /// the part of the acceleration that leads to more speed.
@@ -126,7 +126,7 @@ pub(super) fn hold_reference<S: Real, const N: usize>(
     held
 }
 
-/// As [`hold_reference`], with the position limits moved out to where the reference is now: beyond a limit it goes no farther out.
+/// As [`hold_reference`], with the position limits extended to the reference's current position: beyond a limit it moves no farther out.
 #[cold]
 pub(crate) fn hold_near<S: Real, const N: usize>(
     reference: &Reference<S, N>,
@@ -168,13 +168,13 @@ fn hold_joint<S: Real>(q: &mut S, qd: &mut S, qdd: &mut S, limits: &Limits<S>) -
     LimitFlags::POSITION.when(below || above) | LimitFlags::VELOCITY.when(too_fast || too_slow)
 }
 
-/// Hold torques inside their limits and near the ones before, and say which limits acted.
+/// Limits torques to their range and to the allowed change from the last ones, and records which limits acted.
 ///
-/// `rated` has the greatest steps of the configuration, `step` those of this tick. Where `rated` is infinite the step
-/// is not checked; if that is known at build time, it costs nothing.
+/// `rated` holds the greatest steps of the configuration, `step` those of this tick. If `rated` is infinite, the step
+/// is not checked; if that is known at build time, the check costs nothing.
 ///
 /// # Errors
-/// [`Fault::NonFiniteTorque`] for a torque that is NaN or infinite; torques before it may have been held.
+/// [`Fault::NonFiniteTorque`] for a torque that is NaN or infinite; torques of earlier joints may already have been limited.
 #[inline]
 pub(crate) fn hold_torques<S: Real, const N: usize>(
     torque: &mut [S; N],
@@ -200,7 +200,7 @@ pub(crate) fn hold_torques<S: Real, const N: usize>(
     Ok(())
 }
 
-/// As [`hold_torques`], without a limit on the rate. A function of its own: the steps of the other stay constants of the program.
+/// As [`hold_torques`], without a limit on the rate. A separate function, so that the steps of `hold_torques` stay constants of the program.
 #[cold]
 #[inline(never)]
 pub(super) fn bound_torques<S: Real, const N: usize>(
@@ -231,7 +231,7 @@ fn step_is_inside<S: Real>(torque: S, last: S, step: S) -> bool {
     (torque - last).abs() <= step
 }
 
-/// Hold a torque inside its limit and near the one before; `step` is the greatest change in one tick.
+/// Limits a torque to its range and to the allowed change from the last one; `step` is the greatest change in one tick.
 #[cold]
 fn hold_torque<S: Real>(torque: S, last: S, step: S, limit: S) -> (S, LimitFlags) {
     let bounded = torque.clamp_symmetric(limit);

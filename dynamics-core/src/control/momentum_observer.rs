@@ -1,4 +1,4 @@
-//! The external torque of every joint from momentum alone; the equations are those of `collision.rs`.
+//! The external torque of every joint, estimated from momentum alone; `collision.rs` has the equations.
 
 use crate::fields::record;
 use crate::momentum::Momentum;
@@ -27,7 +27,7 @@ impl<S: Real> MomentumFilter<S> {
         Self::from_numbers(S::literal(gain), S::literal(period), S::literal(0.5 * period))
     }
 
-    /// From the numbers that [`MomentumFilter::numbers`] gave, for example on the desk at build time.
+    /// From the numbers that [`MomentumFilter::numbers`] returned, for example on the desk at build time.
     #[must_use]
     pub const fn from_numbers(gain: S, period: S, half_period: S) -> Self {
         Self { gain, period, half_period }
@@ -46,11 +46,11 @@ impl<S: Real> MomentumFilter<S> {
 /// State of the observer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MomentumObserver<S, const N: usize> {
-    /// `J`, kg m^2/s or kg m/s; without the torque of the running tick until [`MomentumObserver::drove`].
+    /// `J`, kg m^2/s or kg m/s. Until [`MomentumObserver::drove`], it lacks the torque of the running tick.
     integral: [S; N],
     /// `r`, N m or N.
     residual: [S; N],
-    /// True if there has been a tick.
+    /// True after the first tick.
     started: bool,
 }
 
@@ -61,12 +61,12 @@ impl<S: Real, const N: usize> Default for MomentumObserver<S, N> {
 }
 
 impl<S: Real, const N: usize> MomentumObserver<S, N> {
-    /// The external torque of each joint as far as it is known, N m or N; zero in the first tick.
+    /// The estimated external torque of each joint, N m or N; zero in the first tick.
     ///
     /// | name | quantity | unit | shape |
     /// |---|---|---|---|
     /// | `momentum` | momentum now, and its rate without actuators and friction | kg m^2/s, N m | N |
-    /// | `friction` | torque that friction takes now | N m or N | N |
+    /// | `friction` | friction torque at this velocity | N m or N | N |
     /// | return | `r` | N m or N | N |
     ///
     /// Cost: `9 N` operations with [`MomentumObserver::drove`].
@@ -83,7 +83,7 @@ impl<S: Real, const N: usize> MomentumObserver<S, N> {
         &self.residual
     }
 
-    /// The torque that is held until the next tick, N m or N.
+    /// Records the torque that is held until the next tick, N m or N.
     #[inline]
     pub fn drove(&mut self, filter: &MomentumFilter<S>, torque: &[S; N]) {
         for i in 0..N {

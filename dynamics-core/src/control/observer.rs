@@ -15,7 +15,7 @@ record! {
 }
 
 impl<S: Real> Encoder<S> {
-    /// Joint position, rad or m. The offset is taken off in integers, which wrap and lose nothing.
+    /// Joint position, rad or m. The offset is subtracted in integers, which wrap and lose nothing.
     #[inline]
     pub fn position(&self, counts: i32) -> S {
         S::from_i32(counts.wrapping_sub(self.zero)) * self.per_count
@@ -34,8 +34,8 @@ record! {
     /// g = 1 - p^2,  k = (1 - p)^2 / h,  p = exp(-bandwidth h)
     /// ```
     ///
-    /// Both poles of the error lie at `p`. A constant acceleration that is an input leaves no lag; an unknown one
-    /// leaves the velocity behind by `a h ((1 + p) / (1 - p) - 1/2)`, about `2 a / bandwidth`, and the position by
+    /// Both poles of the error lie at `p`. If the acceleration is constant and is an input, there is no lag. An unknown acceleration
+    /// makes the velocity lag by `a h ((1 + p) / (1 - p) - 1/2)`, about `2 a / bandwidth`, and the position by
     /// `a h^2 p^2 / (1 - p)^2`, about `a / bandwidth^2`. (The filter: Brookner, *Tracking and Kalman Filtering Made
     /// Easy*, ch. 1, critically damped g-h filter. The lag: set the error equal to the one before in the equations
     /// above.)
@@ -66,13 +66,13 @@ impl<S: Real> TrackingObserver<S> {
         )
     }
 
-    /// From the numbers that [`TrackingObserver::gains`] gave, for example on the desk at build time.
+    /// From the numbers that [`TrackingObserver::gains`] returned, for example on the desk at build time.
     #[must_use]
     pub const fn from_gains(period: S, half_period_squared: S, g: S, k: S) -> Self {
         Self { period, half_period_squared, g, k }
     }
 
-    /// An observer without memory: from an estimate of zero its step leads to the measured position, at rest, exactly.
+    /// An observer without memory: a step from a zero estimate gives exactly the measured position, at rest.
     #[must_use]
     pub(super) fn start() -> Self {
         Self::from_gains(S::zero(), S::zero(), S::one(), S::zero())

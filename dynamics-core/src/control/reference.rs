@@ -14,7 +14,7 @@ pub struct Reference<S, const N: usize> {
 }
 
 impl<S: Real, const N: usize> Reference<S, N> {
-    /// Standing still at `q`.
+    /// At rest at `q`.
     #[must_use]
     pub fn at_rest(q: [S; N]) -> Self {
         Self { q, qd: [S::zero(); N], qdd: [S::zero(); N] }

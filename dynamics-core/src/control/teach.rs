@@ -1,34 +1,34 @@
-//! Teaching by hand: a torque per joint that makes up for friction, keeps an arm that is let go, and ends at soft walls.
+//! Hand guiding: a torque per joint that compensates friction, keeps a released arm in position, and ends at soft walls.
 
 use crate::fields::record;
 use crate::scalar::Real;
 
 record! {
-    /// Behaviour of one joint of a hand-guided arm, beside the torque that carries its weight.
+    /// Behaviour of one joint of a hand-guided arm, in addition to the torque that carries its weight.
     ///
     /// ```text
     /// tau = -[K (q - a) + D qd] in +-b               kept, until |q - a| > b / K and |qd| > 2 s
-    ///     or c ([qd / s] in +-2 - [qd / s] in +-1)   let go, until |qd| < s: friction made up for
+    ///     or c ([qd / s] in +-2 - [qd / s] in +-1)   free, until |qd| < s: friction compensated
     ///     - d qd                                     drag
     ///     - D (qd - [qd] in +-v)                     braked above v
     ///     - h K p - D qd e                           walls, p = q - [q] in wall
-    /// a <- the nearest to a within b / K of q, while it is kept; q where it is kept again
+    /// a <- the nearest to a within b / K of q, while the joint is kept; q when it is kept again
     /// ```
     ///
-    /// A joint that is kept hangs on a spring to `a`, which yields at `b`: a weight that is misjudged by less than `b` and the joint's
-    /// stiction does not sink. A hand that moves it breaks it away; then its friction is made up for, until it comes to rest. Between
-    /// `s` and `2 s` it stays what it was, so that noise of the velocity does not make it chatter.
+    /// A joint that is kept is held by a spring to `a`, which yields at the torque `b`. So the arm does not sink if its weight is misjudged by
+    /// less than `b` and the joint's stiction. A hand that moves the joint breaks it away. Its friction is then compensated until it comes to
+    /// rest. Between the speeds `s` and `2 s` its state does not change, so that velocity noise does not make it chatter.
     ///
-    /// A wall resists with its whole stiffness while the joint moves into it, `h = 1` and `e = [|p| / w] in 1`, and gives a tenth of it back:
-    /// `h = 0.1` and `e = 1` while the joint comes out. A joint that runs into it stops there and does not rebound.
+    /// A wall resists with its whole stiffness while the joint moves into it, `h = 1` and `e = [|p| / w] in 1`. While the joint comes out, the wall
+    /// returns a tenth of the force, `h = 0.1` and `e = 1`. A joint that runs into it stops there and does not rebound.
     ///
-    /// The law [`ControlLaw::Teach`](super::ControlLaw::Teach) itself lets a joint slow down by the arm's own inertia, `qdd = -qd / T`: let go at a
-    /// speed `u` it coasts `u T`, in every posture.
+    /// The law [`ControlLaw::Teach`](super::ControlLaw::Teach) itself lets a joint slow down by the arm's own inertia, `qdd = -qd / T`: released at
+    /// a speed `u` it coasts `u T`, in every posture.
     ///
     /// The springs and dampers `K = M0 Kp` and `D = M0 Kd` are those of the law that holds the arm before and after.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Teach<S> {
-        /// `c`: Coulomb torque that is made up for, N m or N.
+        /// `c`: Coulomb torque that is compensated, N m or N.
         pub friction: S,
         /// `1 / s`, s/rad or s/m.
         pub per_still_speed: S,
@@ -36,13 +36,13 @@ record! {
         pub breakaway: S,
         /// `b / K`, rad or m.
         pub slip: S,
-        /// `d`, less the viscous friction that is made up for, N m s/rad or N s/m.
+        /// `d`, less the viscous friction that is compensated, N m s/rad or N s/m.
         pub drag: S,
         /// `v`, rad/s or m/s.
         pub speed: S,
-        /// Where the walls begin, rad or m.
+        /// Positions at which the lower and the upper wall begin, rad or m.
         pub wall: (S, S),
-        /// `1 / w`, where `w` is the depth at which a wall's damper is whole, 1/rad or 1/m.
+        /// `1 / w`, 1/rad or 1/m: `w` is the depth at which a wall's damper acts fully.
         pub per_wall: S,
         /// `K`, N m/rad or N/m.
         pub stiffness: S,
@@ -54,8 +54,8 @@ record! {
 }
 
 impl<S: Real> Teach<S> {
-    /// Torque in addition to those of the weight and of the slowing at this state, N m or N; NaN for NaN. `anchor` is where the joint is kept, rad or m, and `None` where
-    /// it is let go; it becomes that of the next tick.
+    /// Torque in addition to those of the weight and of the slowing at this state, N m or N; NaN for NaN. `anchor` is the position at which the
+    /// joint is kept, rad or m, and `None` while it is free; it is updated for the next tick.
     ///
     /// Cost: about 30 operations.
     #[inline]

@@ -1,4 +1,4 @@
-//! Reference motions: where the arm should be at every moment.
+//! Reference motions: the desired position, velocity and acceleration of the joints at every moment.
 //!
 //! | motion | joints follow | smooth in |
 //! |---|---|---|
@@ -12,9 +12,9 @@
 //! be slowed and hastened ([`Motion::stretched`]) without leaving its path, and so fitted to bounds on velocity and
 //! acceleration ([`Motion::fastest`]) and on torque ([`Motion::scale_to_torque`]).
 //!
-//! References are made on the desk and sent to the chip: sweep and series take their sines from libm in double precision, which a
-//! control tick on a chip without a double-precision unit should not do. Of the others only [`Motion::sample`] is meant
-//! for either side.
+//! References are made on the desk and sent to the chip. Sweep and series compute their sines with libm in double precision, which a
+//! control tick on a chip without a double-precision unit should not do. For the other motions [`Motion::sample`] may run on the chip too;
+//! everything else here is meant for the desk.
 //!
 //! ```
 //! use dynamics_core::control::trajectory::{Bounds, Motion, Timing, Waypoint};
@@ -52,7 +52,7 @@ use error::check_time;
 pub enum Motion<S, const N: usize> {
     /// Standing still.
     Hold {
-        /// Where, rad or m.
+        /// Position of each joint, rad or m.
         q: [S; N],
         /// Duration, s.
         duration: S,
@@ -102,8 +102,8 @@ impl<S: Real, const N: usize> Motion<S, N> {
         Trapezoid::fastest(from, to, bounds).map(Self::Trapezoid)
     }
 
-    /// From rest to rest along a straight line in `duration` seconds, of which the share `ramp_share` in `(0, 1/2]` is
-    /// spent on speeding up and as much again on slowing down; see [`Trapezoid`].
+    /// From rest to rest along a straight line in `duration` seconds. The share `ramp_share` in `(0, 1/2]` of it is
+    /// used to speed up, and the same share to slow down; see [`Trapezoid`].
     ///
     /// # Errors
     /// As [`Motion::trapezoid`], and a duration or a share out of its range; a motion that breaks a bound.
@@ -147,8 +147,8 @@ impl<S: Real, const N: usize> Motion<S, N> {
         }
     }
 
-    /// Time at which point `index` (counted from 0, the start) is reached, s; `None` beyond the last. Motions without points
-    /// between have two, their ends.
+    /// Time at which point `index` (counted from 0, the start) is reached, s; `None` beyond the last. Motions without intermediate points
+    /// have two points, their ends.
     #[must_use]
     pub fn arrival(&self, index: usize) -> Option<S> {
         match (self, index) {
@@ -159,7 +159,7 @@ impl<S: Real, const N: usize> Motion<S, N> {
         }
     }
 
-    /// Where the motion starts, at rest.
+    /// Position of the start, rad or m; the motion starts at rest.
     #[must_use]
     pub fn start(&self) -> Reference<S, N> {
         Reference::at_rest(match self {
@@ -171,7 +171,7 @@ impl<S: Real, const N: usize> Motion<S, N> {
         })
     }
 
-    /// Where the motion ends, at rest.
+    /// Position of the end, rad or m; the motion ends at rest.
     #[must_use]
     pub fn end(&self) -> Reference<S, N> {
         Reference::at_rest(match self {
@@ -183,7 +183,7 @@ impl<S: Real, const N: usize> Motion<S, N> {
         })
     }
 
-    /// The reference at `t` seconds after the start. Total: up to 0, and for NaN, the start at rest; from the duration
+    /// The reference at `t` seconds after the start. Total: for `t <= 0` and for NaN it is the start at rest; from the duration
     /// on, the end at rest.
     ///
     /// Cost: at most [`POINTS_MAX`] additions, then 1 division and about 20 operations per joint; a sweep: one sine and one
@@ -208,7 +208,7 @@ impl<S: Real, const N: usize> Motion<S, N> {
 
     /// Greatest speed and acceleration of each joint over the whole motion.
     ///
-    /// Exact up to rounding for all but sweep and series, whose peaks are never understated and overstated by 1 % at most where its
+    /// Exact up to rounding for all motions but sweep and series. Their peaks are never understated, and overstated by at most 1 % if the
     /// ramps are not too short (see [`Sweep`]).
     #[must_use]
     pub fn peaks(&self) -> Peaks<S, N> {

@@ -1,9 +1,9 @@
 //! Duration of frames on a CAN bus.
 //!
-//! Worst cases: as many stuff bits as the frame's kind can have, whatever its identifier and its data.
+//! All times are worst cases: the frame has as many stuff bits as its kind allows, for any identifier and data.
 //!
-//! **Classic frames** go at one rate. Of the bits up to the end of the check sum a stuff bit follows the first five and every fourth after
-//! them, at most (ISO 11898-1; Davis, Burns, Bril, Lukkien, "Controller Area Network (CAN) schedulability analysis", Real-Time Systems 35,
+//! **Classic frames** use one bit rate. In the bits up to the end of the check sum, a stuff bit follows at most the first five bits and then
+//! every fourth (ISO 11898-1; Davis, Burns, Bril, Lukkien, "Controller Area Network (CAN) schedulability analysis", Real-Time Systems 35,
 //! 2007, eq. 1). With `n` data bytes:
 //!
 //! | field | standard identifier | extended |
@@ -33,11 +33,11 @@ use super::MitDrive;
 /// Bits per second of classic frames, and of an FD frame's arbitration.
 pub const NOMINAL_RATE: u32 = 1_000_000;
 
-/// From the end of a command to the start of its reply, us: the longest that a maker states. Only the last actuator's counts: the others
-/// answer while the bus is busy.
+/// Time from the end of a command to the start of its reply, us: the longest that a maker states. Only the last actuator's time counts,
+/// because the others answer while the bus is busy.
 pub const TURNAROUND_US: u32 = 60;
 
-/// From the start of a tick to its commands, us: the time allowed for the controller.
+/// Time from the start of a tick to its commands, us: the time allowed for the controller.
 pub const LEAD_US: u32 = 100;
 
 /// Data bytes of a command.
@@ -55,7 +55,7 @@ pub enum Identifier {
     Extended,
 }
 
-/// Bits by the rate at which they are sent.
+/// Number of bits, by the rate at which they are sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bits {
     /// At the nominal rate.
@@ -64,7 +64,7 @@ pub struct Bits {
     pub data: u32,
 }
 
-/// Bits of a classic frame, space after it and worst-case stuffing included: 55 to 135, or 80 to 160.
+/// Bits of a classic frame, including the space after it and worst-case stuffing: 55 to 135, or 80 to 160.
 #[must_use]
 pub const fn classic_bits(identifier: Identifier, data_bytes: u32) -> u32 {
     let head = match identifier {
@@ -75,8 +75,8 @@ pub const fn classic_bits(identifier: Identifier, data_bytes: u32) -> u32 {
     stuffed + (stuffed - 1) / 4 + TAIL
 }
 
-/// Bits of an FD frame that switches its rate, space after it and worst-case stuffing included. A number of data bytes that no frame has is
-/// rounded up to the next that one has, as a controller pads it.
+/// Bits of an FD frame that switches its rate, including the space after it and worst-case stuffing. A number of data bytes that no frame can
+/// have is rounded up to the next possible one, as a controller pads it.
 #[must_use]
 pub const fn fd_bits(identifier: Identifier, data_bytes: u32) -> Bits {
     let bytes = fd_length(data_bytes);
@@ -105,30 +105,30 @@ const fn fd_length(bytes: u32) -> u32 {
     }
 }
 
-/// Time of bits at a rate above zero, ns, rounded up.
+/// Time of this many bits at a rate above zero, ns, rounded up.
 const fn at_rate_ns(bits: u32, rate: u32) -> u64 {
     (bits as u64 * 1_000_000_000).div_ceil(rate as u64)
 }
 
-/// Frames of the schedule on one bus in one tick: to every actuator a command of 8 bytes, from every actuator a reply.
+/// Frames on one bus in one tick: a command of 8 bytes to every actuator, and a reply from every actuator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BusLoad {
     /// Actuators on the bus.
     pub actuators: u32,
-    /// Identifiers of commands and replies.
+    /// Kind of identifier of commands and replies.
     pub identifier: Identifier,
-    /// Data bytes of a reply; the longest one's.
+    /// Number of data bytes of the longest reply.
     pub reply_bytes: u32,
     /// Bits per second at the nominal rate.
     pub bit_rate: u32,
-    /// Bits per second of the data of FD frames; `None`: classic frames.
+    /// Bits per second of the data of FD frames; `None` for classic frames.
     pub data_rate: Option<u32>,
-    /// From the end of the last command to the start of its reply, at most, us.
+    /// Longest time from the end of the last command to the start of its reply, us.
     pub turnaround_us: u32,
 }
 
 impl BusLoad {
-    /// Load of a bus, counted from 0, with those of these drives that are on it.
+    /// Load of the bus with this number, counted from 0, by those of the drives that are on it.
     #[must_use]
     pub const fn of(drives: &[MitDrive], bus: u8, identifier: Identifier) -> Self {
         let mut load = Self {
@@ -156,7 +156,7 @@ impl BusLoad {
         load
     }
 
-    /// Bits in one tick, at most.
+    /// Greatest number of bits in one tick.
     #[must_use]
     pub const fn bits(&self) -> Bits {
         let (command, reply) = (self.frame_bits(COMMAND_BYTES), self.frame_bits(self.reply_bytes));
@@ -173,7 +173,7 @@ impl BusLoad {
         }
     }
 
-    /// Time for which frames hold the bus in one tick, at most, ns, rounded up; `u32::MAX` at no bit rate, and from
+    /// Longest time for which frames occupy the bus in one tick, ns, rounded up; `u32::MAX` if a bit rate is zero, and from
     /// 4.29 s on.
     #[must_use]
     pub const fn frames_ns(&self) -> u32 {
@@ -189,7 +189,7 @@ impl BusLoad {
         if ns < u32::MAX as u64 { ns as u32 } else { u32::MAX }
     }
 
-    /// Time from the first command to the end of the last reply, at most, us, rounded up; `u32::MAX` at no bit rate.
+    /// Longest time from the first command to the end of the last reply, us, rounded up; `u32::MAX` if a bit rate is zero.
     #[must_use]
     pub const fn time_us(&self) -> u32 {
         match self.frames_ns() {
@@ -198,7 +198,7 @@ impl BusLoad {
         }
     }
 
-    /// Share of a tick in which no frame holds the bus, at least, percent, rounded down; 0 where the frames do not fit.
+    /// Least share of a tick in which the bus is free, percent, rounded down; 0 if the frames do not fit.
     ///
     /// `100 (1 - frames rate)`
     #[must_use]
@@ -207,7 +207,7 @@ impl BusLoad {
         100_u64.saturating_sub(busy) as u32
     }
 
-    /// The highest control rate, whole Hz, at which every reply is in before the next tick begins, when commands go out at
+    /// The highest control rate, whole Hz, at which every reply arrives before the next tick begins, if commands are sent at
     /// most `lead_us` after the tick began.
     #[must_use]
     pub const fn max_rate_hz(&self, lead_us: u32) -> u32 {

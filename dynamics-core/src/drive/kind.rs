@@ -1,7 +1,7 @@
 //! Kinds of drives on CAN that take position, velocity, stiffness, damping and torque in one frame.
 //!
-//! A kind is a type with the facts of its maker's document, [`DriveKind`], and a line of the registry at the end of this file. Its frames are
-//! `joint_io::Frames`; the simulated drive, which is written from the document as well, is a `Language` of `actuator-model`.
+//! A kind is a type with the facts from its maker's document, [`DriveKind`], and a line of the registry at the end of this file. Its frames are
+//! `joint_io::Frames`. The simulated drive is a `Language` of `actuator-model`, also written from the document.
 
 use super::bus_time::Identifier;
 
@@ -12,9 +12,9 @@ pub enum PositionMemory {
     Absolute,
     /// Its angle within one turn of the output shaft.
     OutputTurn,
-    /// Its angle within one turn of the motor, in front of the gear: the shaft may come back wrong by whole motor turns.
+    /// Its angle within one turn of the motor, before the gear: after a restart the output position may be wrong by whole motor turns.
     MotorTurn,
-    /// Nothing: it counts from where it starts.
+    /// Nothing: its position is zero at the start.
     Nothing,
 }
 
@@ -25,11 +25,11 @@ pub struct DriveFacts {
     pub name: &'static str,
     /// The part of its position that survives a loss of power.
     pub memory: PositionMemory,
-    /// Shortest time in which it restarts, us: a drive that was silent for longer may have restarted.
+    /// Shortest restart time, us. A drive that was silent for longer may have restarted.
     ///
-    /// No maker states one. A restart takes the power-on reset of the drive's microcontroller (STM32F4: 0.5 to 3 ms, data sheet,
-    /// `t_RSTTEMPO`), its clocks, and the offset of its current sensors. The 10 ms of every kind here are an assumption on the safe side: a
-    /// shorter time only makes an arm lose its homing more often.
+    /// No maker states this time. A restart includes the power-on reset of the drive's microcontroller (STM32F4: 0.5 to 3 ms, data sheet,
+    /// `t_RSTTEMPO`), the start of its clocks, and the calibration of its current sensors' offset. The 10 ms of every kind here are an assumption
+    /// on the safe side: with a shorter time an arm only loses its homing more often.
     pub restart_us: u32,
     /// True if its own communication timeout can be read and set over the bus.
     pub has_timeout: bool,
@@ -37,16 +37,16 @@ pub struct DriveFacts {
     pub identifier: Identifier,
     /// Bits of the fields of velocity and torque.
     pub torque_bits: u32,
-    /// True if the bytes of a reply differ between makers, so that the robot file gives them. Otherwise a reply has eight bytes, and
-    /// `robot-compiler/actuators.toml` has the ranges of its actuators.
+    /// True if the number of bytes of a reply differs between makers, so that the robot file gives it. Otherwise a reply has eight bytes, and
+    /// `robot-compiler/actuators.toml` has the ranges of the actuators.
     pub reply_varies: bool,
-    /// True if a reply says whether the drive is on. Otherwise its torque has to show that.
+    /// True if a reply shows whether the drive is on. Otherwise only its torque shows that.
     pub reports_state: bool,
-    /// Low bits of the drive's identifier that a reply carries.
+    /// Number of low bits of the drive's identifier that a reply carries.
     pub reply_id_bits: u32,
-    /// Distances of the identifiers of its other modes' commands from its own.
+    /// Offsets of the identifiers of its other modes' commands from its own identifier.
     pub other_modes: &'static [u16],
-    /// Identifier with which the settings of every drive of the kind are read and written.
+    /// Identifier with which the settings of all drives of this kind are read and written.
     pub settings_id: Option<u16>,
 }
 
@@ -56,7 +56,7 @@ pub trait DriveKind {
     const FACTS: DriveFacts;
 }
 
-/// Frames of the mini-cheetah's motor controller: standard identifiers, nothing but state in a reply.
+/// Frames of the mini-cheetah's motor controller: standard identifiers; a reply carries only the state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MiniCheetah;
 
@@ -77,7 +77,7 @@ impl DriveKind for MiniCheetah {
     };
 }
 
-/// Frames of Damiao's motors: the mini-cheetah's commands; a reply says whether the motor is on, its error, and two temperatures.
+/// Frames of Damiao's motors: the mini-cheetah's commands. A reply carries the motor's on/off state, its error, and two temperatures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Damiao;
 
@@ -94,7 +94,7 @@ impl DriveKind for Damiao {
         reply_varies: false,
         reports_state: true,
         reply_id_bits: 4,
-        // Position and velocity, velocity, position and force.
+        // Position and velocity; velocity; position and force.
         other_modes: &[0x100, 0x200, 0x300],
         settings_id: Some(0x7ff),
     };

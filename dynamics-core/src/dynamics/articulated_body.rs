@@ -1,8 +1,8 @@
 //! Accelerations from torques without the inertia matrix: articulated bodies (Featherstone 1983), O(N).
 //!
-//! Outward run the velocities and the accelerations due to them alone. Inward run the inertia and the wrench with which
-//! each link meets its joint when the joints beyond it give way. Outward again run the accelerations. Frames and
-//! quantities are those of [`crate::newton_euler`]: accelerations `a` of the origins less gravity, wrenches about the
+//! The first outward pass computes the velocities and the accelerations due to them alone. The inward pass computes the inertia and the
+//! wrench that each link presents to its joint when the joints beyond it are free. The second outward pass computes the accelerations.
+//! Frames and quantities are those of [`crate::newton_euler`]: accelerations `a` of the origins less gravity, wrenches about the
 //! origins.
 //!
 //! ```text
@@ -10,9 +10,9 @@
 //! force  = H^T alpha + M a + f
 //! ```
 //!
-//! For six joints this takes more operations than factoring the inertia matrix ([`crate::forward_dynamics`]), traced or
-//! not (`docs/performance.md`); the two share nothing but the bodies' frames, and each is the other's check. A massless link
-//! with a rotor is no special case: the rotor is in its pivot.
+//! For six joints this needs more operations than factoring the inertia matrix ([`crate::forward_dynamics`]), traced or
+//! not (`docs/performance.md`). The two share only the bodies' frames, so each checks the other. A massless link
+//! with a rotor is not a special case: the rotor is part of its pivot.
 
 use crate::forward_dynamics::{Acceleration, Singular};
 use crate::geometry::{apply, apply_transposed, compose};
@@ -41,7 +41,7 @@ pub fn forward_dynamics<S: Real, const N: usize>(
     acceleration(dynamics, turn, q, qd, tau, live).checked()
 }
 
-/// As [`forward_dynamics`], but returns the pivots unchecked: no branch on data. N divisions.
+/// As [`forward_dynamics`], but returns the pivots unchecked, without a branch on data. N divisions.
 pub fn acceleration<S: Field, const N: usize>(
     dynamics: &Dynamics<S, N>,
     turn: &[SinCos<S>; N],
@@ -175,7 +175,7 @@ impl<S: Scalar> SpatialAcceleration<S> {
         Self { angular: self.angular + other.angular, linear: self.linear + other.linear }
     }
 
-    /// The parent's motion as the link's frame sees it: `R^T alpha`, `R^T (a + alpha x p)`.
+    /// The parent's motion expressed in the link's frame: `R^T alpha`, `R^T (a + alpha x p)`.
     fn into_link(self, link: &Link<S>, turn: SinCos<S>, q: S) -> Self {
         let origin = link_origin(link, turn, q);
         Self {
@@ -185,7 +185,7 @@ impl<S: Scalar> SpatialAcceleration<S> {
     }
 }
 
-/// Inertia of a body whose outer joints give way.
+/// Inertia of a body with its outer joints free.
 struct Articulated<S> {
     /// `J`, symmetric.
     turning: Matrix3<S>,
@@ -224,7 +224,7 @@ impl<S: Scalar> Articulated<S> {
         }
     }
 
-    /// `I - U U^T / pivot`: the joint gives way too. Without a rotor nothing is left along it, by construction.
+    /// `I - U U^T / pivot`: frees this joint too. Without a rotor, the inertia left along the joint is zero by construction.
     fn without(&self, kind: JointKind, felt: &SpatialAcceleration<S>, inverse: S, rotor: bool) -> Self {
         let SpatialAcceleration { angular: u, linear: v } = felt;
         let (scaled_u, scaled_v) = (u * inverse, v * inverse);

@@ -1,12 +1,12 @@
 //! Accelerations from torques, by factoring the inertia matrix.
 //!
-//! The factorisation goes from the tip to the base, `D = L^T P L` with a unit lower `L` and a diagonal `P`, because that
-//! order keeps the zeros of the matrix (a wrist feels few of the joints before it), and because its pivots have a meaning:
-//! `P_i` is the inertia that joint `i` feels when the joints beyond it are free to give way. It is the pivot of the
-//! articulated-body recursion too ([`crate::articulated_body`]). A joint that moves nothing shows there, by its own index.
+//! The factorisation goes from the tip to the base, `D = L^T P L` with a unit lower `L` and a diagonal `P`. That
+//! order keeps the zeros of the matrix (a wrist is not coupled to some of the joints before it). Its pivots also have a meaning:
+//! `P_i` is the inertia that joint `i` feels when the joints beyond it are free. It is also the pivot of the
+//! articulated-body recursion ([`crate::articulated_body`]). The index of a pivot that is not above zero names a joint that moves nothing.
 //!
-//! [`acceleration`] and [`factored`] compute: they are written on [`Field`] without a branch on data, so they can be
-//! traced. [`forward_dynamics`] and [`solve`] also judge the pivots, which needs an order.
+//! [`acceleration`] and [`factored`] only compute. They are written on [`Field`] without a branch on data, so they can be
+//! traced. [`forward_dynamics`] and [`solve`] also check the pivots, which needs an order.
 
 use crate::mass_matrix::mass_matrix;
 use crate::newton_euler::InverseDynamics;
@@ -24,10 +24,10 @@ pub struct Acceleration<S, const N: usize> {
     pub pivot: [S; N],
 }
 
-/// A joint that moves no inertia of its own: the inertia matrix cannot be inverted.
+/// A joint that moves no inertia: the inertia matrix cannot be inverted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Singular {
-    /// The joint, counted from 0; the joints beyond it are in order.
+    /// The joint, counted from 0; the joints beyond it have valid pivots.
     pub joint: usize,
 }
 
@@ -43,7 +43,7 @@ impl<S: Real, const N: usize> Acceleration<S, N> {
     /// The accelerations, if every pivot is above zero.
     ///
     /// # Errors
-    /// [`Singular`]: the outermost joint whose pivot is not, or is not finite.
+    /// [`Singular`]: names the outermost joint whose pivot is not above zero or not finite.
     pub fn checked(self) -> Result<[S; N], Singular> {
         match self.pivot.iter().rposition(|&pivot| !(pivot > S::zero() && pivot.is_finite())) {
             None => Ok(self.qdd),

@@ -8,8 +8,8 @@
 //! dT/dq = C^T qd            where C is made of Christoffel symbols, because then dD/dt = C + C^T and C qd = dD/dt qd - dT/dq
 //! ```
 //!
-//! Neither `D` nor `C` is formed. Outward run the links' angular velocity `w` and the velocity `v` of their origins, each in the
-//! link's own frame; inward the momentum `P`, `H` (about the joint's origin) of everything beyond a joint:
+//! Neither `D` nor `C` is formed. The outward pass computes the links' angular velocity `w` and the velocity `v` of their origins, each in the
+//! link's own frame. The inward pass computes the momentum `P`, `H` (about the joint's origin) of everything beyond a joint:
 //!
 //! ```text
 //! w' = R^T w + qd z,  v' = R^T (v + w x p)                                    turning joint
@@ -18,7 +18,7 @@
 //! ```
 //!
 //! The momentum of a joint is `H . z` (turning) or `P . z` (sliding). For `dT/dq_i` only the joint's own transform is
-//! varied. The velocity `V = (w, v)` of the link behind it varies by `(w x z, v x z)` for a turn and by `(0, w x z)`
+//! varied. The velocity `V = (w, v)` of the link after the joint varies by `(w x z, v x z)` for a turn and by `(0, w x z)`
 //! for a slide. Every body beyond moves along rigidly, and
 //! `dT = sum (momentum of a body) . (variation of its velocity)`. So
 //!
@@ -64,7 +64,7 @@ pub trait GeneralizedMomentum<S, const N: usize> {
     /// | `live` | the scene's live inputs | | |
     /// | return | momentum; rate | kg m^2/s, kg m/s; N m, N | N each |
     ///
-    /// The velocity terms are always those of `qd`, even where the scene omits them: a detector needs terms that a law
+    /// The velocity terms are always computed at `qd`, even if the scene omits them: a detector needs terms that a control law
     /// may leave out.
     ///
     /// O(N); no branch on data, no division.

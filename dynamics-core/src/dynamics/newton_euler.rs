@@ -8,11 +8,11 @@
 //! Three choices keep the work low. Each link's frame has its origin on the joint axis and z along it, so a joint's turn
 //! is 4 multiplications and 2 additions a vector. The body is mass, first moment `h` and inertia `J` about that origin, so
 //! nothing is moved to mass centres. Gravity enters as an acceleration `-g` of the base (a uniform field and an
-//! accelerating base cannot be told apart). With `U = [alpha]x + [omega]x [omega]x`, shared by both uses:
+//! accelerating base are indistinguishable). With `U = [alpha]x + [omega]x [omega]x`, shared by both uses:
 //!
 //! ```text
 //! a_next = a + U p                    acceleration of a point p fixed to the link
-//! F      = m a + U h                  force that the link's own motion takes
+//! F      = m a + U h                  force that the link's own motion needs
 //! M      = J alpha + omega x (J omega) + h x a      its moment about the joint origin
 //! ```
 //!
@@ -57,7 +57,7 @@ pub trait InverseDynamics<S, const N: usize> {
     /// As [`InverseDynamics::inverse_dynamics`], called once in every tick of a controller. An implementation with
     /// memory updates it here.
     ///
-    /// Sine and cosine are asked for only where they are needed.
+    /// Sine and cosine are requested only if they are needed.
     #[inline]
     fn tick(
         &mut self,
@@ -73,13 +73,13 @@ pub trait InverseDynamics<S, const N: usize> {
         self.inverse_dynamics(&turn(), q, qd, qdd, live)
     }
 
-    /// Clear the memory of [`InverseDynamics::tick`]: the next tick is the first.
+    /// Clears the memory of [`InverseDynamics::tick`]: the next tick is the first.
     #[inline]
     fn forget(&mut self) {}
 
     /// Terms of each joint's friction in addition to viscous and Coulomb friction; `None` for none.
     ///
-    /// A firmware's are constants of its program: a controller whose arm has none has no instruction of them.
+    /// In a firmware they are constants of the program: the controller of an arm without such terms contains no instruction for them.
     #[inline]
     fn friction_terms(&self) -> Option<&[FrictionTerms<S>; N]> {
         None
@@ -153,7 +153,7 @@ pub fn joint_wrenches<S: Scalar, const N: usize>(
     wrench
 }
 
-/// A joint's own motion; `qd` is `None` where the scene has no velocity terms.
+/// A joint's own motion; `qd` is `None` if the scene has no velocity terms.
 pub(crate) struct JointMotion<S> {
     pub(crate) turn: SinCos<S>,
     pub(crate) q: S,
@@ -240,7 +240,7 @@ impl<S: Scalar> LinkMotion<S> {
     }
 
     /// `J alpha + omega x (J omega)`, written with the entries of `U` and the products in them, which other links' origins and
-    /// the force need anyway: 15 multiplications instead of 24, and two an axis where `J` is diagonal.
+    /// the force need anyway: 15 multiplications instead of 24, and two an axis if `J` is diagonal.
     #[inline]
     fn moment_of_turning(&self, j: &Matrix3<S>) -> Option<Vector3<S>> {
         let (Spin::Starting(al) | Spin::Turning { alpha: al, .. }) = self.spin.as_ref()?;
@@ -372,7 +372,7 @@ pub(crate) fn out_of_link<S: Scalar>(link: &Link<S>, turn: SinCos<S>, v: &Vector
     apply(&link.rotation, &v)
 }
 
-/// A wrench about this link's origin, about the parent's origin and in its axes (eq. 12.161-12.162).
+/// Moves a wrench about this link's origin to the parent's origin and axes (eq. 12.161-12.162).
 #[inline]
 pub(crate) fn to_parent<S: Scalar>(link: &Link<S>, turn: SinCos<S>, q: S, wrench: &Wrench<S>) -> Wrench<S> {
     let moment = match link.kind {
@@ -386,7 +386,7 @@ pub(crate) fn to_parent<S: Scalar>(link: &Link<S>, turn: SinCos<S>, q: S, wrench
     Wrench { force, moment: out_of_link(link, turn, &moment) + link.translation.cross(&force) }
 }
 
-/// A wrench about the parent's origin and in its axes, about this link's origin and in its: undoes [`to_parent`]
+/// Moves a wrench about the parent's origin and in its axes to this link's origin and axes: the inverse of [`to_parent`]
 /// (eq. 12.167-12.168 with `iT_{i+1}^{-1}`).
 pub(crate) fn from_parent<S: Scalar>(link: &Link<S>, turn: SinCos<S>, q: S, wrench: &Wrench<S>) -> Wrench<S> {
     let force = into_link(link, turn, &wrench.force);

@@ -1,4 +1,4 @@
-//! The matrix that carries inertial parameters to joint torques.
+//! The regressor: the matrix that maps inertial parameters to joint torques.
 
 use crate::inertia::{Inertia, Wrench};
 use crate::joint::JointKind;
@@ -8,7 +8,7 @@ use crate::scene::{Dynamics, Live};
 use crate::trig::SinCos;
 use nalgebra::{Matrix3, Vector3};
 
-/// Inertial parameters of a link: mass, first moment, and the six entries of the tensor.
+/// Number of inertial parameters of a link: mass, three of the first moment, and six entries of the tensor.
 pub const PARAMETERS: usize = 10;
 
 /// Names of the parameters of a link, in their order: `m`, `h = m c`, and the tensor about the link's origin.
@@ -29,7 +29,7 @@ pub type Columns<S, const N: usize> = [[[S; PARAMETERS]; N]; N];
 /// | `turn`, `q`, `qd`, `qdd`, `live` | as [`crate::InverseDynamics::inverse_dynamics`] | | N | |
 /// | return | torque per parameter | N m (N) per kg, kg m, kg m^2 | N x N x 10 | parameters in the link's own, about its origin |
 ///
-/// O(N^2); no branch on data, no division. A rotor's column is `qdd` of its own joint, and is not here.
+/// O(N^2); no branch on data, no division. The column of a rotor is `qdd` of its own joint, and is not included.
 pub fn inverse_dynamics_regressor<S: Scalar, const N: usize>(
     dynamics: &Dynamics<S, N>,
     turn: &[SinCos<S>; N],
@@ -79,7 +79,7 @@ impl<S: Scalar> Inertia<S> {
     }
 }
 
-/// One parameter of one, the others zero: no body, but the torques do not ask.
+/// One parameter equal to one, the others zero. No body has these, but the torques are linear in them.
 fn unit<S: Scalar>(parameter: usize) -> Inertia<S> {
     Inertia::from_parameters(&core::array::from_fn(|k| if k == parameter { S::one() } else { S::zero() }))
 }

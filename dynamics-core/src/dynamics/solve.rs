@@ -7,13 +7,13 @@ use crate::scalar::Real;
 
 /// `x` with `A x = b`; `None` if `A` is singular, to rounding, or if a number is not finite.
 ///
-/// Singular: in some column no pivot is left that is above `N eps max |A|`. `A` should have entries of like size.
+/// Singular: in some column no pivot is left that is above `N eps max |A|`. The entries of `A` should be of similar magnitude.
 pub(crate) fn solve<S: Real, const N: usize>(mut a: [[S; N]; N], mut b: [S; N]) -> Option<[S; N]> {
     solve_rows(a.as_flattened_mut(), &mut b).then_some(b)
 }
 
 /// As [`solve`], with as many unknowns as `b` has entries: `a` holds the rows one after another, and `b` becomes `x`.
-/// Both are overwritten where it returns `false`.
+/// Both are overwritten, also if it returns `false`.
 ///
 /// O(N^3): N^3 / 3 multiplications, N divisions.
 pub(crate) fn solve_rows<S: Real>(a: &mut [S], b: &mut [S]) -> bool {

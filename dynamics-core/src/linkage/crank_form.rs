@@ -1,4 +1,4 @@
-//! The loop's one equation of motion, in the crank's angle.
+//! The loop's only equation of motion, in terms of the crank's angle.
 
 use super::plane::dot;
 use super::{Coefficients, LinkageError, LinkagePosture};
@@ -22,7 +22,7 @@ pub struct CrankForm<S> {
     pub inertia: S,
     /// `1/2 I'`, half its derivative by the crank's angle, kg m^2/rad.
     pub half_slope: S,
-    /// `dV/dtheta`, moment that holds the loop at rest, N m.
+    /// `dV/dtheta`, moment at the crank that holds the loop at rest, N m.
     pub gravity: S,
 }
 

@@ -1,4 +1,4 @@
-//! Why a linkage, or a question about it, makes no sense.
+//! Reasons why a linkage, or a question about it, is impossible.
 
 use crate::scalar::Real;
 
@@ -30,7 +30,7 @@ pub enum DeadPoint {
     RodAcrossGuide,
 }
 
-/// Why a linkage, or a question about it, makes no sense.
+/// Reason why a linkage, or a question about it, is impossible.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LinkageError<S> {
     /// A length that is not above zero, or not finite.
@@ -83,7 +83,7 @@ impl core::fmt::Display for DeadPoint {
     }
 }
 
-/// A length as a person reads it: without the digits that subtraction left.
+/// A length for messages: in single precision, without the digits that a subtraction left.
 fn short<S: Real>(length: S) -> f32 {
     length.to_f64() as f32
 }

@@ -36,7 +36,7 @@ pub struct LinkageForces<S> {
     pub joints: [Vector2<S>; 4],
     /// `M_3`, couple of the slider on its guide, N m; zero at a pin.
     pub guide_moment: S,
-    /// Where `F_3` acts, m: joint 3, or the slider's pin.
+    /// Point at which `F_3` acts, m: joint 3, or the slider's pin.
     pub last_joint: Vector2<S>,
 }
 

@@ -22,8 +22,8 @@ pub struct FourBarLengths<S> {
     pub follower: S,
 }
 
-/// Which links turn fully, by Grashof's rule: a link turns fully against all others if and only if the shortest and the
-/// longest length together are less than the other two together, and that link is the shortest.
+/// Classes of four-bar linkages by Grashof's rule. A link turns fully against all others if and only if it is the shortest, and the sum of the
+/// shortest and the longest length is less than the sum of the other two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Grashof {
     /// The crank is shortest: it turns fully, the follower rocks.
@@ -34,7 +34,7 @@ pub enum Grashof {
     DoubleRocker,
     /// The follower is shortest: it turns fully, the crank rocks.
     RockerCrank,
-    /// Both sums are equal: all links can come to lie in line, where the branches meet.
+    /// Both sums are equal: all links can be in line, where the branches meet.
     ChangePoint,
     /// The sum is greater: no link turns fully.
     TripleRocker,
@@ -81,7 +81,7 @@ impl<S: Real> FourBar<S> {
         &self.bodies
     }
 
-    /// Which links turn fully. Sums that differ by rounding alone count as equal.
+    /// The class of the linkage. Sums that differ only by rounding count as equal.
     #[must_use]
     pub fn class(&self) -> Grashof {
         let sorted = self.lengths.sorted();
@@ -143,7 +143,7 @@ impl<S: Real> FourBarLengths<S> {
 }
 
 impl<S: Real> Linkage<S> for FourBar<S> {
-    /// Joint 2 is where the circles about joint 1 (coupler) and joint 3 (follower) meet. Four divisions, two square roots.
+    /// Joint 2 is at an intersection of the circles about joint 1 (coupler) and joint 3 (follower). Four divisions, two square roots.
     fn posture(&self, crank: &SinCos<S>, branch: Branch) -> Result<LinkagePosture<S>, LinkageError<S>> {
         let FourBarLengths { ground, crank: length, coupler, follower } = self.lengths;
         let (zero, slack) = (S::zero(), self.lengths.slack());
@@ -161,12 +161,12 @@ impl<S: Real> Linkage<S> for FourBar<S> {
         if past > slack {
             return Err(LinkageError::TooNear { gap: past });
         }
-        // Both ends of the diagonal in one place: the triangle above it has no direction.
+        // Both ends of the diagonal coincide: the triangle above it has no direction.
         if distance <= slack {
             return Err(LinkageError::Dead(DeadPoint::CouplerAndFollower));
         }
         let half = S::one() / (distance + distance);
-        // Products of differences of lengths, as in Heron's formula: the height keeps its digits where the triangle is flat.
+        // Products of differences of lengths, as in Heron's formula: the height keeps its digits if the triangle is flat.
         let along = (distance * distance + sum * difference) * half;
         let height_squared = -missing * (sum + distance) * (distance + difference) * (distance - difference);
         // Within the slack of a dead point the product may come out below zero.
@@ -201,13 +201,13 @@ impl<S: Real> Linkage<S> for FourBar<S> {
 
     fn dead_centres(&self, branch: Branch) -> [Option<SinCos<S>>; 2] {
         let FourBarLengths { ground, crank, coupler, follower } = self.lengths;
-        // Joint 2 lies at `reach` along the crank, behind joint 0 where that is below zero.
+        // Joint 2 is at `reach` along the crank, on the other side of joint 0 if that is below zero.
         let at = |reach: S, left: S| {
             let twice = reach * ground;
             let cos = (reach * reach + ground * ground - follower * follower) / (twice + twice);
             let square = (S::one() - cos) * (S::one() + cos);
             let lies = reach.abs() > self.lengths.slack() && square >= S::zero();
-            // Stretched out, joint 2 is left of the diagonal where the crank points up; folded, where it points down.
+            // Stretched out, joint 2 is left of the diagonal if the crank points up; folded, if it points down.
             lies.then(|| SinCos { sin: branch.signed(left * square.sqrt()), cos })
         };
         [at(crank + coupler, S::one()), at(crank - coupler, -S::one())]

@@ -8,7 +8,7 @@ pub(crate) fn cross<S: Real>(a: &Vector2<S>, b: &Vector2<S>) -> S {
     a.x * b.y - a.y * b.x
 }
 
-/// `z x a`: a quarter turn on.
+/// `z x a`: the vector turned by a quarter turn.
 pub(crate) fn quarter_turn<S: Real>(a: &Vector2<S>) -> Vector2<S> {
     Vector2::new(-a.y, a.x)
 }

@@ -68,7 +68,7 @@ pub struct PlanarMotion<S> {
 }
 
 impl GroundJoint {
-    /// The dead point of a loop that is held so.
+    /// The dead point of a loop whose last link is held by this joint.
     #[must_use]
     pub const fn dead_point(self) -> DeadPoint {
         match self {
@@ -109,9 +109,9 @@ impl<S: Real> Coefficients<S> {
 }
 
 impl<S: Real> LinkagePosture<S> {
-    /// Sine of the angle between coupler and follower (rod and the guide's normal): how well the crank commands the loop.
+    /// Sine of the angle between coupler and follower (rod and the guide's normal): a measure of how well the crank drives the loop.
     ///
-    /// Its magnitude is that of the sine of the transmission angle. It is zero at a dead point.
+    /// Its magnitude is the sine of the transmission angle. It is zero at a dead point.
     #[must_use]
     pub fn transmission(&self) -> S {
         match self.ground {
@@ -120,7 +120,7 @@ impl<S: Real> LinkagePosture<S> {
         }
     }
 
-    /// The dead point that the loop is at, if it is at one: the sine of the angle is within its rounding error (1.2e-7
+    /// The dead point of this posture, if it is one: the sine of the angle is within its rounding error (1.2e-7
     /// in double precision, 2.8e-3 in single).
     #[must_use]
     pub fn dead_point(&self) -> Option<DeadPoint> {
@@ -131,8 +131,8 @@ impl<S: Real> LinkagePosture<S> {
 
     /// Kinematic coefficients of every link.
     ///
-    /// The loop `a + c = f + const`, with the crank `a`, the coupler `c` and the follower `f` (of a slider-crank the slider's way along
-    /// x), is differentiated twice by the crank's angle. With `J` a quarter turn, `w = J f` (or the unit vector along x, and then no
+    /// The loop `a + c = f + const`, with the crank `a`, the coupler `c` and the follower `f` (for a slider-crank, the slider's displacement
+    /// along x), is differentiated twice by the crank's angle. With `J` a quarter turn, `w = J f` (or the unit vector along x, and then no
     /// `f`):
     ///
     /// ```text
@@ -191,7 +191,7 @@ impl<S: Real> LinkagePosture<S> {
     }
 }
 
-/// Square of the sine of an angle between links below which it is rounding error only: near a dead point the sine is
+/// Square of the sine of an angle between links, below which the sine is only rounding error: near a dead point it is
 /// the square root of a difference of lengths, so half of its digits are gone.
 fn dead_sine_squared<S: Real>() -> S {
     rounding(64)

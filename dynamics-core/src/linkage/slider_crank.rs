@@ -115,7 +115,7 @@ impl<S: Real> Linkage<S> for SliderCrank<S> {
             let sin = offset / reach;
             let square = (S::one() - sin) * (S::one() + sin);
             let lies = reach.abs() > self.lengths.slack() && square >= S::zero();
-            // Stretched out, the slider is ahead of the pin where the crank points ahead; folded, where it points back.
+            // Stretched out, the slider is ahead of the pin if the crank points ahead; folded, if it points back.
             lies.then(|| SinCos { sin, cos: branch.signed(ahead * square.sqrt()) })
         };
         [at(crank + rod, S::one()), at(crank - rod, -S::one())]

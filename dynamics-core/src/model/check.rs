@@ -1,10 +1,10 @@
-//! Descriptions that no arm can have, and their errors.
+//! Checks for descriptions that no arm can have, and their errors.
 
 use crate::joint::{Body, Frame, JointSpec, Limits, Rotor, Tool};
 use core::fmt;
 use nalgebra::{Matrix3, Vector3};
 
-/// Which part of the description is at fault.
+/// Part of a description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// A joint or the link that moves with it, counted from 0.
@@ -13,12 +13,12 @@ pub enum Place {
     Tool,
 }
 
-/// A description that was refused.
+/// A description that was rejected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModelError {
-    /// Where.
+    /// The part at fault.
     pub place: Place,
-    /// Why.
+    /// The reason.
     pub what: Impossible,
 }
 
@@ -39,7 +39,7 @@ pub enum Impossible {
     TriangleInequality([f64; 3]),
     /// A joint axis that is not of unit length: its length.
     NonUnitAxis(f64),
-    /// A rotation matrix that is not orthonormal and right-handed: its largest deviation.
+    /// A rotation matrix that is not orthonormal and right-handed: its largest error.
     NotARotation(f64),
     /// The lower position limit is not below the upper: both.
     PositionLimitsReversed(f64, f64),
@@ -141,7 +141,7 @@ fn body(body: &Body, physical: bool) -> Result<(), Impossible> {
     if asymmetry > PRINTED * size {
         return Err(Impossible::AsymmetricInertia(asymmetry));
     }
-    // No identification gives a negative mass that a controller should use.
+    // Never accepted: no identified parameter set with a negative mass should be used by a controller.
     if body.mass < 0.0 {
         return Err(Impossible::NegativeMass(body.mass));
     }

@@ -3,12 +3,12 @@
 //! Arming: the drives come on, then carry the arm's weight, and only then the brakes open.
 //!
 //! 1. Every drive is switched on, with engaged brakes, until each has shown that it is on ([`Inputs::on`](super::Inputs::on)).
-//! 2. An arm with brakes: torque rises at its rate, with engaged brakes, to the torque that gravity needs. Then the brakes open.
-//! 3. An arm without brakes: nothing carries it while torque rises. Its first torque is the whole torque that gravity needs, at once.
+//! 2. An arm with brakes: with engaged brakes, torque rises at its rate to the torque that gravity needs. Then the brakes open.
+//! 3. An arm without brakes: nothing carries it while torque rises. So its first torque is the whole torque that gravity needs, at once.
 //!
-//! Disarming an arm with brakes: the brakes lose their power, and torque goes on until they have engaged ([`Rules::brake_delay`]). A machine
-//! that ends torque because the host is gone, a motor is too hot, or lowering has waited for too long, does the same, and then raises its
-//! fault. Any other fault removes the torque at once: what the torque is made of, or the drive that gives it, is not to be trusted.
+//! Disarming an arm with brakes: the brakes lose their power, and torque goes on until they have engaged ([`Rules::brake_delay`]). The machine
+//! does the same before it raises the fault if the host is gone, a motor is too hot, or lowering has waited for too long. Any other fault
+//! removes the torque at once: the data from which the torque is computed, or the drive that gives it, can no longer be trusted.
 
 use super::measured::astray;
 use super::memory::{Action, Arming, Decision, MachineMemory, Now};
@@ -16,11 +16,11 @@ use super::{Request, Rules, SafeAction, State};
 use crate::control::{Fault, Reference};
 use crate::scalar::Real;
 
-/// Ticks for which the drives carry the whole weight before the brakes open. A drive that shows only by its torque that it is on has
-/// shown it by then.
+/// Number of ticks for which the drives carry the whole weight before the brakes open. Some drives show only by their torque that they are
+/// on; they have shown it by then.
 pub(super) const CARRIED_MIN: u32 = 8;
 
-/// Longest time of arming with torque on engaged brakes, in times of [`Rules::arming_max`]: the torque has to rise at its rate.
+/// Longest time of arming with torque on engaged brakes, as a multiple of [`Rules::arming_max`]: the torque has to rise at its rate.
 const PRELOAD_TIMES: u32 = 4;
 
 impl<S: Real, const N: usize> MachineMemory<S, N> {
@@ -33,7 +33,7 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
             self.state = State::Idle;
             return Decision::safe(None);
         }
-        // A joint that jumped while another one's reading was missing.
+        // A joint jumped while another one's reading was missing.
         if !self.homed {
             return self.fail(judged.unwrap_or(Fault::ZeroLost), inputs.request);
         }
@@ -42,7 +42,7 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
         self.arming.ticks = self.arming.ticks.saturating_add(1);
         let off = inputs.on.iter().position(|on| !*on).map(|joint| joint as u8);
         if self.arming.preloads {
-            // Brakes that slip.
+            // True if the brakes slip.
             let astray = astray(&self.reference, seen, rules, S::one()).map(|joint| Fault::FollowingError { joint });
             if let Some(fault) = off.map(|joint| Fault::DriveOff { joint }).or(judged).or(astray) {
                 return self.fail(fault, inputs.request);
@@ -51,7 +51,7 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
                 let restless = seen.fast(rules).map(|joint| Fault::FollowingError { joint });
                 return self.fail(restless.unwrap_or(Fault::StaleMeasurement), inputs.request);
             }
-            // A reading that is missing may be that of a drive that has just gone off: brakes open where none is.
+            // A missing reading may come from a drive that has just switched off: the brakes open only if no reading is missing.
             let complete = inputs.age_ticks.iter().all(|age| *age == 0);
             if !seen.at_rest(rules) {
                 self.arming.carried = 0;
@@ -61,7 +61,7 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
             }
             return Decision::of(Action::Preload);
         }
-        // A drive that is switched on may leave out a reading.
+        // A drive may miss a reading while it is switched on.
         let hindrance = match judged {
             Some(Fault::StaleMeasurement) => Some(Fault::StaleMeasurement),
             Some(fault) => return self.fail(fault, inputs.request),
@@ -83,7 +83,7 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
         }
     }
 
-    /// Begin to disarm an arm at rest. One whose brakes engage at once, or that has none, is idle.
+    /// Begins to disarm an arm at rest. Without brakes, or with brakes that engage at once, the arm is idle immediately.
     #[cold]
     #[inline(never)]
     pub(super) fn disarm(&mut self, rules: &Rules<S, N>) {
@@ -93,8 +93,8 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
         }
     }
 
-    /// End torque because of a fault that leaves readings and drives as good as before. True if it ends in this tick: the brakes engage at
-    /// once, are engaged, or are not there.
+    /// Ends torque because of a fault that leaves readings and drives trustworthy. Returns true if torque ends in this tick: the brakes engage at
+    /// once, are already engaged, or do not exist.
     pub(super) fn let_go(&mut self, fault: Fault, rules: &Rules<S, N>) -> bool {
         let arms = self.state == State::Arming;
         self.disarm(rules);
@@ -102,7 +102,7 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
         arms || self.state == State::Idle
     }
 
-    /// Begin to arm.
+    /// Begins to arm.
     pub(super) fn begin_arming(&mut self, q: &[S; N]) {
         (self.state, self.arming) = (State::Arming, Arming::START);
         self.reference = Reference::at_rest(*q);

@@ -1,6 +1,6 @@
-//! The exact rules: what follows from a tick's inputs in every state, and why.
+//! The exact rules: from a tick's inputs to the decision and its reason, in every state.
 //!
-//! A tick that is not [ordinary](super::ordinary) comes here, and is decided from the beginning.
+//! A tick that is not [ordinary](super::ordinary) is decided here, from the beginning.
 
 use super::heat::FAULT;
 use super::lowering::{drawn_back, followed, lowered};
@@ -13,7 +13,7 @@ use crate::control::{
 };
 use crate::scalar::Real;
 
-/// Reason why a reference is refused.
+/// Reason why a reference is rejected.
 enum Unfit {
     Missing,
     NonFinite(Fault),
@@ -23,7 +23,7 @@ enum Unfit {
 }
 
 impl<S: Real, const N: usize> MachineMemory<S, N> {
-    /// Apply every rule.
+    /// Applies every rule.
     #[cold]
     #[inline(never)]
     pub(super) fn decide(
@@ -39,7 +39,7 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
 
         if let State::Fault(fault) = self.state {
             return Decision::safe(match inputs.request {
-                // Nothing moves: the stop is there.
+                // No torque acts in a fault: the stop has already happened.
                 None | Some(Request::Stop) => None,
                 Some(Request::Clear) => self.clear(external, judged, seen, rules),
                 Some(_) => Some(Refusal::Fault(fault)),
@@ -118,8 +118,8 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
         }
     }
 
-    /// The first joint that is too fast for the first motion. In lowering and disarming the machine itself leads the arm, slowly, and nobody is
-    /// surprised by its direction: a joint that an obstacle lets go is quick for a moment, and an arm without brakes would be dropped for it.
+    /// The first joint that is too fast for the first motion. Not applied in lowering and disarming: there the machine itself moves the arm, slowly
+    /// and in a known direction. A joint that an obstacle releases is fast for a moment, and an arm without brakes would be dropped because of it.
     fn hasty(
         &self,
         seen: &JudgedInput<'_, S, N>,
@@ -140,7 +140,7 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
         None
     }
 
-    /// Fault of drives on which torque acts, or is about to.
+    /// Fault of the drives while torque acts or is about to.
     fn of_drives(&self, inputs: &Inputs<S, N>) -> Option<Fault> {
         if !self.state.has_or_awaits_torque() {
             return None;
@@ -154,26 +154,26 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
         }
     }
 
-    /// A motor that is too hot while torque acts or is about to. One that is being disarmed cools soon.
+    /// The fault of a motor that is too hot while torque acts or is about to. A motor of an arm that is being disarmed cools soon.
     fn overheated(&self) -> Option<Fault> {
         let acts = self.state.drives() || self.state == State::Arming;
         if acts { self.heats.above(FAULT).map(|joint| Fault::Overheated { joint }) } else { None }
     }
 
-    /// The fault is in force, and the request is rejected because of it, unless it asked for the stop.
+    /// Raises the fault. The request is rejected because of it, unless it was the stop.
     pub(super) fn fail(&mut self, fault: Fault, request: Option<Request>) -> Decision {
         self.state = State::Fault(fault);
         Decision::safe(request.filter(|request| *request != Request::Stop).map(|_| Refusal::Fault(fault)))
     }
 
-    /// Forget the torque: it has ended.
+    /// Clears the torque: it has ended.
     pub(super) fn rest(&mut self) {
         let zero = [S::zero(); N];
         (self.torque, self.reference.qdd, self.alone, self.gave_way, self.held) = (zero, zero, 0, false, None);
         (self.along, self.ends_in, self.waits) = (false, None, false);
     }
 
-    /// Leave the fault when its cause is gone, and nothing would raise a fault again at once.
+    /// Leaves the fault if its cause is gone and nothing would raise a fault again at once.
     fn clear(
         &mut self,
         external: Option<Fault>,
@@ -182,7 +182,7 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
         rules: &Rules<S, N>,
     ) -> Option<Refusal> {
         let judged = match judged {
-            // Without a known zero a position has no meaning, and only an idle machine can be homed.
+            // Without a known zero a position has no meaning, and only an idle machine can be homed. So this fault does not block the clear.
             Some(Fault::PositionOutOfBounds { .. }) if !self.homed => None,
             fault => fault,
         };
@@ -196,7 +196,7 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
         None
     }
 
-    /// Do as requested, or say why not.
+    /// Carries out the request, or returns why it is rejected.
     fn grant(
         &mut self,
         now: &Now<'_, S, N>,
@@ -250,7 +250,7 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
                 if silent {
                     return Err(Refusal::HeartbeatLost);
                 }
-                // The rest of the path is followed at its own pace only after a new start.
+                // The rest of the path can be followed at its own pace only after a new start.
                 if self.along {
                     return Err(Refusal::NotAtRest);
                 }
@@ -276,7 +276,7 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
                 if !self.homed {
                     return Err(Refusal::NotHomed);
                 }
-                // Torque that was held back would come at once.
+                // Torque that the limit holds back would act at once.
                 let held_back = self.limits.iter().any(|flags| flags.contains(LimitFlags::TORQUE));
                 let free = stands(&self.reference) && seen.at_rest(rules) && !held_back;
                 if self.state != State::Idle && !free {
@@ -288,7 +288,7 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
                 self.state = State::Holding(HoldCause::Requested);
                 self.stop_along(!now.hand_guided, rules);
             }
-            // Asked again, an arm that stops along its path stops joint by joint.
+            // A second hold request stops an arm joint by joint that was stopping along its path.
             (State::Holding(_), Request::Hold) if self.along => self.along = false,
             (State::Lowering, Request::Hold) => {
                 (self.state, self.waits) = (State::Holding(HoldCause::Requested), true);
@@ -298,7 +298,7 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
         Ok(())
     }
 
-    /// Find the reference of this tick: the host's, or that of a stop.
+    /// Finds the reference of this tick: the host's, or that of a stop.
     fn follow(
         &mut self,
         now: &Now<'_, S, N>,
@@ -348,7 +348,7 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
                         self.along = !rests(reference);
                         hold_near(reference, &self.reference.q, &config.limits, &mut [LimitFlags::NONE; N])
                     }
-                    // The path has ended, or leads where the arm cannot go.
+                    // The path has ended, or leads to where the arm cannot go.
                     None => {
                         self.along = false;
                         slowed(&self.reference, rules, &config.limits)
@@ -380,8 +380,8 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
         }
     }
 
-    /// Begins a stop along the path, or joint by joint. A path on which some joint can hardly be slowed down is left after twice the time
-    /// that the joints need by themselves.
+    /// Begins a stop along the path, or joint by joint. On some paths a joint can hardly be slowed down. So the stop leaves the path after twice
+    /// the time that the joints need when each stops alone.
     fn stop_along(&mut self, on_path: bool, rules: &Rules<S, N>) {
         self.along = on_path;
         let mut longest = S::zero();
@@ -392,7 +392,7 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
         self.along_left = S::literal(2.0) * longest + S::literal(4.0) * rules.period;
     }
 
-    /// Holds an arm that was armed beyond a limit where it is, instead of pushing it to the limit.
+    /// Holds an arm that was armed beyond a limit at its position, instead of pushing it to the limit.
     fn hold_beyond_limits(&mut self, config: &ControllerConfig<S, N>) {
         self.held = None;
         if !reference_is_inside(&self.reference, &config.limits) {
@@ -402,13 +402,13 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
         }
     }
 
-    /// Lets go in an orderly way; the fault if it ends in this tick.
+    /// Ends torque in an orderly way; returns the fault if torque ends in this tick.
     fn end(&mut self, fault: Fault, rules: &Rules<S, N>) -> Result<(), Fault> {
         if self.let_go(fault, rules) { Err(fault) } else { Ok(()) }
     }
 
-    /// An arm that is held while it was lowered: what is in its way is not pushed for ever. For a bounded time: a joint that sinks under its
-    /// load must not take the reference with it to the ground.
+    /// Draws the reference back for an arm that was put on hold while it was lowered, so that it does not push an obstacle for ever. Only for a
+    /// bounded time: the reference must not follow a joint that sinks under its load down to the ground.
     #[cold]
     #[inline(never)]
     fn relieve(&mut self, seen: &JudgedInput<'_, S, N>, rules: &Rules<S, N>) {
@@ -417,8 +417,8 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
         drawn_back(&mut self.reference, seen, rules);
     }
 
-    /// The next reference on the way to the rest pose. [`Fault::HeartbeatLost`] once the arm is there, [`Fault::FollowingError`] when a
-    /// joint has been waited for too long, in all: something stands in the way, or the arm is too weak for what it carries.
+    /// Computes the next reference on the path to the rest pose. Returns [`Fault::HeartbeatLost`] once the arm is there, and
+    /// [`Fault::FollowingError`] if the total wait for joints was too long: something blocks the arm, or it is too weak for its load.
     fn lower(
         &mut self,
         seen: &JudgedInput<'_, S, N>,
@@ -441,7 +441,7 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
         }
         match lowered(&self.reference, &mut self.pace, share, rest, rules, &config.limits) {
             Some(next) => {
-                // A speed too low for single precision: the arm would never arrive.
+                // The speed is too low for single precision: the arm would never arrive.
                 let stuck = !self.waits && self.pace >= share && next.q == self.reference.q;
                 self.reference = next;
                 self.settled = self.settled.saturating_add(u32::from(stuck));
@@ -449,7 +449,7 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
             }
             None => {
                 self.settled = self.settled.saturating_add(1);
-                // The arm follows a little later. One that does not come to rest there is let go after the time that it may hold alone.
+                // The arm follows a little later. If it does not come to rest there, torque ends after the time for which it may hold without a host.
                 let there = astray(&self.reference, seen, rules, S::literal(REST_REACH)).is_none();
                 let over = (there && seen.at_rest(rules)) || too_long(self.settled, rules);
                 self.reference = Reference::at_rest(*rest);
@@ -459,11 +459,11 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
     }
 }
 
-/// Longest time in which lowering waits for joints, and that it gives the arm to come to rest at its end, s, where
-/// [`Rules::hold_max`] is longer: an arm without a host presses for no longer.
+/// Longest total wait of lowering for joints, and longest wait for the arm to come to rest at the end, s; a shorter [`Rules::hold_max`] takes
+/// precedence. An arm without a host must not press against something for longer.
 const WAIT_MAX: f64 = 0.5;
 
-/// True if so many ticks are more than an arm without a host may press against something.
+/// True if this many ticks are more than an arm without a host may press against something.
 fn too_long<S: Real, const N: usize>(ticks: u32, rules: &Rules<S, N>) -> bool {
     let few = S::from_i32(ticks.min(i32::MAX as u32) as i32);
     ticks > rules.hold_max || few * rules.period > S::literal(WAIT_MAX)
@@ -484,15 +484,15 @@ fn inputs_are_old<S, const N: usize>(inputs: &Inputs<S, N>, rules: &Rules<S, N>)
     rules.live != 0 && rules.live_max != 0 && inputs.live_age > rules.live_max
 }
 
-/// Greatest distance of the arm from where it holds, as a multiple of the joint's reach. A stop may begin because the reference is out
-/// of reach, and the arm then needs room to come back.
+/// Greatest distance of the arm from its reference in `Armed`, and while it holds or is lowered, as a multiple of the joint's reach. A stop may
+/// begin because the reference is out of reach; the arm then needs a margin to come back.
 const ARMED_REACH: f64 = 1.0;
 const HOLDING_REACH: f64 = 1.5;
 
 /// Greatest distance from the rest pose at which the torque is removed, as a multiple of the joint's reach.
 const REST_REACH: f64 = 0.05;
 
-/// Fault from outside, in any state: the emergency stop first, then the board's other faults.
+/// The fault from outside in any state: the emergency stop first, then the board's other faults.
 fn external<S: Real, const N: usize>(inputs: &Inputs<S, N>, rules: &Rules<S, N>) -> Option<Fault> {
     // False for NaN.
     let inside = |value: Option<S>, (lo, hi): (S, S)| value.is_none_or(|x| x >= lo && x <= hi);
@@ -527,7 +527,7 @@ fn standing<S: Real, const N: usize>(
     }
 }
 
-/// The reference of this tick, if the arm can follow it: finite, with room to stop, and near the arm.
+/// The reference of this tick, if the arm can follow it: finite, with enough distance to stop, and near the arm.
 ///
 /// The reference must be able to stop at the joint's limit; the arm itself at the guard's bound.
 fn fit<'a, S: Real, const N: usize>(

@@ -1,7 +1,7 @@
 //! Heat of a motor's winding, from the torque that it gives: a model of first order.
 //!
-//! The loss in a winding grows with the square of its current, and so of its torque. With the torque that the motor can give for ever,
-//! `rated`, and the time constant `T`, the heat `x` follows
+//! The loss in a winding grows with the square of its current, and so of its torque. `rated` is the torque that the motor can give
+//! continuously, and `T` its time constant. The heat `x` follows
 //!
 //! ```text
 //! T dx/dt = (tau / rated)^2 - x
@@ -11,11 +11,11 @@
 //! `x0` to `(tau / rated)^2` along `exp(-t / T)`; an update of [`HeatRules::step`] is that formula, so that a step may be as long as
 //! the torque is constant.
 //!
-//! The model knows no ambient temperature, no loss in iron and no second time constant of the housing. A cold motor begins at 0.
+//! The model has no ambient temperature, no iron losses and no second time constant for the housing. A cold motor starts at 0.
 //!
 //! ```
 //! # use dynamics_core::safety::heat::HeatRules;
-//! // 11 N m for ever, time constant 60 s; an update every 64 ms.
+//! // 11 N m continuous, time constant 60 s; an update every 64 ms.
 //! let rules = HeatRules::new(11.0_f64, 60.0, 0.064);
 //! let x = (0..1000).fold(0.0, |x, _| rules.step(x, 15.4));
 //! // 15.4 N m heat to 1.96, and 64 s have passed: 1.96 (1 - exp(-64 / 60)).
@@ -34,9 +34,9 @@ record! {
     /// Numbers of one motor, on the joint's side of the gear.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct HeatRules<S> {
-        /// One over the torque that it can give for ever, 1/(N m) or 1/N.
+        /// Reciprocal of the continuous torque, 1/(N m) or 1/N.
         pub per_rated: S,
-        /// Share of the way to the final heat that one update goes, `1 - exp(-dt / T)`.
+        /// Fraction of the remaining change towards the final heat that one update makes, `1 - exp(-dt / T)`.
         pub share: S,
     }
 }
@@ -53,10 +53,10 @@ pub enum HeatLevel {
 }
 
 impl HeatRules<f64> {
-    /// A motor of which nothing is known: it never heats.
+    /// A motor without known data: it never heats.
     pub const UNKNOWN: Self = Self { per_rated: 0.0, share: 0.0 };
 
-    /// From the torque that the motor can give for ever, N m or N, its time constant, s, and the time between two updates, s.
+    /// From the motor's continuous torque, N m or N, its time constant, s, and the time between two updates, s.
     #[must_use]
     pub fn new(rated: f64, time_constant: f64, update: f64) -> Self {
         Self { per_rated: 1.0 / rated, share: -libm::expm1(-update / time_constant) }
@@ -64,10 +64,10 @@ impl HeatRules<f64> {
 }
 
 impl<S: Real> HeatRules<S> {
-    /// The heat after an update in which this torque acted, N m or N.
+    /// The heat after an update with this torque, N m or N.
     ///
-    /// The torque is that of the whole time since the last update: where it changes, the error of a sampled one averages out only if
-    /// sampling and motion do not keep step.
+    /// The torque is taken as constant since the last update. If it changes, the error of sampling it averages out only if sampling and
+    /// motion are not synchronous.
     #[inline]
     #[must_use]
     pub fn step(&self, heat: S, torque: S) -> S {
@@ -88,7 +88,7 @@ pub(super) struct Heats<S, const N: usize> {
 }
 
 impl<S: Real, const N: usize> Heats<S, N> {
-    /// Motors that have rested for long.
+    /// Motors that have rested for a long time.
     pub(super) fn cold() -> Self {
         Self { heat: [S::zero(); N], warm: 0, next: 0 }
     }
@@ -106,7 +106,7 @@ impl<S: Real, const N: usize> Heats<S, N> {
         self.warm = if HeatLevel::of(*heat) == HeatLevel::Cool { self.warm & !bit } else { self.warm | bit };
     }
 
-    /// The first motor that is not below this heat, or not a number.
+    /// The first motor whose heat is at or above this heat, or is not a number.
     pub(super) fn above(&self, heat: f64) -> Option<u8> {
         let below = |x: &S| *x <= S::literal(heat);
         self.heat.iter().position(|x| !below(x)).map(|joint| joint as u8)
@@ -122,11 +122,11 @@ impl<S: Real, const N: usize> Heats<S, N> {
     }
 }
 
-/// Share of the torque limit that may act beyond the weight at this heat: all of it up to [`WARNING`], from there down a line to a tenth at the
-/// continuous limit and beyond.
+/// Share of the torque limit that may act beyond the weight at this heat: all of it up to [`WARNING`]. Above, it falls linearly to a tenth at the
+/// continuous limit, and stays there.
 ///
-/// The weight is always carried: an arm without brakes whose torque is cut sinks. So a motor that heats by the weight alone goes on to
-/// [`FAULT`].
+/// The weight is always carried, because an arm without brakes sinks if its torque is cut. So a motor that is heated by the weight alone
+/// continues up to [`FAULT`].
 pub(super) fn left<S: Real>(heat: S) -> S {
     let warning = S::literal(WARNING);
     let left = (S::one() - heat) / (S::one() - warning);
@@ -145,7 +145,7 @@ impl HeatLevel {
         } else if heat <= S::literal(FAULT) {
             Self::Warm
         } else {
-            // NaN too: an unknown heat counts as too hot.
+            // Includes NaN: an unknown heat counts as too hot.
             Self::Overheated
         }
     }

@@ -1,4 +1,4 @@
-//! Lowering: without a host the arm moves to its rest pose instead of being let go.
+//! Lowering: without a host the arm moves slowly to its rest pose, instead of losing its torque where it is.
 
 use super::measured::JudgedInput;
 use super::stop::slowed;
@@ -7,15 +7,15 @@ use crate::control::Reference;
 use crate::joint::Limits;
 use crate::scalar::Real;
 
-/// Lag from which on the reference waits for a joint, the lag to which it is then drawn back, and the lag from which on it goes on, as shares
-/// of the joint's reach. An arm that cannot move lags as far as the reference was drawn back, one that is free again by less.
+/// Shares of the joint's reach: the lag from which the reference waits for a joint, the lag to which it is then drawn back, and the lag below
+/// which it goes on. A blocked arm keeps the lag to which the reference was drawn back; an arm that is free again lags less.
 const WAITS: f64 = 0.5;
 const DRAWN: f64 = 1.0 / 3.0;
 const GOES_ON: f64 = 0.3;
 
 /// The greatest lag, as a share of the joint's reach, and the joint that has it.
 ///
-/// A joint that is ahead counts too: something carries it away.
+/// A joint that is ahead counts too: something moves it away.
 fn lag<S: Real, const N: usize>(
     reference: &Reference<S, N>,
     seen: &JudgedInput<'_, S, N>,
@@ -37,8 +37,8 @@ fn lag<S: Real, const N: usize>(
 /// f = clamp(2 - 3 max_i(|reference_i - q_i| / reach_i), 0, 1),   0 while it waits
 /// ```
 ///
-/// Full up to a third of the reach, half at half of it, where waiting begins. So an obstacle is pushed with the torque of a lag of half of
-/// the reach at most, and the way in which the reference comes to rest: `v_i^2 / deceleration_i`.
+/// It is full up to a third of the reach, and half at half of the reach, where waiting begins. So the greatest lag against an obstacle is half
+/// of the reach plus the distance in which the reference stops, `v_i^2 / deceleration_i`.
 pub(super) fn followed<S: Real, const N: usize>(
     waits: &mut bool,
     reference: &Reference<S, N>,
@@ -52,7 +52,7 @@ pub(super) fn followed<S: Real, const N: usize>(
 }
 
 /// Draws a reference at rest one tick back, at the joints' lowering speeds, towards joints that lag by more than a third of their reach. So
-/// the torque against an obstacle falls, and the arm starts slowly when the obstacle goes.
+/// the torque against an obstacle falls, and the arm starts slowly when the obstacle is removed.
 pub(super) fn drawn_back<S: Real, const N: usize>(
     reference: &mut Reference<S, N>,
     seen: &JudgedInput<'_, S, N>,
@@ -61,7 +61,7 @@ pub(super) fn drawn_back<S: Real, const N: usize>(
     for i in 0..N {
         let JointRules { reach, lowering_speed, .. } = rules.joints[i];
         let (lag, near) = (reference.q[i] - seen.q[i], S::literal(DRAWN) * reach);
-        // What is beyond a third, at most one tick's way.
+        // The excess over a third of the reach, limited to one tick's motion.
         let beyond = lag - lag.clamp_symmetric(near);
         reference.q[i] -= beyond.clamp_symmetric(lowering_speed * rules.period);
         reference.qdd[i] = S::zero();
@@ -101,7 +101,7 @@ pub(super) fn lowered<S: Real, const N: usize>(
     if left <= zero && !moves {
         return None;
     }
-    // Two ticks at full pace: the rest of the way in one tick.
+    // At most two ticks are left at full pace: the rest of the path in one tick.
     if left <= rules.period + rules.period {
         *pace = zero;
         return Some(Reference::at_rest(*rest));
@@ -117,7 +117,7 @@ pub(super) fn lowered<S: Real, const N: usize>(
         next.qd[i] = speed;
         next.qdd[i] = (speed - reference.qd[i]) * rules.rate;
     }
-    // In single precision the last steps may be too small to be one. So may be the first ones, and those of an arm that is waited for.
+    // In single precision the last steps may be too small to change the position, and so may the first ones and those of an arm that is waited for.
     if *pace >= last && (0..N).all(|i| next.q[i] == reference.q[i]) {
         *pace = zero;
         return Some(Reference::at_rest(*rest));

@@ -1,4 +1,4 @@
-//! The machine.
+//! The safety state machine.
 
 use super::measured::JudgedInput;
 use super::memory::{Action, Decision, MachineMemory, Now};
@@ -36,20 +36,20 @@ impl<S: Real, const N: usize, C: SafetyConfiguration<S, N>> Safety<S, N, C> {
         self.config.rules()
     }
 
-    /// True if the arm comes to rest along its path: the reference of the next tick is to be on it, slower.
+    /// True if the arm comes to rest along its path: the next reference should be on the path, slower.
     #[must_use]
     pub fn stops_along(&self) -> bool {
         self.memory.along
     }
 
-    /// Back to the start, in everything but the heat of the motors: no host can cool them.
+    /// Resets everything but the heat of the motors: no host can cool them.
     pub fn reset(&mut self, config: C) {
         let heats = self.memory.heats;
         *self = Self::new(config);
         self.memory.heats = heats;
     }
 
-    /// Heat of each motor, 1 at its continuous limit; 0 where it is not known ([`super::heat`]).
+    /// Heat of each motor, 1 at its continuous limit; 0 if it is not known ([`super::heat`]).
     #[must_use]
     pub fn heat(&self) -> &[S; N] {
         &self.memory.heats.heat
@@ -63,7 +63,7 @@ impl<S: Real, const N: usize, C: SafetyConfiguration<S, N>> Safety<S, N, C> {
 
     /// One tick. Total: every input gives torques inside their limits or the safe action.
     ///
-    /// `control` is called once where torque may act, with the reference to follow, and not at all otherwise.
+    /// `control` is called once if torque may act, with the reference to follow, and not at all otherwise.
     pub fn tick(
         &mut self,
         inputs: &Inputs<S, N>,
@@ -81,12 +81,12 @@ impl<S: Real, const N: usize, C: SafetyConfiguration<S, N>> Safety<S, N, C> {
         output
     }
 
-    /// As [`Safety::tick`], with the output written to its place. `control` writes its torques, and the limits that acted
-    /// on the reference, to where the machine holds them; they are zero and none before. `hand_guided`: the controller's law
-    /// [is hand-guided](crate::control::ControlLaw::is_hand_guided) now, and the reference is where the arm is.
+    /// As [`Safety::tick`], but writes the output to `output`. `control` writes its torques and the limits that acted on the reference to
+    /// buffers of the machine; before the call they are zero and none. `hand_guided` is true if the controller's law
+    /// [is hand-guided](crate::control::ControlLaw::is_hand_guided) now; the reference is then the arm's own position.
     ///
-    /// Cost beside the controller's: `O(N)`, no division, no root. An ordinary tick takes the same comparisons whatever
-    /// the numbers are: the arm moves, nobody asks for anything, every joint answers.
+    /// Cost in addition to the controller's: `O(N)`, no division, no root. An ordinary tick makes the same comparisons for any
+    /// numbers: the arm runs, there is no request, every joint answers.
     #[inline]
     pub fn tick_into(
         &mut self,
@@ -97,7 +97,7 @@ impl<S: Real, const N: usize, C: SafetyConfiguration<S, N>> Safety<S, N, C> {
     ) {
         let Self { config: source, observed, memory } = self;
         let (config, rules) = (source.get(), source.rules());
-        // An arm that gave way did not follow its reference, and knows no acceleration.
+        // After a compliant tick the reference acceleration is unknown; zero is used.
         let still = [S::zero(); N];
         let acceleration = if memory.gave_way { &still } else { &memory.reference.qdd };
         let mut read = still;
@@ -141,14 +141,14 @@ impl<S: Real, const N: usize, C: SafetyConfiguration<S, N>> Safety<S, N, C> {
             true => Decision::of(Action::Drive),
             false => memory.decide(&Now { inputs, reference, seen: &seen, silent, hand_guided }, config, rules),
         };
-        // One call for all of them: a second one would be a second controller in the program.
+        // One call for all of them: a second call would put a second copy of the controller into the program.
         if decision.action.asks() {
             let drives = decision.action.drives();
             let (mut torque, mut limits) = (still, [LimitFlags::NONE; N]);
             let MachineMemory { reference, torque: last, limits: acted, .. } = &*memory;
-            // On engaged brakes: the torque of the weight, at rest at the memory's reference. No noise of a sensor is in it, so it comes to
-            // its end. In the first tick it is not driven: an arm that cannot be held is not switched on.
-            // An arm that is disarmed is held as before until its brakes have engaged.
+            // On engaged brakes, the torque is that of the weight, at rest at the memory's reference. It contains no sensor noise, so its rise
+            // comes to an end. In the first tick of arming it is computed but not driven: if the arm cannot be held, its drives are not switched on.
+            // While the arm is disarmed, it is held as before until its brakes have engaged.
             let measured = drives || memory.state == State::Disarming;
             let (q, qd) = if measured { (q, qd) } else { (&reference.q, &still) };
             let ask = TorqueRequest {
@@ -163,7 +163,7 @@ impl<S: Real, const N: usize, C: SafetyConfiguration<S, N>> Safety<S, N, C> {
                 torque: last,
                 limits: acted,
             };
-            // The controller's own limits, if it has any, are those of its first torque on: it does not know the torque before.
+            // Limits that the controller applies itself start with its first torque: it does not know the torque before.
             match control(&ask, &mut torque, &mut limits).and_then(|()| ask.hold(config, &mut torque, &mut limits)) {
                 Err(fault) => decision = memory.fail(fault, inputs.request),
                 Ok(()) if drives => {
@@ -200,7 +200,7 @@ impl<S: Real, const N: usize, C: SafetyConfiguration<S, N>> Safety<S, N, C> {
 }
 
 impl<S: Real, const N: usize> MachineMemory<S, N> {
-    /// Torque acts on engaged brakes: counts the ticks in which it is the whole weight, or those of disarming.
+    /// Torque acts on engaged brakes. Counts the ticks in which it carries the whole weight, or the ticks of disarming.
     #[cold]
     fn carry(&mut self, torque: &[S; N], limits: &mut [LimitFlags; N], rules: &Rules<S, N>) {
         (self.torque, self.limits) = (*torque, *limits);
@@ -219,13 +219,13 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
     }
 }
 
-/// True if the controller gave way to a collision.
+/// True if the controller was compliant because of a collision.
 #[cold]
 fn gives_way<const N: usize>(limits: &[LimitFlags; N]) -> bool {
     limits.iter().any(|flags| flags.contains(LimitFlags::COLLISION))
 }
 
-/// Add limits that the machine has applied.
+/// Adds limits that the machine has applied.
 #[cold]
 fn flag<const N: usize>(limits: &mut [LimitFlags; N], held: &[LimitFlags; N]) {
     for i in 0..N {
@@ -233,7 +233,7 @@ fn flag<const N: usize>(limits: &mut [LimitFlags; N], held: &[LimitFlags; N]) {
     }
 }
 
-/// The reference of a hand-guided arm: at rest where it is. Beyond a position limit too: it is not pushed back when the hand lets go.
+/// The reference of a hand-guided arm: at rest at its position, also beyond a position limit. So the arm is not pushed back when the hand lets go.
 #[inline]
 fn where_it_is<S: Real, const N: usize>(q: &[S; N]) -> Reference<S, N> {
     Reference::at_rest(*q)

@@ -9,9 +9,9 @@ use crate::scalar::Real;
 pub(super) struct Sensors<S, const N: usize> {
     /// The last finite position.
     pub(super) last: [S; N],
-    /// Age of that position in the last tick. At first the greatest age, so that the joint can have come from anywhere.
+    /// Age of that position in the last tick. Initially the greatest age, so that any first position is accepted.
     age: [u32; N],
-    /// Every one of these ages is zero.
+    /// True if all of these ages are zero.
     pub(super) fresh: bool,
 }
 
@@ -24,12 +24,12 @@ pub(super) struct JudgedInput<'a, S, const N: usize> {
     pub(super) qd: &'a [S; N],
 }
 
-/// The exact rules' judgement of a tick's readings.
+/// Result of the exact rules for a tick's readings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Judgement {
     /// Fault of the first joint that has one.
     pub(super) fault: Option<Fault>,
-    /// Some joint jumped.
+    /// True if some joint jumped.
     pub(super) jumped: bool,
 }
 
@@ -56,7 +56,7 @@ impl<S: Real, const N: usize> Sensors<S, N> {
         Self { last: [S::zero(); N], age: [u32::MAX; N], fresh: false }
     }
 
-    /// Judge every joint by itself, name the first fault, and remember.
+    /// Judges every joint separately, returns the first fault, and stores the readings.
     pub(super) fn judge(
         &mut self,
         inputs: &Inputs<S, N>,
@@ -70,8 +70,8 @@ impl<S: Real, const N: usize> Sensors<S, N> {
             let (age, rule, position) = (inputs.age_ticks[i], &rules.joints[i], seen.read[i]);
             let elapsed = self.age[i].saturating_add(1).saturating_sub(age);
             let steps = S::from_i32(elapsed.min(i32::MAX as u32) as i32);
-            // Without a speed limit the step is infinite, and zero steps of it give NaN: then nothing counts as
-            // farther.
+            // Without a speed limit the step is infinite, and zero times the step is NaN: then no position counts as
+            // too far.
             let way = rule.jump_step * steps + rule.resolution;
             let far = (position - self.last[i]).abs() > way;
             let bounds = believed(config, i);
@@ -94,7 +94,7 @@ impl<S: Real, const N: usize> Sensors<S, N> {
     }
 }
 
-/// True if a joint's position and speed are finite and inside their bounds. In a loop a second comparison costs less
+/// True if a joint's position and speed are finite and inside their bounds. In a loop, a second comparison is cheaper
 /// than making the bound finite first.
 #[inline]
 fn is_believed<S: Real>(q: S, speed: S, (lo, hi, velocity_max): (S, S, S)) -> bool {

@@ -1,4 +1,4 @@
-//! State of the machine, and the words of a decision about it.
+//! State of the machine, and the types of a decision about it.
 
 use super::heat::Heats;
 use super::measured::{JudgedInput, Sensors};
@@ -6,7 +6,7 @@ use super::{Inputs, Refusal, State};
 use crate::control::{Fault, LimitFlags, Reference};
 use crate::scalar::Real;
 
-/// State of the machine from tick to tick, but for the observer's.
+/// State of the machine from tick to tick, except the observer's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MachineMemory<S, const N: usize> {
     pub(super) state: State,
@@ -14,32 +14,32 @@ pub(super) struct MachineMemory<S, const N: usize> {
     pub(super) sensors: Sensors<S, N>,
     /// Reference of the controller while torque acts.
     pub(super) reference: Reference<S, N>,
-    /// Limits that act on it, where the machine and not the controller has applied them: beyond a position limit.
+    /// Limits on that reference that the machine, not the controller, has applied: the reference is beyond a position limit.
     pub(super) held: Option<[LimitFlags; N]>,
-    /// The torque that acts, and the limits that held it.
+    /// The torque that acts, N m or N. `limits` are the limits that acted on it.
     pub(super) torque: [S; N],
     pub(super) limits: [LimitFlags; N],
-    /// Ticks that torque has acted without the host.
+    /// Number of ticks in which torque has acted without the host.
     pub(super) alone: u32,
-    /// The controller gave way to a collision in the last tick, and did not follow its reference.
+    /// True if the controller was compliant in the last tick because of a collision, and did not follow its reference.
     pub(super) gave_way: bool,
-    /// The limits of the first motion are lifted.
+    /// True if the limits of the first motion are lifted.
     pub(super) full_range: bool,
-    /// The arm stops along its path: the host's reference is slower in every tick.
+    /// True if the arm stops along its path: the host's reference gets slower in every tick.
     pub(super) along: bool,
-    /// Time left for it, s. Then every joint stops by itself.
+    /// Time left for the stop along the path, s. After that every joint stops on its own.
     pub(super) along_left: S,
     /// Progress of arming.
     pub(super) arming: Arming,
     /// Pace of lowering, 0 to 1.
     pub(super) pace: S,
-    /// Ticks that the reference has been at the rest pose, or could not move.
+    /// Number of ticks in which the reference was at the rest pose, or could not move.
     pub(super) settled: u32,
-    /// Ticks of lowering in which the reference has waited for a joint.
+    /// Number of ticks of lowering in which the reference has waited for a joint.
     pub(super) waited: u32,
-    /// It waits now.
+    /// True if it waits now.
     pub(super) waits: bool,
-    /// Fault in which disarming ends.
+    /// Fault that is raised at the end of disarming.
     pub(super) ends_in: Option<Fault>,
     /// Heat of the motors.
     pub(super) heats: Heats<S, N>,
@@ -50,9 +50,9 @@ pub(super) struct MachineMemory<S, const N: usize> {
 pub(super) struct Arming {
     /// Ticks in this state.
     pub(super) ticks: u32,
-    /// All drives are on, and torque acts on engaged brakes.
+    /// True if all drives are on, and torque acts on engaged brakes.
     pub(super) preloads: bool,
-    /// Ticks in which the drives were to carry the whole weight of the arm.
+    /// Number of ticks in which the drives carried the whole weight of the arm.
     pub(super) carried: u32,
 }
 
@@ -67,22 +67,22 @@ pub(super) struct Now<'a, S, const N: usize> {
     /// The host's reference, or that of a hand-guided arm.
     pub(super) reference: Option<&'a Reference<S, N>>,
     pub(super) seen: &'a JudgedInput<'a, S, N>,
-    /// The host has not been heard for too long.
+    /// True if the host has not been heard for too long.
     pub(super) silent: bool,
-    /// A hand leads the arm: the reference is where the arm is.
+    /// True if the arm is hand-guided: the reference is its own position.
     pub(super) hand_guided: bool,
 }
 
-/// Action of the drives that the rules allow. For the first four the controller is asked.
+/// Action of the drives that the rules allow. For the first four the controller computes a torque.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Action {
     /// Torque may act, along the memory's reference.
     Drive,
-    /// The same, without a limit on its rate.
+    /// As `Drive`, without a limit on the torque rate.
     DriveAtOnce,
-    /// Torque with engaged brakes: for the weight of an arm at rest at the memory's reference, or along it while the arm is disarmed.
+    /// Torque with engaged brakes: for the weight of an arm at rest at the memory's reference, or along the reference while the arm is disarmed.
     Preload,
-    /// Switch the drives on, if the arm can be held at all.
+    /// Switch the drives on, if the controller can compute a torque that holds the arm.
     EnableFirst,
     /// Switch the drives on.
     Enable,
@@ -97,7 +97,7 @@ impl Action {
         self <= Self::DriveAtOnce
     }
 
-    /// True if the controller is to be asked for a torque.
+    /// True if the controller computes a torque.
     #[inline]
     pub(super) fn asks(self) -> bool {
         self <= Self::EnableFirst
@@ -122,7 +122,7 @@ impl Decision {
         Self { action: Action::Safe, refused }
     }
 
-    /// The same, with this request rejected, unless it was already.
+    /// The same decision with this request rejected, unless it was already.
     pub(super) fn refusing(self, refusal: Option<Refusal>) -> Self {
         Self { refused: self.refused.or(refusal), ..self }
     }
@@ -155,7 +155,7 @@ impl<S: Real, const N: usize> MachineMemory<S, N> {
         }
     }
 
-    /// The next tick of an arm that goes on. Out of line the compiler knows that nothing overlaps, and copies without a call.
+    /// Stores an ordinary tick: the arm goes on. Out of line, the compiler knows that nothing overlaps, and copies without a call.
     #[inline(never)]
     pub(super) fn go_on(&mut self, read: &[S; N], reference: &Reference<S, N>) {
         self.sensors.last = *read;

@@ -1,8 +1,8 @@
 //! The ordinary tick: an arm that runs, and goes on.
 //!
-//! Nearly every tick is one of these. All rules hold in it, most of them by far, so one comparison a rule is enough and nothing
-//! has to be named. Where a comparison fails, nothing is said yet: [`super::decision`] applies the exact rules from the beginning. So a
-//! comparison may be stricter than its rule, and never laxer.
+//! Nearly every tick is ordinary: it meets all rules, and most of them by a large margin. So one comparison a rule is enough, and no reason
+//! has to be found. If a comparison fails, nothing is decided yet: [`super::decision`] applies the exact rules from the beginning. A
+//! comparison may therefore be stricter than its rule, and never laxer.
 
 use super::measured::JudgedInput;
 use super::{Inputs, Rules};
@@ -10,13 +10,13 @@ use crate::control::{ControllerConfig, Reference, believed};
 use crate::joint::Limits;
 use crate::scalar::Real;
 
-/// Share of a bound's size that the comparisons keep away from it: more than the rounding of either side in f32.
+/// Distance that the comparisons keep from a bound, as a share of its size: more than the rounding of either side in f32.
 const MARGIN: f64 = 1.0 / 524_288.0;
 
-/// True if there is no request, no fault outside, the host is there, no drive is off. The readings are to be of this tick.
+/// True if there is no request and no external fault, the host is heard, and no drive is off. The caller checks that the readings are fresh.
 #[inline]
 pub(super) fn is_quiet<S: Real, const N: usize>(inputs: &Inputs<S, N>, rules: &Rules<S, N>) -> bool {
-    // Arrays as a whole: words are compared, not bytes.
+    // The arrays are compared as a whole: words, not bytes.
     let drives = inputs.drive_fault != [false; N] || inputs.on != [true; N];
     let wrong = drives
         | inputs.emergency_stop
@@ -35,10 +35,10 @@ pub(super) fn is_quiet<S: Real, const N: usize>(inputs: &Inputs<S, N>, rules: &R
 /// True if arm and reference are within bounds, close to each other, and able to stop in time. `last` are the positions of the tick
 /// before.
 ///
-/// With the way `d` that a joint needs to stop, `|qd| latency + qd^2 / (2 a)` in the direction of `qd`, it stays within `c - h` and
-/// `c + h` on all of that way if `|q + d/2 - c| + |d/2| <= h`.
+/// A joint needs the distance `d` to stop, `|qd| latency + qd^2 / (2 a)` in the direction of `qd`. On all of that distance it stays within
+/// `c - h` and `c + h` if `|q + d/2 - c| + |d/2| <= h`.
 ///
-/// Cost: about 50 operations a joint, all of them constants of the program but the state.
+/// Cost: about 50 operations a joint; everything but the state is a constant of the program.
 #[inline]
 pub(super) fn goes_on<S: Real, const N: usize>(
     seen: &JudgedInput<'_, S, N>,
@@ -50,7 +50,7 @@ pub(super) fn goes_on<S: Real, const N: usize>(
     // Three short loops: the compiler unrolls each, and the numbers of every joint become constants.
     for i in 0..N {
         let rule = &rules.joints[i];
-        // False for NaN, as every comparison here.
+        // False for NaN, like every comparison here.
         let near = (seen.read[i] - last[i]).abs() <= rule.jump_step + rule.resolution;
         if !near {
             return false;
@@ -59,13 +59,13 @@ pub(super) fn goes_on<S: Real, const N: usize>(
     for i in 0..N {
         let (lo, hi, speed_max) = believed(config, i);
         let (q, qd) = (seen.q[i], seen.qd[i]);
-        // The reading may be this far from the estimate, and has to be inside too.
+        // The reading differs from the estimate by this much, and has to be inside too.
         let beside = (seen.read[i] - q).abs();
         if !(reach(q, half_way(qd, rules, i), (lo, hi)) + beside <= half((lo, hi)) && is_within(qd, speed_max)) {
             return false;
         }
     }
-    // NaN or infinite where an acceleration is.
+    // The sum is NaN or infinite if an acceleration is.
     let mut sum = S::zero();
     for i in 0..N {
         let Limits { position, velocity, .. } = config.limits[i];
@@ -82,7 +82,7 @@ pub(super) fn goes_on<S: Real, const N: usize>(
     sum.abs() <= S::MAX
 }
 
-/// Half of the way that a joint needs to stop, in the direction of its velocity.
+/// Half of the distance that a joint needs to stop, in the direction of its velocity, rad or m.
 #[inline]
 fn half_way<S: Real, const N: usize>(qd: S, rules: &Rules<S, N>, i: usize) -> S {
     let half_latency = S::literal(0.5) * rules.latency;
@@ -96,14 +96,14 @@ fn reach<S: Real>(q: S, half_way: S, range: (S, S)) -> S {
     (q + half_way - middle(range)).abs() + half_way.abs()
 }
 
-/// The middle of a range; of one without ends, zero.
+/// The middle of a range; zero for a range without ends.
 #[inline]
 fn middle<S: Real>((lo, hi): (S, S)) -> S {
     let finite = lo.abs() <= S::MAX && hi.abs() <= S::MAX;
     if finite { S::literal(0.5) * (lo + hi) } else { S::zero() }
 }
 
-/// Half of a range, less the margin. Of one without ends, every number; of one with one end, none: the exact rules have to look.
+/// Half of a range, less the margin. Without ends: the largest number. With one end: negative, so that the exact rules decide.
 #[inline]
 fn half<S: Real>((lo, hi): (S, S)) -> S {
     let (below, above) = (lo.abs(), hi.abs());

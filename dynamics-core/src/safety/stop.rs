@@ -1,4 +1,4 @@
-//! Braking: whether there is room for it, and the reference that does it.
+//! Braking: the check that there is enough distance for it, and the reference that does it.
 
 use super::Rules;
 use crate::control::{Reference, around};
@@ -7,10 +7,10 @@ use crate::scalar::Real;
 
 /// True if a joint at `q` with the velocity `qd` can still stop between `lo` and `hi`.
 ///
-/// `|qd| latency + qd^2 / (2 a) <= room`, with the room on the side that it moves to: the limit less `q`. A joint at rest, or
-/// on its way back inside, can.
+/// `|qd| latency + qd^2 / (2 a) <= room`, with `room` the distance to the limit in the direction of motion. A joint at rest, or
+/// one that moves back inside, can always stop.
 ///
-/// No division: `qd^2 <= 2 a (room - |qd| latency)`. False where `q` or `qd` is NaN.
+/// No division: `qd^2 <= 2 a (room - |qd| latency)`. False if `q` or `qd` is NaN.
 #[inline]
 pub(super) fn can_stop<S: Real>(q: S, qd: S, (lo, hi): (S, S), deceleration: S, latency: S) -> bool {
     let (zero, speed) = (S::zero(), qd.abs());
@@ -18,14 +18,14 @@ pub(super) fn can_stop<S: Real>(q: S, qd: S, (lo, hi): (S, S), deceleration: S, 
     speed <= zero || speed * speed <= (deceleration + deceleration) * (room - speed * latency)
 }
 
-/// The reference one tick on, each joint slowed down by its deceleration until it rests.
+/// The reference one tick later, each joint slowed down by its deceleration until it rests.
 ///
 /// ```text
 /// v' = v - clamp(v, -a h, a h),   q' = q + h (v + v') / 2,   a' = (v' - v) / h
 /// ```
 ///
-/// It starts inside the velocity limits, as the reference was held before, and stays there. So it does for the position limits; beyond
-/// one it goes no farther.
+/// It starts inside the velocity limits, because the reference was limited before, and stays there. The same holds for the position limits;
+/// beyond one it moves no farther out.
 pub(super) fn slowed<S: Real, const N: usize>(
     reference: &Reference<S, N>,
     rules: &Rules<S, N>,

@@ -35,7 +35,7 @@ const COSINE: [f64; 6] = [
     -1.135_858_430_180_350_8e-11,
 ];
 
-/// Overflows when it multiplies an angle beyond the limit, and no other: `2^1004 (1 - 2^-53)`.
+/// Overflows when it multiplies an angle beyond the limit, and for no other: `2^1004 (1 - 2^-53)`.
 const OVERFLOW: f64 = f64::MAX / LIMIT;
 
 /// pi/2 in two parts, for the short polynomials.
@@ -51,10 +51,10 @@ pub(super) fn sin_cos(angle: f64) -> SinCos<f64> {
     })
 }
 
-/// The multiple of one over `per_unit` that is nearest to `x`: as a number, and in the low bits.
+/// The multiple of `1 / per_unit` that is nearest to `x`: as a number, and in the low bits.
 #[inline]
 fn nearest(x: f64, per_unit: f64) -> (f64, u64) {
-    // Zero, or NaN beyond the limit, for an infinity and for NaN.
+    // Zero within the limit; NaN beyond it, for an infinity and for NaN.
     let within = x * OVERFLOW * 0.0;
     let shifted = x * per_unit + (ROUND + within);
     (shifted - ROUND, shifted.to_bits())
@@ -101,7 +101,7 @@ fn horner<S: Scalar>(coefficients: &[f64; 6], z: S) -> S {
     c0 + z * (c1 + z * (c2 + z * (c3 + z * (c4 + z * c5))))
 }
 
-/// Sine and cosine without a look at a bit.
+/// Sine and cosine without access to bits.
 #[inline]
 pub(super) fn by_arithmetic<S: Scalar>(x: S) -> SinCos<S> {
     let [round, one] = [ROUND, 1.0].map(S::literal);
@@ -122,7 +122,7 @@ impl Binary for f64 {
 
     #[inline]
     fn symmetric(self, f: impl FnOnce(Self) -> SinCos<Self>) -> SinCos<Self> {
-        // Working on |angle| makes the symmetries hold by construction, for -0 too.
+        // Working on |angle| makes the symmetries exact by construction, for -0 too.
         let x = self.abs();
         let angle_sign = self.to_bits() ^ x.to_bits();
         let SinCos { sin, cos } = f(x);

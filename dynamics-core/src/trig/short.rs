@@ -16,20 +16,20 @@ const COSINE_4: [f32; 2] = [-4.997_752e-1, 4.048_604e-2];
 
 /// Polynomials with a sine of degree 5 and a cosine of degree 6; otherwise as [`super::Polynomial`].
 ///
-/// `sin r = r (S0 + S1 r^2 + S2 r^4)`, `cos r = 1 + C0 r^2 + C1 r^4 + C2 r^6`, least largest absolute error. A cosine of
-/// degree 4 would be wrong by 1.3e-5, 20 times as much as the sine.
+/// `sin r = r (S0 + S1 r^2 + S2 r^4)`, `cos r = 1 + C0 r^2 + C1 r^4 + C2 r^6`, fitted for the least largest absolute error. A cosine of
+/// degree 4 would have an error of 1.3e-5, 20 times that of the sine.
 ///
-/// The same limits, symmetries and NaN as [`super::Polynomial`]. A tiny angle's sine is not the angle but 5.1e-6 of it less.
+/// The same limits, symmetries and NaN as [`super::Polynomial`]. The sine of a tiny angle is 5.1e-6 of the angle too small.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Polynomial5;
 
 /// Polynomials with a sine of degree 3 and a cosine of degree 4; otherwise as [`super::Polynomial`].
 ///
-/// `sin r = r (S0 + S1 r^2)`, `cos r = 1 + C0 r^2 + C1 r^4`, least largest absolute error. A cosine of degree 2 would
-/// be wrong by ten times as much as the sine.
+/// `sin r = r (S0 + S1 r^2)`, `cos r = 1 + C0 r^2 + C1 r^4`, fitted for the least largest absolute error. A cosine of degree 2 would
+/// have ten times the error of the sine.
 ///
-/// The same limits, symmetries and NaN as [`super::Polynomial`]. A tiny angle's sine is not the angle but a thousandth of it
-/// less.
+/// The same limits, symmetries and NaN as [`super::Polynomial`]. The sine of a tiny angle is a thousandth of the angle
+/// too small.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Polynomial3;
 

@@ -1,4 +1,4 @@
-//! Sine and cosine of an angle, and what computes them.
+//! Sine and cosine of an angle, and the interface of what computes them.
 
 use crate::scalar::Real;
 
@@ -11,12 +11,12 @@ pub struct SinCos<S> {
     pub cos: S,
 }
 
-/// The choice of sine and cosine.
+/// An implementation of sine and cosine.
 pub trait Trig<S: Copy>: Copy {
-    /// Both of one angle, rad.
+    /// Sine and cosine of an angle in radians.
     fn sin_cos(&self, angle: S) -> SinCos<S>;
 
-    /// Both of each angle, rad: the bits of [`Trig::sin_cos`].
+    /// Sine and cosine of each angle, rad: the same bits as [`Trig::sin_cos`].
     #[inline]
     fn sin_cos_all<const N: usize>(&self, angles: &[S; N]) -> [SinCos<S>; N] {
         let (mut sin, mut cos) = (*angles, *angles);
@@ -24,7 +24,7 @@ pub trait Trig<S: Copy>: Copy {
         core::array::from_fn(|i| SinCos { sin: sin[i], cos: cos[i] })
     }
 
-    /// Both of each angle, rad, as two lists: the bits of [`Trig::sin_cos`]. As many as the shortest list has.
+    /// Sine and cosine of each angle, rad, as two lists: the same bits as [`Trig::sin_cos`]. Fills as many as the shortest list has.
     #[inline]
     fn sin_cos_lists(&self, angles: &[S], sin: &mut [S], cos: &mut [S]) {
         for ((angle, sin), cos) in angles.iter().zip(sin).zip(cos) {
@@ -39,14 +39,14 @@ pub(super) trait Binary: Real {
     /// The bits that count quarter turns.
     type Turns: Copy;
 
-    /// `f` of an angle. Where the reduced angle can be zero and so has no sign for the sine, this is `f` of the
-    /// magnitude, with the angle's sign given to the sine.
+    /// `f` of an angle. A type whose reduced angle can be zero for an angle that is not, and so loses the sign of the sine, computes `f` of the
+    /// magnitude and applies the angle's sign to the sine.
     fn symmetric(self, f: impl FnOnce(Self) -> SinCos<Self>) -> SinCos<Self>;
 
-    /// The rest of an angle after the nearest multiple of a quarter turn, and that multiple.
+    /// Returns the rest of an angle after the nearest multiple of a quarter turn, and that multiple.
     fn reduce(self) -> (Self, Self::Turns);
 
-    /// Sine and cosine after so many quarter turns.
+    /// Sine and cosine after this many quarter turns.
     fn turned(sine: Self, cosine: Self, quarter_turns: Self::Turns) -> SinCos<Self>;
 
     /// `round(self per_unit)`, or NaN beyond the limit: as a number, and in the low bits of an integer.

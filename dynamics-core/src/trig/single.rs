@@ -20,10 +20,10 @@ const SINE: [f32; 3] = [-1.666_665_5e-1, 8.332_187e-3, -1.951_789_6e-4];
 /// cos r = 1 - (z/2 - z^2 (C0 + z (C1 + z C2))); relative error 2^-33.0.
 const COSINE: [f32; 3] = [4.166_664_6e-2, -1.388_731e-3, 2.443_232_7e-5];
 
-/// Overflows when it multiplies an angle beyond the limit, and no other: `2^115 (1 - 2^-24)`.
+/// Overflows when it multiplies an angle beyond the limit, and for no other: `2^115 (1 - 2^-24)`.
 const OVERFLOW: f32 = f32::MAX / LIMIT;
 
-/// pi/2 in two parts, for polynomials less accurate than the third part: the products with the second may round.
+/// pi/2 in two parts, for polynomials less accurate than the third part. The products with the second part may round.
 const HALF_PI_SHORT: [f32; 2] = [1.570_312_5, 4.838_268e-4];
 
 #[inline]
@@ -36,13 +36,13 @@ pub(super) fn sin_cos(x: f32) -> SinCos<f32> {
     turned(sine, cosine, quarter_turns)
 }
 
-/// Zero, or NaN beyond the limit, for an infinity and for NaN.
+/// Zero within the limit; NaN beyond it, for an infinity and for NaN.
 #[inline]
 pub(super) fn within(x: f32) -> f32 {
     x * OVERFLOW * 0.0
 }
 
-/// The multiple of one over `per_unit` that is nearest to `x`: as a number, and in the low bits.
+/// The multiple of `1 / per_unit` that is nearest to `x`: as a number, and in the low bits.
 #[inline]
 fn nearest(x: f32, per_unit: f32) -> (f32, u32) {
     let shifted = x * per_unit + (ROUND + within(x));
@@ -69,7 +69,7 @@ fn turned(sine: f32, cosine: f32, quarter_turns: u32) -> SinCos<f32> {
 impl Binary for f32 {
     type Turns = u32;
 
-    /// The reduced angle of an f32 is zero for zero alone: the parts of pi/2 and of a table's step were chosen so.
+    /// The reduced angle of an f32 is zero only for the angle zero: the parts of pi/2 and of a table's step were chosen for that.
     #[inline]
     fn symmetric(self, f: impl FnOnce(Self) -> SinCos<Self>) -> SinCos<Self> {
         f(self)

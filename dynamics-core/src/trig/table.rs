@@ -7,17 +7,17 @@ use core::f64::consts::{FRAC_PI_2, TAU};
 const TURN: usize = 512;
 const QUARTER: usize = TURN / 4;
 
-/// Sines of a turn, and of the quarter that follows it: an entry's cosine lies a quarter of a turn behind it.
+/// Sines of a turn and of the quarter that follows it: the cosine of an entry is the sine a quarter turn later.
 static SINES: [f32; TURN + QUARTER] = sines();
 
 /// 2 pi / 512 in three parts. The first two have 5 bits and one, so their products with k, below 2^19.4, are exact. With two
-/// parts a difference can be zero, next to a multiple of pi/2, and then it has no sign for the sine to take.
+/// parts a difference can be zero next to a multiple of pi/2, and then the sine has no sign.
 const STEP: [f64; 3] = [0.012_207_031_25, 6.103_515_625e-5, TAU / TURN as f64 - 0.012_207_031_25 - 6.103_515_625e-5];
 
 /// A table of 512 sines a turn (2.5 KiB of flash with the quarter that repeats), and the second order about the nearest entry.
 ///
 /// `sin(a + d) = s + d (c - s d/2)`, `cos(a + d) = c - d (s + c d/2)`, |d| <= pi/512; the first omitted term is d^3/6,
-/// 3.9e-8. Between the same entries a straight line is wrong by 1.9e-5, and it loads four numbers, not two.
+/// 3.9e-8. Linear interpolation between the same entries has an error of 1.9e-5, and loads four numbers instead of two.
 ///
 /// The same limits, symmetries and NaN as [`super::Polynomial`]. The entries are f32 for every precision of the angle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -30,7 +30,7 @@ impl<S: Binary> Trig<S> for Table {
     }
 }
 
-/// From the entry that is nearest.
+/// Computes both from the nearest entry.
 #[inline]
 fn near<S: Binary>(angle: S) -> SinCos<S> {
     let literal = S::literal;
@@ -51,7 +51,7 @@ const fn sines() -> [f32; TURN + QUARTER] {
         let (quarters, j) = (i / QUARTER % 4, i % QUARTER);
         let from_zero = if quarters % 2 == 0 { j } else { QUARTER - j };
         let sine = sine(FRAC_PI_2 * from_zero as f64 / QUARTER as f64) as f32;
-        // Zeros are -0: added to a d of either sign, they leave it as it is.
+        // Zeros are -0: added to a `d` of either sign, they do not change it.
         sines[i] = if quarters >= 2 || sine == 0.0 { -sine } else { sine };
         i += 1;
     }

@@ -12,7 +12,7 @@ use dynamics_core::{Body, Dynamics, JointKind, Wrench};
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::Strategy;
 
-/// Eq. 12.10 and 12.11 for any link on a ball joint: the loads of the joint and the world on it, and the resulting
+/// Eq. 12.10 and 12.11 for any link on a ball joint: the loads on it from the joint and the environment, and the resulting
 /// motion.
 struct Ball {
     force: Vector3<f64>,
@@ -23,11 +23,11 @@ struct Ball {
     euler: Vector3<f64>,
     /// As printed: `I_O alpha`.
     printed: Vector3<f64>,
-    /// By the core: left side less right side of both equations.
+    /// Residual of both equations computed by the core: left side less right side.
     missed: Wrench<f64>,
 }
 
-/// A ball joint is three turning joints through one point whose first links have no mass.
+/// A ball joint modelled as three revolute joints through one point; the first two links have no mass.
 fn on_a_ball(link: Body, tip: [f64; 3]) -> Dynamics<f64, 3> {
     let about = |axis, body| placed(JointKind::Revolute, Matrix3::identity(), [0.0; 3], axis, body);
     let z = [0.0, 0.0, 1.0];
@@ -109,7 +109,7 @@ impl Beam {
         planar(-half * (e * sin + w * w * cos), half * (e * cos - w * w * sin) + self.m * G)
     }
 
-    /// Eq. 12.27 of a force at the joint.
+    /// Eq. 12.27, for a force at the joint.
     fn moment(&self, state: &State<1>, force: Vector3<f64>) -> Vector3<f64> {
         let (sin, cos) = state.q[0].sin_cos();
         let half = 0.5 * self.l;
@@ -161,7 +161,7 @@ fn printed_acceleration_and_force_are_wrong_and_the_torque_is_right_all_the_same
     let Beam { m, l, .. } = BEAM;
     let (sin, cos) = TURNING.q[0].sin_cos();
     let ([w], [e]) = (TURNING.qd, TURNING.qdd);
-    // 12.18: `omega x (omega x r)` with a minus; both lines alike.
+    // 12.18 has `omega x (omega x r)` with a minus; both of its lines agree.
     let acceleration = planar(-e * sin + w * w * cos, e * cos + w * w * sin) * (0.5 * l);
     // 12.25
     let force = planar(-0.5 * m * l * (e * sin - w * w * cos), 0.5 * m * l * (e * cos + w * w * sin) + m * G);
@@ -170,7 +170,7 @@ fn printed_acceleration_and_force_are_wrong_and_the_torque_is_right_all_the_same
     let [joint] = wrenches_in_base(&dynamics, &TURNING);
     let found = [off(acceleration, motion[0].acceleration), off(force, joint.force)];
     assert_stated(&found, &[1.3112, 0.17662]);
-    // The error of the force points along the beam and has no moment.
+    // The error of the force is along the beam, so it has no moment.
     let [torque] = shares([BEAM.moment(&TURNING, force).z], [joint.moment.z]);
     assert!(torque < 1e-12, "{torque:e}");
 }

@@ -95,7 +95,7 @@ fn the_loaded_beam_moves_as_the_core_says() {
         let size = joint.force.amax() * beam.l;
         largest([
             off(posture.inner_arm(0), along * -beam.centre()),
-            // From the common mass centre to the end, which may be short: over the length.
+            // From the common mass centre to the end. This distance may be short, so the error is relative to the length.
             (posture.outer_arm(0) - along * (beam.l - beam.centre())).amax() / beam.l,
             off(motion[0].acceleration, beam.acceleration(&state)),
             (posture.links[0].inertia - inertia).amax() / inertia.amax(),
@@ -121,11 +121,11 @@ fn printed_intermediate_results_are_wrong() {
     let acceleration = planar(-e * sin + w * w * cos, e * cos + w * w * sin) * r;
     // 12.60, and 12.63 with it
     let tensor = turned([x, y, STATED.i3()], TURNING.q[0]);
-    // 12.64: half of the second mass, and the weight of the first alone
+    // 12.64: half of the second mass, and only the weight of the first
     let newton = motion[0].acceleration * (m1 + 0.5 * m2) - DOWN_Y * m1;
     // 12.65
     let force = acceleration * STATED.mass() + Vector3::y() * (STATED.mass() * G);
-    // 12.68: Iz where I3 belongs
+    // 12.68: Iz instead of I3
     let moment = (z + STATED.mass() * r * r) * e + STATED.mass() * r * G * cos;
     let [moment] = shares([moment], [tau]);
     let found = [
@@ -136,7 +136,7 @@ fn printed_intermediate_results_are_wrong() {
         moment,
     ];
     assert_stated(&found, &[1.3112, 0.46274, 0.3803, 0.24031, 0.01929]);
-    // The force of 12.65 is off along the beam alone, and I3 in its place gives the right torque.
+    // The error of the force in 12.65 is along the beam only, and with I3 the torque is correct.
     let [right] = shares([STATED.moment(&TURNING, force)], [tau]);
     assert!(right < 1e-12, "{right:e}");
 }

@@ -8,8 +8,8 @@ use crate::common::torque;
 use dynamics_core::Wrench;
 use dynamics_core::chapter::global::{Assembled, residuals, weights};
 
-/// `[A]` and `b` of eq. 12.75-12.76, `x = (F0x, F0y, Q0, F1x, F1y, Q1)`; `sign` is 1 as corrected and -1 as printed, where the
-/// cross products in rows 3 and 6 have the wrong sign. In `b` the printed `-m g` stands for a signed g, `+m g` for g = 9.81.
+/// `[A]` and `b` of eq. 12.75-12.76, `x = (F0x, F0y, Q0, F1x, F1y, Q1)`. `sign` is 1 as corrected and -1 as printed, because the
+/// printed cross products in rows 3 and 6 have the wrong sign. In `b` the printed `-m g` holds for a signed g; with g = 9.81 it is `+m g`.
 fn system(arm: &TwoLinks, state: &State<2>, sign: f64) -> ([[f64; 6]; 6], [f64; 6]) {
     let (posture, motion) = moving(&arm.dynamics(), state);
     let (n1, m1, n2) = (posture.inner_arm(0) * sign, posture.outer_arm(0) * sign, posture.inner_arm(1) * sign);
@@ -28,7 +28,7 @@ fn system(arm: &TwoLinks, state: &State<2>, sign: f64) -> ([[f64; 6]; 6], [f64; 
     (a, b)
 }
 
-/// The second link's rows come first; in that order `[A]` is lower triangular with ones on its diagonal.
+/// The second link's rows come first; in this order `[A]` is lower triangular with ones on its diagonal.
 fn solved((a, b): &([[f64; 6]; 6], [f64; 6])) -> [f64; 6] {
     let mut x = [0.0; 6];
     for k in [3, 4, 5, 0, 1, 2] {
@@ -45,7 +45,7 @@ fn from_the_recursion(arm: &TwoLinks, state: &State<2>) -> [f64; 6] {
     [first.force.x, first.force.y, tau[0], second.force.x, second.force.y, tau[1]]
 }
 
-/// The same unknowns by the core's system of all equations in space.
+/// The same unknowns from the core's system of all equations in space.
 fn from_the_assembled(arm: &TwoLinks, state: &State<2>) -> [f64; 6] {
     let (posture, motion) = moving(&arm.dynamics(), state);
     let system = Assembled::new(&posture, &motion, &weights(&posture, &DOWN_Y), &Wrench::zero());
@@ -53,7 +53,7 @@ fn from_the_assembled(arm: &TwoLinks, state: &State<2>) -> [f64; 6] {
     [first.force.x, first.force.y, first.moment.z, second.force.x, second.force.y, second.moment.z]
 }
 
-/// 12.70-12.73: left side less right side of the links' equations with the wrenches of the recursion, relative to those.
+/// Residual of the links' equations 12.70-12.73 (left side less right side) with the wrenches of the recursion, relative to those.
 fn missed(arm: &TwoLinks, state: &State<2>) -> f64 {
     let dynamics = arm.dynamics();
     let (posture, motion) = moving(&dynamics, state);
@@ -88,7 +88,7 @@ fn the_printed_matrix_gives_other_torques() {
     let arm = empty(STATED);
     let wanted = from_the_assembled(&arm, &STATED_2);
     let found = solved(&system(&arm, &STATED_2, -1.0));
-    // The forces do not pass through rows 3 and 6.
+    // The forces do not depend on rows 3 and 6.
     assert!(
         difference(&[found[0], found[1], found[3], found[4]], &[wanted[0], wanted[1], wanted[3], wanted[4]]) < 1e-12
     );

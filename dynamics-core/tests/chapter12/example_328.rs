@@ -8,7 +8,7 @@ use crate::common::torque;
 use dynamics_core::Dynamics;
 use nalgebra::Vector3;
 
-/// `m12` is the arm's own first mass here and `m22` its payload; links of `m11 = m1`, `m21 = m2`.
+/// Here `m12` is the arm's own first mass and `m22` its payload; the links' own masses are `m11 = m1`, `m21 = m2`.
 struct Massive {
     arm: TwoLinks,
     m12: f64,
@@ -27,7 +27,7 @@ impl Massive {
         arm(&[first, second], [0.0; 3], 0.0, DOWN_Y)
     }
 
-    /// Mass centre from the joint and moment of inertia about it, of a link with a point at its end.
+    /// Mass centre (from the joint) and moment of inertia about it, for a link with a point mass at its end.
     fn shifted(l: f64, c: f64, own: f64, iz: f64, point: f64) -> (f64, f64) {
         let centre = (own * c + point * l) / (own + point);
         (centre, iz + own * (c - centre).powi(2) + point * (l - centre).powi(2))

@@ -6,7 +6,7 @@ use crate::common::torque;
 use dynamics_core::chapter::posture::LinkMotion;
 use nalgebra::Vector3;
 
-/// Accelerations of `C_1`, of the elbow, of the tip and of `C_2`.
+/// Accelerations of `C_1`, the elbow, the tip and `C_2`.
 type Accelerations = [Vector3<f64>; 4];
 
 /// Eq. 12.121-12.128, corrected.
@@ -18,7 +18,7 @@ fn accelerations(arm: &TwoLinks, state: &State<2>) -> Accelerations {
     [first(arm.c1), elbow, elbow + second(arm.l2), elbow + second(arm.c2)]
 }
 
-/// As printed: `omega x (omega x r)` with a minus, and the second joint's relative velocity for the link's own.
+/// As printed: `omega x (omega x r)` with a minus, and the second joint's relative velocity instead of the link's own.
 fn printed_accelerations(arm: &TwoLinks, state: &State<2>) -> Accelerations {
     let Letters { sin1, cos1, sin12, cos12, w1, w2, w12, e1, e2, e12, .. } = Letters::of(state);
     let TwoLinks { l1, l2, c1, c2, .. } = *arm;
@@ -38,7 +38,7 @@ fn printed_accelerations(arm: &TwoLinks, state: &State<2>) -> Accelerations {
     [first(c1), first(l1), tip, centre]
 }
 
-/// The same from the core: the elbow and the tip are mass centres of links whose mass lies at their ends.
+/// The same from the core: to get elbow and tip, the links' masses are put at their ends.
 fn accelerations_of_the_core(arm: &TwoLinks, state: &State<2>) -> Accelerations {
     let centres = |arm: &TwoLinks| moving(&arm.dynamics(), state).1.map(|link| link.acceleration);
     let empty = TwoLinks { m0: 0.0, ..*arm };
@@ -47,7 +47,7 @@ fn accelerations_of_the_core(arm: &TwoLinks, state: &State<2>) -> Accelerations 
     [c1, elbow, tip, c2]
 }
 
-/// `(Q0, Q1)` of eq. 12.135 and 12.133, corrected; the payload is a weight without inertia, as in the example.
+/// `(Q0, Q1)` of eq. 12.135 and 12.133, corrected. As in the example, the payload has a weight but no inertia.
 fn torques(arm: &TwoLinks, state: &State<2>) -> [f64; 2] {
     let Letters { cos1, sin2, cos2, cos12, w1, w2, e1, e2, .. } = Letters::of(state);
     let TwoLinks { l1, l2, c1, c2, m1, m2, iz1, iz2, m0 } = *arm;
@@ -63,7 +63,7 @@ fn torques(arm: &TwoLinks, state: &State<2>) -> [f64; 2] {
     [q0, q1]
 }
 
-/// Contribution of the payload's inertia to them.
+/// Contribution of the payload's inertia to the torques.
 fn payload_torques(arm: &TwoLinks, state: &State<2>) -> [f64; 2] {
     let Letters { sin2, cos2, w1, w2, e1, e2, .. } = Letters::of(state);
     let TwoLinks { l1, l2, m0, .. } = *arm;
@@ -74,7 +74,7 @@ fn payload_torques(arm: &TwoLinks, state: &State<2>) -> [f64; 2] {
     [q0, q1]
 }
 
-/// Eq. 12.135 and 12.133 as printed, `g` being the signed component along y.
+/// Eq. 12.135 and 12.133 as printed, with `g` the signed component along y.
 fn printed_torques(arm: &TwoLinks, state: &State<2>) -> [f64; 2] {
     let Letters { cos1, sin2, cos2, cos12, w1, w2, e1, e2, .. } = Letters::of(state);
     let TwoLinks { l1, l2, c1, c2, m1, m2, iz1, iz2, m0 } = *arm;
@@ -100,12 +100,12 @@ fn points_are_where_the_core_has_them() {
         let Letters { sin1, cos1, sin12, cos12, w1, w12, e1, e12, .. } = Letters::of(&state);
         let (along1, along2) = (planar(cos1, sin1), planar(cos12, sin12));
         let TwoLinks { l1, l2, c1, c2, iz1, iz2, .. } = arm;
-        // 12.129-12.130: the bodies here have Ix = Iy, which any turn leaves as they are.
+        // 12.129-12.130: the bodies here have Ix = Iy, so a turn about z does not change the tensor.
         let turned = |iz: f64| Vector3::new(0.5 * iz, 0.5 * iz, iz);
         largest([
             off(posture.inner_arm(0), -along1 * c1),
             off(posture.inner_arm(1), -along2 * c2),
-            // The part of a link beyond its mass centre may be short: relative to the link's length.
+            // The part of a link beyond its mass centre may be short, so the error is relative to the link's length.
             (posture.outer_arm(0) - along1 * (l1 - c1)).amax() / l1,
             (posture.outer_arm(1) - along2 * (l2 - c2)).amax() / l2,
             off(posture.links[0].centre, along1 * c1),
@@ -136,7 +136,7 @@ fn printed_accelerations_are_wrong() {
     let (printed, wanted) = (printed_accelerations(&STATED, &STATED_2), accelerations_of_the_core(&STATED, &STATED_2));
     let found: [f64; 4] = core::array::from_fn(|i| off(printed[i], wanted[i]));
     assert_stated(&found, &[1.3112, 1.3112, 1.7322, 1.8909]);
-    // 12.126, from the right acceleration of the tip: the sign of `omega x (omega x m_2)`.
+    // 12.126, with the correct acceleration of the tip: only the sign of `omega x (omega x m_2)` is wrong.
     let (posture, motion) = moving(&TwoLinks { m0: 0.0, ..STATED }.dynamics(), &STATED_2);
     let (m2, LinkMotion { omega, alpha, .. }) = (posture.outer_arm(1), motion[1]);
     let (turning, spinning) = (alpha.cross(&m2), omega.cross(&omega.cross(&m2)));

@@ -36,7 +36,7 @@ impl Z {
     }
 }
 
-/// Eq. 12.138-12.140, corrected, in the order `(Q0, Q1)`; `Z2` and `Z6` to `Z8` have no place in them.
+/// Eq. 12.138-12.140, corrected, in the order `(Q0, Q1)`; `Z2` and `Z6` to `Z8` do not occur in them.
 fn equations(arm: &TwoLinks, state: &State<2>) -> Equations<2> {
     let Letters { sin2, cos2, cos1, cos12, w1, w2, w12, .. } = Letters::of(state);
     let Z { z1, z3, z4, z5, z9, z10, .. } = Z::of(arm);
@@ -48,7 +48,7 @@ fn equations(arm: &TwoLinks, state: &State<2>) -> Equations<2> {
     }
 }
 
-/// As printed, its rows `(Q1, Q0)` brought into the same order. In `G` the printed sign belongs to a signed `g`.
+/// As printed, with its rows `(Q1, Q0)` brought into the same order. The printed sign in `G` holds for a signed `g`.
 fn printed(arm: &TwoLinks, state: &State<2>) -> Equations<2> {
     let Letters { sin2, cos2, cos1, cos12, w1, w2, .. } = Letters::of(state);
     let Z { z1, z2, z3, z4, z5, z6, z7, z8, z9, z10 } = Z::of(arm);

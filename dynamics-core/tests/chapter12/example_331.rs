@@ -4,7 +4,7 @@ use super::support::{Letters, STATED, TwoLinks, largest, off, planar, shares, tw
 use super::support_b::{G, STATED_2, State, assert_equal, assert_stated, wrenches_in_base};
 use nalgebra::Vector3;
 
-/// `0F_0` and `0F_1` of eq. 12.152-12.156, corrected; the payload is a weight without inertia, as in example 329.
+/// `0F_0` and `0F_1` of eq. 12.152-12.156, corrected; as in example 329, the payload has a weight but no inertia.
 fn forces(arm: &TwoLinks, state: &State<2>) -> [Vector3<f64>; 2] {
     let Letters { sin1, cos1, sin12, cos12, w1, w12, e1, e12, .. } = Letters::of(state);
     let TwoLinks { l1, c1, c2, m1, m2, m0, .. } = *arm;
@@ -20,7 +20,7 @@ fn printed(arm: &TwoLinks, state: &State<2>) -> [Vector3<f64>; 2] {
     let Letters { sin1, cos1, sin12, cos12, w1, w2, e1, e2, .. } = Letters::of(state);
     let TwoLinks { l1, l2, c1, c2, m1, m2, m0, .. } = *arm;
     let (rest, inner, g) = (m2 * (l2 - c2), m1 * c1 + m2 * l1, -G);
-    // 12.152-12.153; the last term of both has one length too many.
+    // 12.152-12.153; the last term of both has one factor of length too many.
     let f1 = planar(
         (rest * sin12 - m2 * l1 * sin1) * e1 - m2 * c2 * e2 * sin12
             + m2 * c2 * w2 * w2 * cos12

@@ -1,4 +1,4 @@
-//! Example 332: backward recursive Newton-Euler of a 2R arm of uniform rods, in the links' own frames.
+//! Example 332: backward recursive Newton-Euler for a 2R arm of uniform rods, in the links' own frames.
 
 use super::support::{Letters, TwoLinks, largest, moving, off, planar, shares, two_links};
 use super::support_b::{G, STATED_2, State, assert_equal, assert_stated, difference, pushed};
@@ -8,7 +8,7 @@ use dynamics_core::{Live, Wrench};
 use nalgebra::Vector3;
 use proptest::prelude::Strategy;
 
-/// Force and moment of the world on the arm at the tip, in base axes.
+/// Force and moment of the environment on the arm at the tip, in base axes.
 #[derive(Clone, Copy, Debug)]
 struct Load {
     fx: f64,
@@ -58,7 +58,7 @@ fn joints(arm: &TwoLinks, state: &State<2>, load: &Load) -> Joints {
                 + 0.5 * l2 * m2 * (e12 * cos2 - w12 * w12 * sin2)
                 + l1 * (0.5 * m1 + m2) * e1,
         ),
-        // 12.211: the torque of eq. 12.279 and the contribution of the load.
+        // 12.211: the torque of eq. 12.279 plus the contribution of the load.
         m0: (m1 * l1 * l1 / 3.0 + m2 * (l1 * l1 + l1 * l2 * cos2 + l2 * l2 / 3.0)) * e1
             + m2 * (0.5 * l1 * l2 * cos2 + l2 * l2 / 3.0) * e2
             - m2 * l1 * l2 * sin2 * (w1 * w2 + 0.5 * w2 * w2)
@@ -75,7 +75,7 @@ fn printed(arm: &TwoLinks, state: &State<2>, load: &Load) -> Joints {
     let Letters { sin1, cos1, sin2, cos2, sin12, cos12, w1, w12, e1, e12, .. } = Letters::of(state);
     let TwoLinks { l1, l2, m1, m2, .. } = *arm;
     let Load { fx, fy, m } = *load;
-    // The angle `2 theta_2 + theta_1` of eq. 12.208-12.209 comes from turning the second link's weight the wrong way.
+    // The angle `2 theta_2 + theta_1` of eq. 12.208-12.209 results from turning the second link's weight in the wrong direction.
     let (sin122, cos122) = (2.0 * state.q[1] + state.q[0]).sin_cos();
     Joints {
         f1: planar(
@@ -103,7 +103,7 @@ fn of_the_recursion(arm: &TwoLinks, state: &State<2>, load: &Load) -> Joints {
     Joints { f1: second.force, m1: second.moment.z, f0: first.force, m0: first.moment.z }
 }
 
-/// `1a_1` and `2a_2` (eq. 12.194 and 12.196, corrected: the elbow's own acceleration is part of the second).
+/// `1a_1` and `2a_2` (eq. 12.194 and 12.196, corrected: the second includes the elbow's own acceleration).
 fn accelerations(arm: &TwoLinks, state: &State<2>) -> [Vector3<f64>; 2] {
     let Letters { sin2, cos2, w1, w12, e1, e12, .. } = Letters::of(state);
     let TwoLinks { l1, l2, .. } = *arm;
@@ -116,7 +116,7 @@ fn accelerations(arm: &TwoLinks, state: &State<2>) -> [Vector3<f64>; 2] {
     ]
 }
 
-/// The core's, in the links' frames; gravity likewise.
+/// The core's accelerations and gravity, in the links' frames.
 fn in_links(arm: &TwoLinks, state: &State<2>) -> ([Vector3<f64>; 2], [Vector3<f64>; 2]) {
     let (posture, motion) = moving(&arm.dynamics(), state);
     let into = |i: usize, v: &Vector3<f64>| posture.links[i].rotation.transpose() * v;
@@ -163,7 +163,7 @@ fn printed_accelerations_and_gravity_are_wrong() {
         // 12.199 likewise
         off(planar(-G * sin12, G * cos12), gravity[1]),
         off(planar(G * sin12, -G * cos12), gravity[1]),
-        // 12.191: `m_2` where `m_1` leads from the first mass centre to the elbow
+        // 12.191: `m_2` is printed instead of `m_1`, which leads from the first mass centre to the elbow
         off(-n1 + posture.outer_arm(1) - n2, posture.links[1].centre),
     ];
     assert_stated(&found, &[0.92931, 1.6749, 1.2733, 0.55523, 2.0, 0.34388]);

@@ -9,13 +9,13 @@ use dynamics_core::{Dynamics, JointKind, Live, Scene, Term, Wrench};
 use nalgebra::Vector3;
 use proptest::prelude::Strategy;
 
-/// An arm of mixed joints, its state, and the wrench of the world at its tip, in base axes.
+/// An arm of mixed joints, its state, and the wrench of the environment at its tip, in base axes.
 type Case<const N: usize> = (Dynamics<f64, N>, State<N>, Wrench<f64>);
 
 fn cases<const N: usize>() -> impl Strategy<Value = Case<N>> {
     (arm::<N>(), vector(12.0), states::<N>(), vector(30.0), vector(5.0)).prop_map(
         |(model, gravity, state, force, moment)| {
-            // The rotors act between motor and link; they are no part of a joint's wrench.
+            // The rotors act between motor and link, so they are not part of a joint's wrench.
             let scene = Scene { rotor: Term::Absent, ..Scene::with_gravity(gravity, &model) };
             let free = Dynamics::new(model, scene);
             (pushed(&free, &state.q, force, moment), state, Wrench { force, moment })
@@ -23,7 +23,7 @@ fn cases<const N: usize>() -> impl Strategy<Value = Case<N>> {
     )
 }
 
-/// The component along an axis that an actuator gives, and the rest, which the bearings give.
+/// The component along the axis, which the actuator gives, and the rest, which the bearings give.
 fn shares_of(kind: JointKind, axis: Vector3<f64>, wrench: &Wrench<f64>) -> (f64, Wrench<f64>) {
     let Wrench { force, moment } = *wrench;
     match kind {
@@ -38,7 +38,7 @@ fn shares_of(kind: JointKind, axis: Vector3<f64>, wrench: &Wrench<f64>) -> (f64,
     }
 }
 
-/// The chapter's `(F_{i-1}, M_{i-1})` by sums over all that lies beyond a joint (eq. 12.1-12.2 added up, with the gyroscopic
+/// The chapter's `(F_{i-1}, M_{i-1})` as sums over everything beyond a joint (eq. 12.1-12.2 added up, with the gyroscopic
 /// term), without a recursion.
 fn summed<const N: usize>((dynamics, state, load): &Case<N>) -> [Wrench<f64>; N] {
     let gravity = *dynamics.scene().gravity.value(&Vector3::zeros()).unwrap();
@@ -94,7 +94,7 @@ fn the_actuator_gives_the_component_of_the_wrench_that_the_joint_itself_carries(
     actuators_and_bearings::<6>();
 }
 
-/// The printed index takes the wrench of the next joint; at the last joint this is the wrench of the arm on the world.
+/// The printed index selects the wrench of the next joint; for the last joint this is the wrench of the arm on the environment.
 #[test]
 fn the_printed_index_names_another_joints_torque() {
     let dynamics = pushed(&STATED.dynamics(), &STATED_2.q, Vector3::new(7.0, -11.0, 0.0), Vector3::z() * 3.0);
@@ -102,7 +102,7 @@ fn the_printed_index_names_another_joints_torque() {
     let [_, second] = wrenches_in_base(&dynamics, &STATED_2);
     let at_the_tip = -3.0;
     assert_stated(&[(second.moment.z / tau[0] - 1.0).abs(), (at_the_tip / tau[1] - 1.0).abs()], &[0.82031, 1.1673]);
-    // In a plane the bearings carry no moment: all of the force is theirs.
+    // In a plane the bearings carry no moment, but all of the force.
     let (_, bearings) = shares_of(JointKind::Revolute, Vector3::z(), &second);
     assert!(off(bearings.moment + DOWN_Y, DOWN_Y) < 1e-12 && bearings.force == second.force);
 }

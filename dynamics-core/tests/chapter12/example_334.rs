@@ -57,7 +57,7 @@ fn the_printed_second_row_is_wrong() {
     let [_, m2, l] = STATED;
     let (sin, cos) = q[1].sin_cos();
     let wanted: [f64; 2] = torque(&dynamics(STATED), &q, &qd, &qdd);
-    // 12.248: the carriage's acceleration in the place of the arm's.
+    // 12.248: the carriage's acceleration instead of the arm's.
     let second = m2 * l * l * qdd[0] - m2 * l * qdd[0] * sin + m2 * G * l * cos;
     // 12.250, second row.
     let right = Equations::of(&dynamics(STATED), &q, &qd).d;

@@ -1,4 +1,4 @@
-//! Example 335: a point that slides along a massless arm that turns. Nothing in it is misprinted.
+//! Example 335: a point that slides along a massless turning arm. It contains no misprint.
 
 use super::support_b::{
     DOWN_Y, Equations, G, State, arm, assert_equal, difference, mass_matrix_slope, placed, point, sizes, states,
@@ -7,7 +7,7 @@ use crate::common::torque;
 use dynamics_core::{Body, Dynamics, JointKind};
 use nalgebra::{Matrix2, Matrix3, Vector2};
 
-/// In the order of the joints the turn is first; the example counts the slide as `q1` and the turn as `q2`.
+/// The first joint turns, the second slides; the example counts the slide as `q1` and the turn as `q2`.
 fn dynamics(m: f64) -> Dynamics<f64, 2> {
     let joint = |kind, axis, body| placed(kind, Matrix3::identity(), [0.0; 3], axis, body);
     let turn = joint(JointKind::Revolute, [0.0, 0.0, 1.0], Body::massless());

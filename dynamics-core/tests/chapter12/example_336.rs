@@ -128,15 +128,15 @@ fn rotations_inertias_and_jacobians_are_12_263_to_12_273() {
             worst = larger(worst, off(&Matrix3x2::from_columns(&columns.map(|m| m.velocity)), &jacobians[2 * i]));
             worst = larger(worst, off(&Matrix3x2::from_columns(&columns.map(|m| m.omega)), &jacobians[2 * i + 1]));
         }
-        // The tip's, at the end of the second bar.
+        // The Jacobian of the tip, at the end of the second bar.
         let tip = lagrange::tip_jacobian(&posture);
         let end = moving[1].velocity + moving[1].omega.cross(&posture.outer_arm(1));
         larger(worst, (tip.velocity(&state.qd) - end).amax() / (bars.l.iter().sum::<f64>() * 3.0))
     });
 }
 
-/// 12.273 as printed says that the second link does not feel the second joint's turn; the lines of 12.274 halve the
-/// rotational part. Neither gives the printed result after them; that result is right.
+/// 12.273 as printed means that the second link is not affected by the second joint's turn; the lines of 12.274 halve the
+/// rotational part. Neither leads to the printed result that follows them, which is correct.
 #[test]
 fn printed_lines_of_12_273_and_12_274_are_wrong() {
     let bars = Bars::STATED;
@@ -154,7 +154,7 @@ fn printed_lines_of_12_273_and_12_274_are_wrong() {
     assert_stated(&[off(&sum(0.5, &jr2), &right), off(&sum(1.0, &jr1), &right)], &[0.03962, 0.02011]);
 }
 
-/// With the limits 1..1 that 12.275 prints the first velocity term would be zero; with 1..2 it is its last line.
+/// With the limits 1..1 printed in 12.275 the first velocity term would be zero; with 1..2 it equals the last line.
 #[test]
 fn printed_limits_of_12_275_are_wrong() {
     let (bars, State { q, qd, .. }) = (Bars::STATED, STATED_2);
@@ -168,7 +168,7 @@ fn printed_limits_of_12_275_are_wrong() {
     assert_stated(&[difference(&[h1(1)], &[right])], &[1.0]);
 }
 
-/// 12.269 is the only acceleration at rest: gravity pulls along the base frame's -y.
+/// At rest the only acceleration is 12.269: gravity acts along the base frame's -y.
 #[test]
 fn gravity_is_12_269() {
     assert_eq!(DOWN_Y, Vector3::new(0.0, -G, 0.0));

@@ -21,7 +21,7 @@ fn christoffel<const N: usize>(slope: &Slopes<N>, i: usize, j: usize, k: usize) 
     (slope[k][(i, j)] + slope[j][(i, k)] - slope[i][(j, k)]) / 2.0
 }
 
-/// Terms printed in 12.220, 12.238, 12.282 and 12.531, before the sum.
+/// The terms printed in 12.220, 12.238, 12.282 and 12.531, before the sum.
 fn printed<const N: usize>(slope: &Slopes<N>, i: usize, j: usize, k: usize) -> f64 {
     slope[k][(i, j)] - slope[i][(j, k)] / 2.0
 }
@@ -38,7 +38,7 @@ fn matrix<const N: usize>(
 #[test]
 fn christoffel_symbols_give_the_velocity_torques() {
     assert_equal("12.281", (arm::<4>(), vector(12.0), states()), |(model, gravity, state)| {
-        // Jacobians and transforms know of links only.
+        // Jacobians and transforms describe links only, so rotors are omitted.
         let scene = Scene { rotor: Term::Absent, ..Scene::with_gravity(gravity, &model) };
         let dynamics = Dynamics::new(model, scene);
         let c = matrix(&slopes(&dynamics, &state.q), &state.qd, christoffel);
@@ -51,7 +51,7 @@ fn christoffel_symbols_give_the_velocity_torques() {
     });
 }
 
-/// `dD/dt - 2 C` is skew-symmetric with 12.281, and is not with the symbols of 12.282, though both give the same torques.
+/// `dD/dt - 2 C` is skew-symmetric with 12.281. With the symbols of 12.282 it is not, although both give the same torques.
 #[test]
 fn contracted_12_282_is_right_and_its_elements_are_not() {
     let dynamics = super::example_342::stated();

@@ -1,4 +1,4 @@
-//! Example 338: no gravity and nothing touched, eq. 12.284-12.285.
+//! Example 338: no gravity and no contact, eq. 12.284-12.285.
 
 use super::support_b::{
     Equations, STATED_3, State, assert_equal, assert_stated, difference, floating, larger, mass_matrix_slope, posture,
@@ -22,7 +22,7 @@ fn contracted<const N: usize>(symbols: &[SMatrix<f64, N, N>; N], qd: &[f64; N]) 
     symbols.map(|symbol| (symbol * qd).dot(&qd))
 }
 
-/// The core's equations by Jacobians, with neither gravity nor contact; those of the recursion to rounding.
+/// The core's equations by Jacobians, without gravity and contact; equal to the recursion's up to rounding.
 fn by_lagrange(free: &Dynamics<f64, 3>, State { q, qd, qdd }: &State<3>) -> [f64; 3] {
     let found = lagrange::inverse_dynamics(&posture(free, q), qd, qdd, &Vector3::zeros(), &Wrench::zero());
     assert!(difference(&found, &torque::<f64, 3>(free, q, qd, qdd)) < 1e-12);
@@ -44,7 +44,7 @@ fn lagrangian_is_12_284() {
     });
 }
 
-/// 12.285 corrected: row `i` is `D_ij qdd_j + Gamma^i_lm qd_l qd_m`; taken out of a bracket the symbols are of the second
+/// 12.285 corrected: row `i` is `D_ij qdd_j + Gamma^i_lm qd_l qd_m`. If `D_ij` is factored out, the symbols must be of the second
 /// kind, `D_ij (qdd_j + Gamma2^j_lm qd_l qd_m)` with `Gamma2 = D^-1 Gamma`.
 #[test]
 fn equations_are_the_corrected_12_285() {
@@ -61,8 +61,8 @@ fn equations_are_the_corrected_12_285() {
     });
 }
 
-/// As printed: summed over `i` it is one number for all joints; and with symbols of the first kind inside the bracket, even
-/// row by row and with the indices put right, it is no torque.
+/// As printed, it is summed over `i` and gives one number for all joints. Even row by row and with corrected indices, symbols of the first
+/// kind inside the bracket do not give a torque.
 #[test]
 fn printed_12_285_is_wrong() {
     let free = floating(&super::example_342::stated());

@@ -1,4 +1,4 @@
-//! Example 339: a turning beam with a mass at its tip, eq. 12.286-12.300; all of it is right.
+//! Example 339: a turning beam with a mass at its tip, eq. 12.286-12.300; all of it is correct.
 
 use super::support_b::{
     DOWN_Y, Equations, G, State, arm, assert_equal, body, difference, larger, planar_link, posture, sizes, states,
@@ -30,7 +30,7 @@ fn one_link_is_12_286_to_12_300() {
         let found = energy::potential(&dynamics, &turn, &state.q, &Live::zero());
         error = larger(error, (found - potential).abs() / ((m1 + m2) * G * l));
 
-        // 12.286-12.291 and 12.293, of the beam without the mass at its tip.
+        // 12.286-12.291 and 12.293, for the beam without the mass at its tip.
         let bare = arm(&[beam], [0.0; 3], 0.0, DOWN_Y);
         let place = posture(&bare, &state.q);
         let motion = place.motion(&state.qd, &[0.0])[0];
@@ -60,7 +60,7 @@ fn one_link_is_12_286_to_12_300() {
     });
 }
 
-/// 12.300 is 12.69: the same arm as in example 325, with the same torque.
+/// 12.300 equals 12.69: the same arm as in example 325, with the same torque.
 #[test]
 fn torque_12_300_is_12_69() {
     let (m1, m2, l, iz, theta, acceleration) = (3.0, 2.0, 0.7, 0.2, 0.4_f64, 2.1);
@@ -69,7 +69,7 @@ fn torque_12_300_is_12_69() {
     let found = crate::common::torque::<f64, 1>(&dynamics, &[theta], &[1.3], &[acceleration]);
     let rx = (m1 + 2.0 * m2) / (2.0 * (m1 + m2)) * l;
     let i3 = iz + m1 * (rx - l / 2.0) * (rx - l / 2.0) + m2 * (l - rx) * (l - rx);
-    // 12.68 with I_3 for the printed I_z, which 12.69 then is.
+    // 12.68 with I_3 instead of the printed I_z, which makes it 12.69.
     let wanted = (i3 + (m1 + m2) * rx * rx) * acceleration + (m1 + m2) * rx * G * theta.cos();
     assert!(difference(&found, &[wanted]) < 1e-14);
 }

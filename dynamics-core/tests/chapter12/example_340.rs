@@ -35,7 +35,7 @@ impl Arm {
         arm(&[planar_link(l1, first), planar_link(l2, second)], [0.0; 3], self.m0, DOWN_Y)
     }
 
-    /// 12.322-12.331, the last two with the `g` that they lack.
+    /// 12.322-12.331, the last two with the missing `g`.
     pub(super) fn equations(&self, state: &State<2>) -> Equations<2> {
         let Self { m11, m12, m21, m0, l: [l1, l2], c: [c1, c2], iz: [iz1, iz2] } = *self;
         let ([q1, q2], [qd1, qd2]) = (state.q, state.qd);
@@ -88,7 +88,7 @@ fn energies_are_12_317_and_12_318() {
             m11 * G * c1 * s1 + m12 * G * l1 * s1 + m21 * G * (l1 * s1 + c2 * s12) + m0 * G * (l1 * s1 + l2 * s12);
         let (dynamics, turn) = (arm.dynamics(), turns(&state.q));
         let found = energy::kinetic(&dynamics, &turn, &state.q, &state.qd, &Live::zero());
-        // 1/2 qd^T D qd cancels where the joints turn against each other; it is as good as D is.
+        // 1/2 qd^T D qd cancels if the joints turn in opposite directions; its error is relative to D.
         let size = Equations::of(&dynamics, &state.q, &state.qd).d.amax() * (qd1 * qd1).max(qd2 * qd2);
         let error = (found - kinetic).abs() / size;
         let found = energy::potential(&dynamics, &turn, &state.q, &Live::zero());
@@ -97,7 +97,7 @@ fn energies_are_12_317_and_12_318() {
     });
 }
 
-/// 12.301-12.304, 12.307-12.311 and 12.313-12.315, on arms that hold nothing, for the general code adds a payload to its link.
+/// 12.301-12.304, 12.307-12.311 and 12.313-12.315, on arms without a payload, because the general code adds a payload to its link.
 #[test]
 fn kinematics_are_12_301_to_12_315() {
     assert_equal("12.301-12.315", (sizes(), sizes::<4>(), states()), |(sizes, ixy, state)| {
@@ -139,7 +139,7 @@ fn kinematics_are_12_301_to_12_315() {
     });
 }
 
-/// 12.330-12.331 as printed are moments of mass, kg m: torques only after a multiplication by `g`.
+/// 12.330-12.331 as printed are first moments, kg m: they are torques only after multiplication by `g`.
 #[test]
 fn printed_12_330_and_12_331_lack_g() {
     let found = Equations::of(&Arm::STATED.dynamics(), &STATED_2.q, &STATED_2.qd).g;

@@ -4,13 +4,13 @@ use super::example_340::Arm;
 use super::support_b::{Equations, G, STATED_2, State, assert_equal, assert_stated, difference, larger, sizes, states};
 use nalgebra::{Matrix2, Vector2};
 
-/// Removes the effects that a case lacks.
+/// Removes the effects that are absent in a special case.
 type Special = fn(Arm) -> Arm;
 
 /// The equations that the chapter prints for a case.
 type Form = fn(&Arm, &State<2>) -> Equations<2>;
 
-/// 12.333-12.342 with `g`: no mass in the links. Their moments of inertia stay, as those of the motors.
+/// 12.333-12.342 with `g`: the links have no mass. Their moments of inertia remain, as those of the motors.
 fn massless_arms(arm: &Arm, state: &State<2>) -> Equations<2> {
     let Arm { m12, m0, l: [l1, l2], iz: [iz1, iz2], .. } = *arm;
     let ([q1, q2], [qd1, qd2]) = (state.q, state.qd);
@@ -25,7 +25,7 @@ fn massless_arms(arm: &Arm, state: &State<2>) -> Equations<2> {
     }
 }
 
-/// 12.343-12.352 with `g`: no mass but the links'.
+/// 12.343-12.352 with `g`: only the links have mass.
 fn massless_joints(arm: &Arm, state: &State<2>) -> Equations<2> {
     let Arm { m11, m21, l: [l1, _], c: [c1, c2], iz: [iz1, iz2], .. } = *arm;
     let ([q1, q2], [qd1, qd2]) = (state.q, state.qd);
@@ -40,7 +40,7 @@ fn massless_joints(arm: &Arm, state: &State<2>) -> Equations<2> {
     }
 }
 
-/// 12.353-12.362 with 12.354, 12.359 and the `g` put right: the same with mass centres half way.
+/// 12.353-12.362 with 12.354, 12.359 and the `g` corrected: the same with mass centres at half length.
 fn uniform_links(arm: &Arm, state: &State<2>) -> Equations<2> {
     let Arm { m11, m21, l: [l1, l2], iz: [iz1, iz2], .. } = *arm;
     let ([q1, q2], [qd1, qd2]) = (state.q, state.qd);
@@ -68,7 +68,7 @@ fn uniform(arm: Arm) -> Arm {
     Arm { c: arm.l.map(|l| l / 2.0), ..without_joints(arm) }
 }
 
-/// Against the recursion and against the general equations of example 340.
+/// Compares a special case with the recursion and with the general equations of example 340.
 fn check(what: &str, special: Special, form: Form) {
     assert_equal(what, (sizes(), states()), |(sizes, state)| {
         let arm = special(Arm::of(sizes));
@@ -112,7 +112,7 @@ fn printed_gravity_terms_lack_g() {
     }
 }
 
-/// 12.354 multiplies both of its terms by the cosine and so breaks the symmetry with 12.355, which is right.
+/// 12.354 multiplies both of its terms by the cosine and so is not symmetric to 12.355, which is correct.
 #[test]
 fn printed_12_354_is_wrong() {
     let arm = uniform(Arm::STATED);
@@ -121,7 +121,7 @@ fn printed_12_354_is_wrong() {
     assert_stated(&[difference(&[printed], &[found.m12])], &[0.1175]);
 }
 
-/// 12.359 has a quarter where 12.349 with `c2 = l2/2` gives a half.
+/// 12.359 has a quarter, but 12.349 with `c2 = l2/2` gives a half.
 #[test]
 fn printed_12_359_is_half_of_what_it_should_be() {
     let arm = uniform(Arm::STATED);

@@ -1,4 +1,4 @@
-//! Example 342: an articulated arm of three revolute joints, eq. 12.363-12.390, with the terms of 12.390 that the book leaves out.
+//! Example 342: an articulated arm of three revolute joints, eq. 12.363-12.390, with the terms that the book omits in 12.390.
 
 use super::support_b::{
     Equations, G, STATED_3, State, arm, assert_equal, assert_stated, body, difference, joint, larger, placed, posture,
@@ -21,7 +21,7 @@ struct Articulated {
     i: [[f64; 3]; 3],
 }
 
-/// The arm at which printed forms are shown to be wrong.
+/// The arm for which printed forms are shown to be wrong.
 pub(super) fn stated() -> Dynamics<f64, 3> {
     Articulated::stated().dynamics()
 }
@@ -39,15 +39,15 @@ impl Articulated {
     fn of((sizes, inertia): ([f64; 10], [f64; 9])) -> Self {
         let [m0, m1, m2, m3, l1, l2, l3, c1, c2, c3] = sizes;
         let i = core::array::from_fn(|k| core::array::from_fn(|axis| inertia[3 * k + axis]));
-        // A mass centre inside the second link lies before its far end.
+        // The mass centre of the second link is inside the link, before its far end.
         Self { m: [m0, m1, m2, m3], l: [l1, l2, l3], c: [c1, -c2, c3], i }
     }
 
-    /// The book's frames, each link's at its joint: `o_1` lies `l1` before `z_1`'s foot, which is where the second joint is.
+    /// The book's frames, each link's at its joint: `o_1` is `l1` before the foot of `z_1`, where the second joint is.
     fn dynamics(&self) -> Dynamics<f64, 3> {
         let Self { m: [m0, m1, m2, m3], l: [l1, l2, l3], c: [c1, c2, c3], i: [i1, i2, i3] } = *self;
         let (turned, zero) = (about_x(QUARTER), [0.0; 3]);
-        // z_1 and z_3 are -y of the frames here, which have not yet been turned by the twist.
+        // z_1 and z_3 are -y of the frames here, to which the twist has not yet been applied.
         let first = body(m1, [0.0, l1 - c1, 0.0], [i1[0], i1[2], i1[1]]);
         let second = body(m2, [c2 + l2, 0.0, 0.0], i2);
         let third = body(m3, [0.0, -c3, 0.0], [i3[0], i3[2], i3[1]]);
@@ -140,7 +140,7 @@ fn equations_of_motion_are_12_390() {
     });
 }
 
-/// The example's frames are not those of a table; the rows that stand for the same arm give the same equations.
+/// The example's frames are not those of a Denavit-Hartenberg table. The rows for the same arm give the same equations.
 #[test]
 fn rows_of_a_table_give_the_same_arm() {
     assert_equal("rows", ((sizes(), sizes()), states()), |(sizes, state)| {
@@ -149,7 +149,7 @@ fn rows_of_a_table_give_the_same_arm() {
     });
 }
 
-/// 12.363-12.366: the transformations of the example, multiplied out, place the third frame where the general code has it.
+/// 12.363-12.366: the product of the example's transformations places the third frame at the same pose as the general code.
 #[test]
 fn transformations_are_12_363_to_12_366() {
     let arm = Articulated::stated();
@@ -202,7 +202,7 @@ fn kinematics_are_12_367_to_12_384() {
         .map(|(found, wanted)| (found - wanted).amax() / 6.0)
         .into_iter()
         .fold(0.0, larger);
-        // 12.380-12.381, 12.383-12.384: the points move as their positions do; the linear part along each joint.
+        // 12.380-12.381, 12.383-12.384: the points' velocities are the derivatives of their positions; the linear part along each joint.
         let tip = motion[2].velocity + motion[2].omega.cross(&posture.outer_arm(2));
         for (found, k) in [(motion[1].velocity, 2), (motion[2].velocity, 4), (tip, 5)] {
             let step = 1e-4;
@@ -236,7 +236,7 @@ fn energies_are_12_385_and_12_386() {
     let (arm, State { q, qd, .. }) = (Articulated::stated(), STATED_3);
     let dynamics = arm.dynamics();
     let [m0, m1, m2, m3] = arm.m;
-    // The masses each on their own: the general code joins load and link.
+    // The masses separately, because the general code merges load and link.
     let bare = Articulated { m: [0.0, m1, m2, m3], ..Articulated::stated() };
     let posture = posture(&bare.dynamics(), &q);
     let motion = posture.motion(&qd, &[0.0; 3]);
@@ -257,8 +257,8 @@ fn energies_are_12_385_and_12_386() {
     assert!((found - potential).abs() < 1e-14 * (m2 + m3 + m0) * G);
 }
 
-/// 12.369-12.372 add an origin that the transformation has already added, 12.371-12.372 multiply all of `l2` by the length
-/// beyond it, and the fourth elements, 2 and 3, are those of no point.
+/// 12.369-12.372 add an origin that the transformation has already added. 12.371-12.372 multiply all of `l2` by the length
+/// beyond it. Their fourth elements, 2 and 3, are not those of a point.
 #[test]
 fn printed_12_369_to_12_372_are_wrong() {
     let arm = Articulated::stated();

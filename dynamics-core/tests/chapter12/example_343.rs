@@ -17,13 +17,13 @@ struct Hanging {
 
 const STATED: Hanging = Hanging { m: [3.0, 2.0], l: [0.7, 0.5] };
 
-/// The arm at which printed forms are shown to be wrong.
+/// The arm for which printed forms are shown to be wrong.
 pub(super) fn stated() -> Dynamics<f64, 2> {
     STATED.dynamics()
 }
 
 impl Hanging {
-    /// The angles are zero where the arm hangs: gravity pulls along x.
+    /// The angles are zero when the arm hangs: gravity acts along x.
     fn dynamics(&self) -> Dynamics<f64, 2> {
         let link = |i: usize| planar_link(self.l[i], point(self.m[i], [0.0; 3]));
         arm(&[link(0), link(1)], [0.0; 3], 0.0, Vector3::new(G, 0.0, 0.0))
@@ -81,7 +81,7 @@ fn lagrangian_is_12_420() {
     });
 }
 
-/// 12.421 and the corrected 12.422; as printed, 12.422 has the wrong velocity terms and weight of the wrong sign.
+/// 12.421 and the corrected 12.422. As printed, 12.422 has wrong velocity terms and the wrong sign of the weight.
 #[test]
 fn torques_are_12_421_and_the_corrected_12_422() {
     let (Hanging { m: [m1, m2], l: [l1, l2] }, State { q: [q1, q2], qd: [qd1, qd2], qdd: [a1, a2] }) =
@@ -101,7 +101,7 @@ fn torques_are_12_421_and_the_corrected_12_422() {
 }
 
 /// 12.429-12.434 are the recursion's own velocity products: `H_ijk` from the velocities `e_j + e_k`, `e_j`, `e_k`. As printed,
-/// 12.431 has the wrong sign and 12.434 is not zero. (12.423-12.424 call four of these symbols D.)
+/// 12.431 has the wrong sign and 12.434 is not zero. (12.423-12.424 use the letter D for four of these symbols.)
 #[test]
 fn velocity_symbols_are_the_corrected_12_429_to_12_434() {
     let dynamics = stated();

@@ -55,7 +55,7 @@ impl Bars {
         })
     }
 
-    /// The equations by 12.417-12.419.
+    /// The equations of motion by 12.417-12.419.
     fn traces(&self, State { q, qd, .. }: &State<2>) -> Equations<2> {
         let first = |r: usize, i: usize| {
             let mut times = [0; 2];
@@ -127,7 +127,7 @@ fn velocity_vector_is_12_451() {
     assert!(difference(&found, &wanted) < 1e-14);
 }
 
-/// 12.446 differentiates by the first joint twice and so prints a part of `D_11`; 12.452 takes the second link's length for
+/// 12.446 differentiates by the first joint twice and so prints a part of `D_11`; 12.452 uses the second link's length instead of
 /// the first's.
 #[test]
 fn printed_12_446_and_12_452_are_wrong() {

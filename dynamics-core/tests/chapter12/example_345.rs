@@ -40,7 +40,7 @@ impl Holding {
         arm(&[link(0), link(1), link(2), link(3)], [0.0; 3], 0.0, DOWN_Y)
     }
 
-    /// 12.475 read as `0F_4`, `0M_4`, in base axes: the wrench on the arm is its negative.
+    /// 12.475 understood as `0F_4`, `0M_4`, in base axes: the wrench on the arm is its negative.
     fn dynamics(&self) -> Dynamics<f64, 4> {
         let [fx, fy, mz] = self.on_environment;
         pushed(&self.links(), &self.q, Vector3::new(-fx, -fy, 0.0), Vector3::new(0.0, 0.0, -mz))
@@ -65,7 +65,7 @@ impl Holding {
         [base, first, second, third]
     }
 
-    /// Every term of a moment with its magnitude.
+    /// Sum of the magnitudes of all terms of a moment.
     fn size(&self) -> f64 {
         let reach = self.l.iter().sum::<f64>();
         self.on_environment.iter().map(|x| x.abs()).sum::<f64>() * (1.0 + reach)
@@ -99,7 +99,7 @@ fn joint_moments_are_12_486_to_12_496() {
     });
 }
 
-/// 12.477-12.481: mass centres half way along each link and the links themselves, turned into the base frame as free vectors.
+/// 12.477-12.481: mass centres at half length of each link, and the links themselves, turned into the base frame as free vectors.
 #[test]
 fn positions_are_12_477_to_12_481() {
     assert_equal("12.477-12.481", draws(), |holding| {
@@ -130,7 +130,7 @@ fn label_of_12_475_is_wrong() {
     assert_stated(&[difference(&printed, &found)], &[0.4877]);
 }
 
-/// The first lines of 12.483-12.485 subtract weights that their numbers then add.
+/// The first lines of 12.483-12.485 subtract weights that the following lines add.
 #[test]
 fn symbolic_lines_of_12_483_to_12_485_have_the_wrong_sign() {
     let found = wrenches_in_base(&STATED.dynamics(), &State::still(STATED.q));

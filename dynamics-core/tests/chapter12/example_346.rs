@@ -10,7 +10,7 @@ use dynamics_core::{Dynamics, Live, Scene, Wrench};
 use nalgebra::Vector3;
 use proptest::prelude::Strategy;
 
-/// A random arm that holds still against gravity and a wrench on its tip.
+/// A random arm at rest under gravity and a wrench on its tip.
 #[derive(Debug)]
 struct Holding {
     dynamics: Dynamics<f64, 5>,
@@ -28,7 +28,7 @@ fn draws() -> impl Strategy<Value = Holding> {
     })
 }
 
-/// `(F_{i-1}, M_{i-1})` of every link in its own frame by 12.497-12.500, weight's moment taken about `about` of the link.
+/// `(F_{i-1}, M_{i-1})` of every link in its own frame by 12.497-12.500, with the weight's moment about the point `about` of the link.
 fn backward(holding: &Holding, about: fn(&Posture<f64, 5>, usize) -> Vector3<f64>) -> [Wrench<f64>; 5] {
     let posture = posture(&holding.dynamics, &holding.q);
     let tip = &posture.links[4].rotation;
@@ -50,7 +50,7 @@ fn backward(holding: &Holding, about: fn(&Posture<f64, 5>, usize) -> Vector3<f64
             moment: beyond.moment - moment_of_weight + across.cross(&beyond.force),
         };
         if i > 0 {
-            // 12.499-12.500: of the transformation only the rotation acts, for the fourth element is zero.
+            // 12.499-12.500: only the rotation of the transformation acts, because the fourth element is zero.
             let turn = posture.links[i - 1].rotation.transpose() * link.rotation;
             beyond = Wrench { force: turn * wrenches[i].force, moment: turn * wrenches[i].moment };
         }
@@ -78,7 +78,7 @@ fn general(holding: &Holding) -> [Wrench<f64>; 5] {
     joint_wrenches(&holding.dynamics, &turns(&holding.q), &holding.q, &still, &still, &Live::zero())
 }
 
-/// 12.497-12.500 with weight's moment about `O_{i-1}`.
+/// 12.497-12.500 with the weight's moment about `O_{i-1}`.
 #[test]
 fn joint_wrenches_at_rest_are_12_497_to_12_500() {
     assert_equal("12.497-12.500", draws(), |holding| {
@@ -97,13 +97,13 @@ fn wrenches_turned_into_the_base_frame_are_12_501_and_12_502() {
             let rotation = posture.links[i].rotation;
             Wrench { force: rotation * own[i].force, moment: rotation * own[i].moment }
         });
-        // From the base's wrench to the tip: what each link hands on is the next one's.
+        // From the base's wrench to the tip: the wrench that a link passes on is the next link's.
         let chain = chain(&holding.dynamics);
         let first = own[0];
         let outward = forward_in_links(&chain, &turns(&holding.q), &holding.q, &holding.gravity, &[&[]; 5], &first);
         let turned_outward = core::array::from_fn(|i| {
             let from = if i == 0 { first } else { outward[i - 1] };
-            // A link hands on in its own axes.
+            // A link passes on the wrench in its own axes.
             let rotation = posture.links[i.saturating_sub(1)].rotation;
             Wrench { force: rotation * from.force, moment: rotation * from.moment }
         });
@@ -112,7 +112,7 @@ fn wrenches_turned_into_the_base_frame_are_12_501_and_12_502() {
     });
 }
 
-/// 12.465 and 12.510 take weight's moment about the base; 12.498 needs it about the link's own joint.
+/// 12.465 and 12.510 compute the weight's moment about the base; 12.498 needs it about the link's own joint.
 #[test]
 fn weight_about_the_base_is_wrong_in_12_498() {
     let (dynamics, q) = (super::example_342::stated(), super::support_b::STATED_3.q);

@@ -30,7 +30,7 @@ fn actuator_carries_the_joints_own_component() {
     });
 }
 
-/// With `M_i`, the moment at the next joint, for `M_{i-1}`: this does not hold the arm. (There is no next joint after
+/// With `M_i`, the moment at the next joint, instead of `M_{i-1}`: this does not hold the arm. (There is no joint after
 /// the last.)
 #[test]
 fn printed_index_of_12_503_and_12_504_is_wrong() {

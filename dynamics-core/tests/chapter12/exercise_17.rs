@@ -1,6 +1,6 @@
 //! Exercise 17: a planar arm of three joints, massless links, two point masses.
 //!
-//! Its figure shows no more than that to whom it is not at hand; taken here: a slider along x and two revolute joints on it, one
+//! The figure is not available here. Assumed: a slider along x with two revolute joints on it, one
 //! mass at the elbow and one at the tip, gravity along -y.
 
 use super::support_b::{DOWN_Y, Equations, G, State, arm, assert_equal, placed, point, sizes, states};

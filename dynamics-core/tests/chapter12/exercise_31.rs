@@ -1,7 +1,7 @@
 //! Exercise 31: work of the actuators of a planar arm that carries 12 kg at 1 m/s along two semicircles.
 //!
-//! The figure stands in another chapter; taken here: from (1.5, 0.5) through (0, 0.5) to (-1.5, 0.5), radius 0.75 m, massless links,
-//! gravity along -y, and both ways of going: over both circles, and over the first and under the second.
+//! The figure is in another chapter. Assumed: from (1.5, 0.5) through (0, 0.5) to (-1.5, 0.5), radius 0.75 m, massless links,
+//! gravity along -y, and both possible paths: over both circles, and over the first and under the second.
 
 use super::support_b::{DOWN_Y, G, State, arm, planar_link};
 use crate::common::torque;
@@ -27,7 +27,7 @@ fn joints([p, v, a]: [Vector2<f64>; 3]) -> State<2> {
     let elbow = ((p.dot(&p) - 2.0) / 2.0).acos();
     let shoulder = p.y.atan2(p.x) - elbow / 2.0;
     let ((s1, c1), (s12, c12)) = (shoulder.sin_cos(), (shoulder + elbow).sin_cos());
-    // Of the tip's Jacobian; its determinant is the sine of the elbow's angle.
+    // Inverse of the tip's Jacobian, whose determinant is the sine of the elbow's angle.
     let inverse = Matrix2::new(c12, s12, -c1 - c12, -s1 - s12) / elbow.sin();
     let qd = inverse * v;
     let w = qd.x + qd.y;
@@ -39,7 +39,7 @@ fn dynamics() -> Dynamics<f64, 2> {
     arm(&[planar_link(1.0, Body::massless()), planar_link(1.0, Body::massless())], [0.0; 3], LOAD, DOWN_Y)
 }
 
-/// The actuators' power at a moment is the load's own, `m (a - g) . v`; at constant speed only weight is left of it.
+/// The actuators' power at any moment is that of the load, `m (a - g) . v`; at constant speed only the weight's part remains.
 #[test]
 fn power_of_the_actuators_is_that_of_the_load() {
     let dynamics = dynamics();
@@ -52,8 +52,8 @@ fn power_of_the_actuators_is_that_of_the_load() {
     }
 }
 
-/// Net work to the top of the first circle is the load's rise, 12 g 0.75 = 88.29 J; over the whole path it is zero for
-/// either direction, because the path ends as high and as fast as it began.
+/// Net work up to the top of the first circle is that of lifting the load, 12 g 0.75 = 88.29 J. Over the whole path it is zero for
+/// either direction, because height and speed at the end are those at the start.
 #[test]
 fn net_work_is_the_rise_of_the_load() {
     let dynamics = dynamics();

@@ -1,4 +1,4 @@
-//! Exercises 2 to 5: a link's motion from that of the link two before it. Exercise 6: accelerations in different frames.
+//! Exercises 2 to 5: a link's motion from the motion of the link two before it. Exercise 6: accelerations in different frames.
 
 use super::support_b::{
     DOWN_Y, State, arm as planar, assert_equal, body, difference, larger, planar_link, posture, sizes, states,
@@ -8,7 +8,7 @@ use dynamics_core::chapter::posture::Posture;
 use dynamics_core::{Dynamics, JointKind, Scene};
 use nalgebra::Vector3;
 
-/// The joints' own speed or acceleration as turn and as slide.
+/// A joint's own speed or acceleration, split into turn and slide.
 fn shares<const N: usize>(posture: &Posture<f64, N>, i: usize, rate: f64) -> (Vector3<f64>, Vector3<f64>) {
     let (along, zero) = (posture.links[i].axis * rate, Vector3::zeros());
     match posture.links[i].kind {
@@ -17,8 +17,8 @@ fn shares<const N: usize>(posture: &Posture<f64, N>, i: usize, rate: f64) -> (Ve
     }
 }
 
-/// `omega_i = omega_{i-2} + turn_{i-1} + turn_i` and the velocity and the accelerations that go with it, and the same
-/// backwards, for a mixed arm.
+/// `omega_i = omega_{i-2} + turn_{i-1} + turn_i`, with the velocity and the accelerations, in both directions,
+/// for an arm of mixed joints.
 #[test]
 fn two_joints_at_a_time_relate_the_motions_of_links() {
     assert_equal("exercises 2-5", (arm::<5>(), states::<5>()), |(model, State { q, qd, qdd })| {
@@ -51,7 +51,7 @@ fn two_joints_at_a_time_relate_the_motions_of_links() {
                 (alphas[2], last.alpha),
                 (first.velocity + gained, last.velocity),
                 (first.acceleration + rise, last.acceleration),
-                // The other way: the same increments taken off.
+                // In the other direction the same increments are subtracted.
                 (last.omega - turn1 - turn2, first.omega),
                 (last.velocity - gained, first.velocity),
                 (last.acceleration - rise, first.acceleration),
@@ -65,8 +65,8 @@ fn two_joints_at_a_time_relate_the_motions_of_links() {
     });
 }
 
-/// The planar arm of two revolute joints: absolute accelerations of the mass centres turned into the links' frames, and
-/// accelerations as one link sees the other.
+/// The planar arm of two revolute joints: absolute accelerations of the mass centres in the links' frames, and
+/// accelerations of one link relative to the other.
 #[test]
 fn accelerations_of_the_planar_arm_in_different_frames() {
     assert_equal(
@@ -84,7 +84,7 @@ fn accelerations_of_the_planar_arm_in_different_frames() {
             let rotations = posture.links.map(|link| link.rotation);
             let [one, two] = [&motion[0], &motion[1]];
 
-            // Absolute, in the frames of the links.
+            // Absolute accelerations, in the frames of the links.
             let a2_in_1 = Vector3::new(
                 -l1 * w1 * w1 - c2 * (a12 * s2 + w12 * w12 * cos2),
                 l1 * a1 + c2 * (a12 * cos2 - w12 * w12 * s2),
@@ -96,8 +96,8 @@ fn accelerations_of_the_planar_arm_in_different_frames() {
                 l1 * (a1 * cos2 + w1 * w1 * s2) + c2 * a12,
                 0.0,
             );
-            // Motion of C_2 as link 1 sees it: without the first joint's turn; and of C_1 as link 2 sees it, a turn by
-            // -theta_2 about O_1, from which C_1 lies c1 - l1 along the first link.
+            // Motion of C_2 relative to link 1, without the first joint's turn; and of C_1 relative to link 2, a turn by
+            // -theta_2 about O_1. From O_1, C_1 is at c1 - l1 along the first link.
             let seen_from_1 = rotations[1] * Vector3::new(-c2 * qd[1] * qd[1], c2 * qdd[1], 0.0);
             let seen_from_2 = rotations[0] * Vector3::new(-(c1 - l1) * qd[1] * qd[1], -(c1 - l1) * qdd[1], 0.0);
             // Transport: a - a_O - alpha x r - omega x (omega x r) - 2 omega x v_rel, with r from the observer's origin.

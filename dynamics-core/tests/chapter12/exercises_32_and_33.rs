@@ -1,6 +1,6 @@
-//! Exercises 32 and 33: statics of two uniform bars under a ceiling, with 14 kg hanging from the tip.
+//! Exercises 32 and 33: statics of two uniform bars that hang from a ceiling, with 14 kg at the tip.
 //!
-//! Angles are from the plumb line, as those of example 343, which hangs from a ceiling too; gravity is along -y of the base.
+//! Angles are measured from the vertical, as in example 343, which also hangs from a ceiling; gravity is along -y of the base.
 
 use super::support_b::{DOWN_Y, G, State, arm, body, planar_link, pushed};
 use crate::common::{torque, turns};
@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 const BEND: f64 = core::f64::consts::FRAC_PI_4;
 
-/// Weights that the joints carry times their levers: `Q_1 = g (44 sin(theta_1) + 23 sin(theta_1 + theta_2))`, `Q_2` its
+/// Weights beyond the joints times their lever arms: `Q_1 = g (44 sin(theta_1) + 23 sin(theta_1 + theta_2))`; `Q_2` is its
 /// second term.
 const FIRST: f64 = 24.0 / 2.0 + 18.0 + 14.0;
 const SECOND: f64 = 18.0 / 2.0 + 14.0;
@@ -19,7 +19,7 @@ fn bars() -> Dynamics<f64, 2> {
     arm(&[bar(24.0), bar(18.0)], [0.0; 3], 0.0, DOWN_Y)
 }
 
-/// The core's angles are from the x axis.
+/// The core's angles are measured from the x axis.
 fn posture(theta: f64) -> [f64; 2] {
     [theta - core::f64::consts::FRAC_PI_2, BEND]
 }
@@ -47,7 +47,7 @@ fn static_moments_of_exercise_32() {
     assert!((q1 - 433.76).abs() < 0.005 && (q2 - 217.94).abs() < 0.005, "{q1} {q2}");
 }
 
-/// Of the arm, by its first angle.
+/// A value of the arm as a function of its first angle.
 type Value = fn(f64) -> f64;
 
 /// `a sin(theta) + b sin(theta + 45 degrees) = r sin(theta + lead)`, as `(r, lead)`.
@@ -56,8 +56,8 @@ fn wave(a: f64, b: f64) -> (f64, f64) {
     ((sine * sine + cosine * cosine).sqrt(), sine.atan2(cosine))
 }
 
-/// Exercise 33: all four are waves in the first angle, least half a turn from where they are greatest; the energy, whose
-/// slope is `Q_1`, a quarter turn later.
+/// Exercise 33: all four are sinusoids in the first angle, with the minimum half a turn from the maximum. The energy, whose
+/// derivative is `Q_1`, lags by a quarter turn.
 #[test]
 fn least_moments_and_energy_of_exercise_33() {
     let pi = core::f64::consts::PI;
@@ -78,6 +78,6 @@ fn least_moments_and_energy_of_exercise_33() {
             assert!(value(at + f64::from(k).to_radians()) > least + 1e-4 * size, "{name} {k}");
         }
     }
-    // Least energy is where the first joint needs no moment.
+    // The energy is least where the first joint needs no moment.
     assert!(moments(-lead1)[0].abs() < 1e-11);
 }

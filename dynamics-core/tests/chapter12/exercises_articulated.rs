@@ -1,7 +1,7 @@
-//! Exercises 13, 16, 23, 28 and 35: the articulated arm, an upright revolute joint and two level parallel ones.
+//! Exercises 13, 16, 23, 28 and 35: the articulated arm, with a vertical revolute joint and two parallel horizontal ones.
 //!
-//! The figures stand in another chapter or show no lengths; taken here: shoulder at height `l1` above the base with no
-//! displacement, angles zero with the arm stretched out level. In exercise 13 the two masses are at elbow and tip.
+//! The figures are in another chapter or show no lengths. Assumed: shoulder at height `l1` above the base without
+//! offset; angles are zero with the arm stretched out horizontally. In exercise 13 the two masses are at elbow and tip.
 
 use super::support_b::{
     Equations, G, State, arm, assert_equal, body, larger, placed, sizes, states, there_and_back, wrenches_in_base,
@@ -10,7 +10,7 @@ use dynamics_core::geometry::about_x;
 use dynamics_core::{Dynamics, JointKind};
 use nalgebra::{Matrix3, Vector3};
 
-/// Links 2 and 3 with principal moments of inertia, the first's about the upright axis, a load at the tip.
+/// Links 2 and 3 with principal moments of inertia, the first link with that about the vertical axis, and a load at the tip.
 #[derive(Clone, Copy)]
 struct Articulated {
     i1: f64,
@@ -69,7 +69,7 @@ impl Articulated {
         }
     }
 
-    /// Exercise 13: nothing but a mass at the elbow and one at the tip.
+    /// Exercise 13: only a mass at the elbow and one at the tip.
     fn of_two_points(x: [f64; 14]) -> Self {
         let arm = Self::of(x);
         Self { i1: 0.0, m: [arm.m[0], 0.0], c: [arm.l[0], 0.0], i: [[0.0; 3]; 2], ..arm }
@@ -84,7 +84,7 @@ fn equations_of_motion_of_the_articulated_arm() {
     });
 }
 
-/// Exercise 23: the backward and the forward recursion undo each other on this arm.
+/// Exercise 23: on this arm the forward recursion inverts the backward one.
 #[test]
 fn both_recursions_of_the_articulated_arm() {
     assert_equal("exercise 23", (sizes(), states()), |(x, state)| {
@@ -100,7 +100,7 @@ fn equations_of_motion_of_two_points_on_massless_arms() {
     });
 }
 
-/// Exercise 35, gravity along +z as it says: every joint carries minus the weight beyond it, and level moments.
+/// Exercise 35, with gravity along +z as stated: every joint carries minus the weight beyond it, and horizontal moments.
 #[test]
 fn statics_of_the_articulated_arm() {
     assert_equal("exercise 35", (sizes(), states()), |(x, state): (_, State<3>)| {
@@ -113,7 +113,7 @@ fn statics_of_the_articulated_arm() {
         let pull = up * G;
         let third = -(lower * (m3 * c3 + held * l3)).cross(&pull);
         let second = third - (upper * (m2 * c2 + (m3 + held) * l2)).cross(&pull);
-        // The base is straight below the shoulder: upright forces have no moment about it.
+        // The base is vertically below the shoulder: vertical forces have no moment about it.
         let wanted = [(m2 + m3 + held, second), (m2 + m3 + held, second), (m3 + held, third)];
         let found = wrenches_in_base(&arm.dynamics(height, G), &State::still(state.q));
         let off = wanted
@@ -124,7 +124,7 @@ fn statics_of_the_articulated_arm() {
     });
 }
 
-/// Exercise 35: the base carries its largest moment with the arm stretched out level, the sum of masses times distances.
+/// Exercise 35: the moment at the base is largest with the arm stretched out horizontally: the sum of masses times distances.
 #[test]
 fn largest_base_moment_is_at_full_level_reach() {
     let arm = Articulated::of([0.1, 4.0, 3.0, 0.6, 0.5, 0.3, 0.25, 20.0, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1]);

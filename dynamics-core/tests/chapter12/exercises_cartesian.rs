@@ -1,6 +1,6 @@
 //! Exercises 9 and 12: the planar Cartesian arm, two sliders at right angles.
 //!
-//! Taken here: x level, y upright, mass centres beside the sliders' axes by `c1` and `c2` along x, so that the bearings carry moments.
+//! Assumed: x horizontal, y vertical, mass centres offset from the sliders' axes by `c1` and `c2` along x, so that the bearings carry moments.
 
 use super::support_b::{
     DOWN_Y, Equations, G, State, arm, assert_equal, body, larger, largest, placed, sizes, states, wrenches_in_base,
@@ -15,7 +15,7 @@ fn dynamics([m1, c1, m2, c2]: [f64; 4]) -> Dynamics<f64, 2> {
     arm(&[first, second], [0.0; 3], 0.0, DOWN_Y)
 }
 
-/// `Q_1 = (m1 + m2) xdd`, `Q_2 = m2 (ydd + g)`: the coordinates do not feel each other.
+/// `Q_1 = (m1 + m2) xdd`, `Q_2 = m2 (ydd + g)`: the coordinates are not coupled.
 #[test]
 fn equations_of_motion_of_the_cartesian_arm() {
     assert_equal("exercises 9, 12", (sizes(), states()), |(sizes, state)| {

@@ -7,14 +7,14 @@ use super::support_b::{
 use dynamics_core::{Dynamics, Wrench};
 use nalgebra::{Matrix3, Vector3};
 
-/// Masses, lengths, distances of the mass centres from the links' joints, moments of inertia about them.
+/// Masses, lengths, distances of the mass centres from the links' joints, and moments of inertia about the mass centres.
 #[derive(Clone, Copy)]
 struct Wall {
     m: [f64; 3],
     l: [f64; 3],
     c: [f64; 3],
     i: [f64; 3],
-    /// Acceleration along x, m/s^2.
+    /// Gravitational acceleration along x, m/s^2.
     pull: f64,
 }
 
@@ -113,7 +113,7 @@ fn joint_forces_of_the_three_link_arm() {
     }
 }
 
-/// Exercise 20 b: the forward recursion from the base's force and moment by the laws of each link leaves nothing at the tip.
+/// Exercise 20 b: the forward recursion, started with the base's force and moment from the laws of each link, gives zero at the tip.
 #[test]
 fn forward_recursion_of_the_three_link_arm() {
     assert_equal("exercise 20 b", (sizes(), states()), |(x, state)| {

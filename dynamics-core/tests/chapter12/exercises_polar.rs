@@ -1,6 +1,6 @@
 //! Exercises 8, 14, 22 and 27: the planar polar arm, a revolute joint and a slider along its link.
 //!
-//! Its figure stands in another chapter; taken here: an upright plane, link 1 with its mass centre at `c1` from the joint,
+//! The figure is in another chapter. Assumed: a vertical plane, link 1 with its mass centre at `c1` from the joint,
 //! and the slider's distance `d` measured to its mass centre.
 
 use super::support_b::{
@@ -55,7 +55,7 @@ fn equations_of_motion_of_the_polar_arm() {
     });
 }
 
-/// Exercise 22 b: the forward recursion from the base's force and moment, as exercise 14 has them, leaves nothing at the tip.
+/// Exercise 22 b: the forward recursion, started with the base's force and moment of exercise 14, gives zero at the tip.
 #[test]
 fn forward_recursion_of_the_polar_arm() {
     assert_equal("exercise 22", (sizes(), states()), |(sizes, state)| {

@@ -1,6 +1,6 @@
-//! Exercises 18, 24, 29 and 36: a SCARA arm, three upright revolute joints and a slider down along the third's axis.
+//! Exercises 18, 24, 29 and 36: a SCARA arm, with three vertical revolute joints and a slider down along the third's axis.
 //!
-//! Its figure stands in another chapter; taken here: the third and the fourth link are balanced about their axis.
+//! The figure is in another chapter. Assumed: the third and the fourth link are balanced about their axis.
 
 use super::support_b::{
     Equations, G, State, arm, assert_equal, body, larger, largest, placed, sizes, states, there_and_back,
@@ -9,7 +9,7 @@ use super::support_b::{
 use dynamics_core::{Dynamics, JointKind};
 use nalgebra::{Matrix3, Matrix4, SMatrix, SVector, Vector3};
 
-/// Masses of the links, lengths and mass centres of the first two, moments of inertia about upright axes.
+/// Masses of the links, lengths and mass centres of the first two, moments of inertia about vertical axes.
 struct Scara {
     m: [f64; 4],
     l: [f64; 2],
@@ -34,8 +34,8 @@ impl Scara {
         arm(&joints, [0.0; 3], 0.0, Vector3::new(0.0, 0.0, -G))
     }
 
-    /// By Lagrange's method: the planar arm of two joints with the outer links' mass at its end, a turn that all joints
-    /// share, and a slider that feels none of them.
+    /// By Lagrange's method: the planar arm of two joints with the outer links' mass at its end, a rotation common to all
+    /// joints, and a slider that is not coupled with them.
     fn equations(&self, State { q, qd: [v1, v2, ..], .. }: &State<4>) -> Equations<4> {
         let Self { m: [m1, m2, m3, m4], l: [l1, l2], c: [c1, c2], i: [i1, i2, i3, i4] } = *self;
         let (s2, cos2) = q[1].sin_cos();
@@ -59,13 +59,13 @@ fn equations_of_motion_of_the_scara_arm() {
     });
 }
 
-/// Exercise 24: the backward and the forward recursion undo each other on this arm.
+/// Exercise 24: on this arm the forward recursion inverts the backward one.
 #[test]
 fn both_recursions_of_the_scara_arm() {
     assert_equal("exercise 24", (sizes(), states()), |(x, state)| there_and_back(&Scara::of(x).dynamics(), &state));
 }
 
-/// Exercise 18: the joints' whole forces and the moments about the upright axes that the actuators give, in motion.
+/// Exercise 18: the joints' whole forces, and the moments about the vertical axes, which the actuators give, in motion.
 #[test]
 fn joint_forces_of_the_scara_arm() {
     assert_equal("exercise 18", (sizes(), states()), |(x, state)| {
@@ -92,8 +92,8 @@ fn joint_forces_of_the_scara_arm() {
     });
 }
 
-/// Exercise 36, 10 kg on the slider: every joint carries the weight beyond it and level moments; only the slider's
-/// actuator feels it.
+/// Exercise 36, 10 kg on the slider: every joint carries the weight beyond it and horizontal moments; only the slider's
+/// actuator has to hold it.
 #[test]
 fn statics_of_the_scara_arm() {
     assert_equal("exercise 36", (sizes(), states()), |(x, state): (_, State<4>)| {
@@ -103,7 +103,7 @@ fn statics_of_the_scara_arm() {
         let along = |angle: f64| Vector3::new(angle.cos(), angle.sin(), 0.0);
         let (first, second) = (along(state.q[0]), along(state.q[0] + state.q[1]));
         let outer = second * (m2 * c2 + (m3 + m4) * l2);
-        // Mass times distance from joint 1 and from joint 2; the last two joints stand above their loads.
+        // Mass times distance from joint 1 and from joint 2; the last two joints are directly above their loads.
         let moments = [first * (m1 * c1 + (m2 + m3 + m4) * l1) + outer, outer, Vector3::zeros(), Vector3::zeros()];
         let masses = [m1 + m2 + m3 + m4, m2 + m3 + m4, m3 + m4, m4];
         let down = Vector3::new(0.0, 0.0, -G);

@@ -1,8 +1,8 @@
-//! Exercises 15 and 37: the arm of a spherical manipulator, an upright and a level revolute joint and a slider; the
-//! load of its wrist is assumed to be balanced about the wrist's centre, so that it counts as part of the slider.
+//! Exercises 15 and 37: the arm of a spherical manipulator, with a vertical and a horizontal revolute joint and a slider. The
+//! load of its wrist is assumed to be balanced about the wrist's centre, so it counts as part of the slider.
 //!
-//! Its figure stands in another chapter; taken here: the axes meet, elevation zero with the slider level, and the slider's
-//! distance measured to the mass centre of slider, wrist and load.
+//! The figure is in another chapter. Assumed: the axes meet, the elevation is zero with the slider horizontal, and the slider's
+//! distance is measured to the mass centre of slider, wrist and load.
 
 use super::support_b::{Equations, G, State, arm, assert_equal, body, larger, placed, sizes, states, wrenches_in_base};
 use dynamics_core::geometry::about_x;

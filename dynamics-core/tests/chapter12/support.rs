@@ -1,4 +1,4 @@
-//! The chapter's planar 2R arm in its own letters, for the examples up to 335.
+//! The chapter's planar 2R arm with the chapter's symbols, for the examples up to 335.
 #![allow(unreachable_pub, reason = "helpers of one test binary")]
 
 use super::support_b::{
@@ -24,7 +24,7 @@ pub struct TwoLinks {
     pub m0: f64,
 }
 
-/// The arm at which printed forms are shown to be wrong.
+/// The arm for which printed forms are shown to be wrong.
 pub const STATED: TwoLinks =
     TwoLinks { l1: 1.0, l2: 0.8, c1: 0.45, c2: 0.3, m1: 4.0, m2: 2.5, iz1: 0.4, iz2: 0.16, m0: 2.0 };
 
@@ -35,7 +35,7 @@ impl TwoLinks {
         Self { l1, l2, c1: 0.5 * l1, c2: 0.5 * l2, m1, m2, iz1, iz2, m0: 0.0 }
     }
 
-    /// The arm as the core knows it, in a plane where gravity is along -y; the point mass is the scene's payload.
+    /// The arm in the core's form, in a plane with gravity along -y; the point mass is the scene's payload.
     pub fn dynamics(&self) -> Dynamics<f64, 2> {
         let links = [
             planar_link(self.l1, link(self.m1, self.c1 - self.l1, self.iz1)),
@@ -44,14 +44,14 @@ impl TwoLinks {
         arm(&links, [0.0; 3], self.m0, DOWN_Y)
     }
 
-    /// The same with a weight `m0 g` that hangs at the tip as a force: without the inertia of the payload, as example 329 has it.
+    /// The same with the weight `m0 g` as a force at the tip: without the inertia of the payload, as in example 329.
     pub fn with_static_payload(&self, q: &[f64; 2]) -> Dynamics<f64, 2> {
         let empty = Self { m0: 0.0, ..*self }.dynamics();
         pushed(&empty, q, DOWN_Y * self.m0, Vector3::zeros())
     }
 }
 
-/// A flat body whose mass centre lies `x` from the link's far end.
+/// A flat body with its mass centre `x` from the link's far end.
 pub fn link(mass: f64, x: f64, iz: f64) -> Body {
     body(mass, [x, 0.0, 0.0], [0.5 * iz, 0.5 * iz, iz])
 }
@@ -61,14 +61,14 @@ pub fn link_with_motor(own: Body, motor: f64) -> Body {
     joined(&[own, point(motor, [0.0; 3])])
 }
 
-/// Any sizes, any state.
+/// Random sizes and states.
 pub fn two_links() -> impl Strategy<Value = (TwoLinks, State<2>)> {
     (sizes::<9>(), states::<2>()).prop_map(|([l1, l2, c1, c2, m1, m2, iz1, iz2, m0], state)| {
         (TwoLinks { l1, l2, c1, c2, m1, m2, iz1, iz2, m0 }, state)
     })
 }
 
-/// The letters of a 2R arm's state: angles through their sines and cosines, `w` and `e` for first and second derivatives, `12`
+/// Symbols of a 2R arm's state: angles by their sines and cosines, `w` and `e` for first and second derivatives, `12`
 /// for the sum of both joints.
 #[derive(Clone, Copy, Debug)]
 pub struct Letters {
@@ -94,7 +94,7 @@ impl Letters {
     }
 }
 
-/// Where everything is and how it moves, payload and all, from the core.
+/// Posture and motion of all links, with the payload, from the core.
 pub fn moving<const N: usize>(
     dynamics: &Dynamics<f64, N>,
     state: &State<N>,

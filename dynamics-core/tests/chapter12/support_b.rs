@@ -1,4 +1,4 @@
-//! The equations of motion as the core computes them, taken apart into inertia, velocity and gravity terms; bodies, arms and
+//! The equations of motion as the core computes them, split into inertia, velocity and gravity terms; bodies, arms and
 //! random draws for the examples from 336 on and for the exercises.
 #![allow(unreachable_pub, reason = "helpers of one test binary")]
 
@@ -20,7 +20,7 @@ use proptest::prelude::Strategy;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 
-/// Standard gravity to three digits, as the chapter has it, m/s^2.
+/// Standard gravity to three digits, as in the chapter, m/s^2.
 pub const G: f64 = 9.81;
 
 /// Gravity of the planar examples (eq. 12.269).
@@ -38,8 +38,8 @@ pub struct Equations<const N: usize> {
 }
 
 impl<const N: usize> Equations<N> {
-    /// Results of the recursions. The velocity torques `h` are quadratic in the velocity, so `h(u + v) - h(u) - h(v)`
-    /// is twice their symmetric bilinear form, without any step length: with `u` a unit vector and `v = qd` that is a
+    /// From the recursions. The velocity torques `h` are quadratic in the velocity, so `h(u + v) - h(u) - h(v)`
+    /// is twice their symmetric bilinear form, without any step length. With `u` a unit vector and `v = qd` it is a
     /// column of the `C` of Christoffel symbols (eq. 12.281).
     pub fn of(dynamics: &Dynamics<f64, N>, q: &[f64; N], qd: &[f64; N]) -> Self {
         let still = [0.0; N];
@@ -82,10 +82,10 @@ impl<const N: usize> Equations<N> {
         }
     }
 
-    /// The largest relative difference from the core's results, of `D`, `C` and `G` by all three methods, and of the
+    /// The largest relative difference from the core's results: of `D`, `C` and `G` by all three methods, and of the
     /// torque by the recursion.
     ///
-    /// Relative to the possible size of each, not to its actual value, because sines can vanish: `C` is a rate of `D`,
+    /// It is relative to the possible size of each, not to its actual value, because sines can vanish: `C` is a rate of `D`,
     /// and `G` is at most `g sqrt(m D)` by Cauchy and Schwarz.
     pub fn error(&self, dynamics: &Dynamics<f64, N>, state: &State<N>) -> f64 {
         let State { q, qd, qdd } = state;
@@ -141,12 +141,12 @@ pub fn coupling<const N: usize>(dynamics: &Dynamics<f64, N>, q: &[f64; N], qd: &
     SVector::from(torque::<f64, N>(&floating(dynamics), q, qd, &[0.0; N]))
 }
 
-/// The arm with its payload, as the chapter's methods take it.
+/// The arm with its payload, in the form that the chapter's methods need.
 pub fn chain<const N: usize>(dynamics: &Dynamics<f64, N>) -> Chain<f64, N> {
     Chain::new(dynamics.model(), &payload(dynamics))
 }
 
-/// Where everything is, in the base frame.
+/// Posture of all links, in the base frame.
 pub fn posture<const N: usize>(dynamics: &Dynamics<f64, N>, q: &[f64; N]) -> Posture<f64, N> {
     chain(dynamics).posture(&turns(q), q)
 }
@@ -164,15 +164,15 @@ pub fn largest(wrenches: &[Wrench<f64>]) -> f64 {
     wrenches.iter().fold(0.0, |m, wrench| m.max(wrench.force.amax()).max(wrench.moment.amax()))
 }
 
-/// Result of the forward recursion (eq. 12.163-12.168), from the base's wrench on the arm about its origin: the
+/// Result of the forward recursion (eq. 12.163-12.168) from the base's wrench on the arm about the base's origin: the
 /// environment's wrench on the tip, in tip axes.
 pub fn felt<const N: usize>(dynamics: &Dynamics<f64, N>, state: &State<N>, base: &Wrench<f64>) -> Wrench<f64> {
     let State { q, qd, qdd } = state;
     contact_wrench(dynamics, &turns(q), q, qd, qdd, base, &Live::zero())
 }
 
-/// The backward recursion (eq. 12.157-12.162) from a push at the tip to the base, and the forward recursion back to the
-/// tip: the error of the push that comes back, relative to the base's wrench.
+/// Runs the backward recursion (eq. 12.157-12.162) from a wrench at the tip to the base, and the forward recursion back to the
+/// tip. Returns the error of the wrench at the tip, relative to the base's wrench.
 pub fn there_and_back<const N: usize>(dynamics: &Dynamics<f64, N>, state: &State<N>) -> f64 {
     let push = Wrench { force: Vector3::new(20.0, -7.0, 12.0), moment: Vector3::new(1.0, 3.0, -2.0) };
     let pushed = Dynamics::new(*dynamics.model(), Scene { tip_wrench: Term::Constant(push), ..*dynamics.scene() });
@@ -218,7 +218,7 @@ pub fn worst<S: Strategy>(strategy: S, error: impl Fn(S::Value) -> f64) -> f64 {
     (0..256).map(|_| error(strategy.new_tree(&mut runner).unwrap().current())).fold(0.0, larger)
 }
 
-/// `worst` stays below the tolerance; prints its value.
+/// Asserts that `worst` is below the tolerance, and prints it.
 pub fn assert_equal<S: Strategy>(what: &str, strategy: S, error: impl Fn(S::Value) -> f64) {
     let found = worst(strategy, error);
     println!("{what}: worst relative error {found:.1e}");
@@ -230,7 +230,7 @@ pub fn difference(found: &[f64], wanted: &[f64]) -> f64 {
     crate::common::relative_error(found, wanted)
 }
 
-/// Asserts that printed forms are off by the stated values, each within a thousandth: neither more nor less.
+/// Asserts that printed forms have the stated errors, each within a thousandth: neither more nor less.
 #[track_caller]
 pub fn assert_stated(found: &[f64], stated: &[f64]) {
     let near = |(found, stated): (&f64, &f64)| (found - stated).abs() <= 1e-3 * stated.abs() && *stated > 1e-6;
@@ -245,7 +245,7 @@ pub fn point(mass: f64, at: [f64; 3]) -> Body {
     body(mass, at, [0.0; 3])
 }
 
-/// Several bodies as one.
+/// Several bodies joined to one.
 pub fn joined(parts: &[Body]) -> Body {
     let mass = parts.iter().map(|part| part.mass).sum::<f64>();
     if mass == 0.0 {
@@ -278,7 +278,7 @@ pub fn arm<const N: usize>(
     gravity: Vector3<f64>,
 ) -> Dynamics<f64, N> {
     let tool = Tool { translation: tip.into(), ..Tool::default() };
-    // Some examples know of a body no more than one moment of inertia.
+    // Some examples give only one moment of inertia of a body.
     let model = Model::new_unphysical(joints, &tool).unwrap();
     let payload = Inertia { mass: held, ..Inertia::zero() };
     Dynamics::new(model, Scene { payload: Term::Constant(payload), ..Scene::with_gravity(gravity, &model) })

@@ -1,4 +1,4 @@
-//! Calls from a test to functions of the workspace, direct or through the helpers of its file and of the folders beside it.
+//! Calls from a test to functions of the workspace, direct or through the helpers of its file and of the folders next to it.
 
 use super::source::{Function, Import, Token, calls, functions, imports, tokens};
 use std::collections::BTreeSet;
@@ -20,7 +20,7 @@ impl Source {
     }
 }
 
-/// A test's own file, and the helpers' files behind it.
+/// A test's own file, followed by the helpers' files.
 pub(crate) fn sources(root: &Path, file: &str) -> Vec<Source> {
     let own = std::fs::read_to_string(root.join(file)).unwrap_or_default();
     let mut texts = vec![own];
@@ -41,8 +41,8 @@ pub(crate) struct Reached<'a> {
 }
 
 impl<'a> Reached<'a> {
-    /// From the function `test` of the first source on. A bare name is one of the same file or imported; a method, or a name behind
-    /// a type, may be any helper's. What implements a trait counts where its type is named by a body that counts.
+    /// Starts from the function `test` of the first source. A bare name is one of the same file or an imported one. A method, or a name after
+    /// a type, may belong to any helper. An implementation of a trait counts if a counted body names its type.
     pub(crate) fn by(sources: &'a [Source], test: &str) -> Self {
         let mut reached = Self { sources, bodies: Vec::new() };
         let mut seen = BTreeSet::new();
@@ -85,25 +85,25 @@ impl<'a> Reached<'a> {
         reached
     }
 
-    /// True if a name stands in a body or its signature.
+    /// True if a name occurs in a body or its signature.
     fn names(&self, wanted: &str) -> bool {
         let name = Token::Name(wanted.to_owned());
         self.bodies.iter().any(|(_, body)| body.contains(&name))
     }
 
-    /// True if a name stands in a body, its signature, or what its file imports.
+    /// True if a name occurs in a body, its signature, or the imports of its file.
     fn mentions(&self, wanted: &str) -> bool {
         let imported = |file: usize| self.sources[file].imports.iter().any(|import| import.alias == wanted);
         self.names(wanted) || self.bodies.iter().any(|(file, _)| imported(*file))
     }
 
-    /// True if a command of the program is run: its name is handed on as a text.
+    /// True if a command of the program is run: its name is passed as a text.
     pub(crate) fn runs(&self, command: &str) -> bool {
         self.bodies.iter().any(|(_, body)| body.contains(&Token::Text(command.to_owned())))
     }
 
-    /// True if `item` of `owner` (a module, a type, or a trait) is called; a type is used when it is named. `alone` says that no
-    /// other function has the name: the owner of a method need not be named then.
+    /// True if `item` of `owner` (a module, a type, or a trait) is called; a type is used when it is named. `alone` is true if no
+    /// other function has this name: then the owner of a method need not be named.
     pub(crate) fn uses(&self, owner: &str, item: &str, alone: bool) -> bool {
         if item.starts_with(char::is_uppercase) {
             return self.mentions(item);

@@ -1,6 +1,6 @@
-//! A test's source as tokens, its functions, and its imports: as much of the grammar as tells which function calls which.
+//! A test's source as tokens, its functions and its imports: enough of the grammar to find out which function calls which.
 
-/// A token. Comments and blanks are left out; a text literal stands without its quotes.
+/// A token. Comments and blanks are omitted; a text literal is stored without its quotes.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) enum Token {
     Name(String),
@@ -8,7 +8,7 @@ pub(crate) enum Token {
     Sign(char),
 }
 
-/// The end of a text literal that opens at `at` (a quote), and what stands in it.
+/// The end of a text literal that opens at `at` (a quote), and its content.
 fn literal(all: &[char], at: usize, hashes: Option<usize>) -> (usize, String) {
     let mut end = at + 1;
     while end < all.len() {
@@ -22,7 +22,7 @@ fn literal(all: &[char], at: usize, hashes: Option<usize>) -> (usize, String) {
     (end + 1 + hashes.unwrap_or(0), inside)
 }
 
-/// The end of a block comment that opens at `at`; they nest.
+/// The end of a block comment that opens at `at`; block comments nest.
 fn block_comment(all: &[char], mut at: usize) -> usize {
     let mut depth = 0;
     while at < all.len() {
@@ -90,16 +90,16 @@ fn name(token: Option<&Token>) -> Option<&str> {
     }
 }
 
-/// A function or a macro: its name and where its signature and body stand among the tokens.
+/// A function or a macro: its name, and the token positions of its signature and body.
 pub(crate) struct Function {
     pub(crate) name: String,
-    /// The type for which it implements a trait.
+    /// The type for which it implements a trait, if it does.
     pub(crate) implements_for: Option<String>,
     pub(crate) start: usize,
     pub(crate) end: usize,
 }
 
-/// The end of the braces that open first behind `at`, if they open before the item ends.
+/// The end of the braces that open first after `at`, if they open before the item ends.
 fn body_end(all: &[Token], at: usize) -> Option<usize> {
     let (mut round, mut braces) = (0, 0);
     for (n, token) in all.iter().enumerate().skip(at) {
@@ -121,7 +121,7 @@ fn body_end(all: &[Token], at: usize) -> Option<usize> {
     None
 }
 
-/// Implementations of traits: the type, and where they stand.
+/// Implementations of traits: the type, and the token positions.
 fn implementations(all: &[Token]) -> Vec<(String, usize, usize)> {
     let mut found = Vec::new();
     for start in (0..all.len()).filter(|start| name(all.get(*start)) == Some("impl")) {
@@ -151,13 +151,13 @@ pub(crate) fn functions(all: &[Token]) -> Vec<Function> {
     found
 }
 
-/// A name that a `use` brings in: its path, and what it is called here.
+/// A name imported by a `use`: its path, and its name here.
 pub(crate) struct Import {
     pub(crate) path: Vec<String>,
     pub(crate) alias: String,
 }
 
-/// Reads a tree of `use` from `at` on; returns where it ends.
+/// Reads a `use` tree from `at` on; returns its end.
 fn tree(all: &[Token], mut at: usize, before: &[String], found: &mut Vec<Import>) -> usize {
     let mut path = before.to_vec();
     loop {
@@ -201,14 +201,14 @@ pub(crate) fn imports(all: &[Token]) -> Vec<Import> {
     found
 }
 
-/// A call: the name called, and the name before it (`None` for a method behind a dot, `Some("")` for a bare name).
+/// A call: the name called, and the name before it (`None` for a method after a dot, `Some("")` for a bare name).
 #[derive(PartialEq, Eq, Debug)]
 pub(crate) struct Call<'a> {
     pub(crate) name: &'a str,
     pub(crate) on: Option<&'a str>,
 }
 
-/// The name before `::` at `at`, over type arguments.
+/// The name before the `::` at `at`, skipping type arguments.
 fn qualifier(all: &[Token], colons: usize) -> Option<&str> {
     let mut at = colons.checked_sub(1)?;
     if sign(all.get(at), '>') {
@@ -227,7 +227,7 @@ fn qualifier(all: &[Token], colons: usize) -> Option<&str> {
     name(all.get(at))
 }
 
-/// Calls in a body, and functions handed on by their name.
+/// Calls in a body, and functions that are passed by name.
 pub(crate) fn calls(body: &[Token]) -> Vec<Call<'_>> {
     let mut found = Vec::new();
     for at in 0..body.len() {

@@ -19,7 +19,7 @@ pub fn vector(size: f64) -> impl Strategy<Value = Vector3<f64>> {
     proptest::array::uniform3(-size..size).prop_map(Vector3::from)
 }
 
-/// Right angles as often as not: real tables hold them often.
+/// Angles, half of them right angles, because real tables often have them.
 fn angle() -> impl Strategy<Value = f64> {
     prop_oneof![(-2_i8..3).prop_map(|k| f64::from(k) * core::f64::consts::FRAC_PI_2), -3.2..3.2]
 }
@@ -50,7 +50,7 @@ fn frame() -> impl Strategy<Value = Frame> {
     ]
 }
 
-/// A body made of point masses, so that its inertia tensor is one that a body can have.
+/// A body made of point masses, so that its inertia tensor is physically possible.
 pub fn body() -> impl Strategy<Value = Body> {
     proptest::array::uniform4((0.05..3.0, vector(0.3))).prop_map(|points| {
         let mass = points.iter().map(|(m, _)| m).sum::<f64>();

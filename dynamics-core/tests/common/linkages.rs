@@ -7,21 +7,21 @@ use proptest::prelude::{Strategy, any};
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 
-/// A loop in some state, away from its dead points: there every number is a quotient by a small one.
+/// A loop in some state, away from its dead points, near which every number is divided by a small one.
 #[derive(Clone, Debug)]
 pub struct Case<L> {
     pub linkage: L,
     /// The crank's angle, rad.
     pub angle: f64,
     pub branch: Branch,
-    /// Of the crank, rad/s and rad/s^2.
+    /// Speed and acceleration of the crank, rad/s and rad/s^2.
     pub speed: f64,
     pub acceleration: f64,
     pub gravity: Vector2<f64>,
 }
 
 impl<L: Linkage<f64>> Case<L> {
-    /// With the crank turned further by `more`.
+    /// The posture with the crank turned further by `more`, rad.
     pub fn posture_at(&self, more: f64) -> LinkagePosture<f64> {
         self.linkage.posture(&turn(self.angle + more), self.branch).unwrap()
     }
@@ -35,7 +35,7 @@ impl<L: Linkage<f64>> Case<L> {
     }
 }
 
-/// The same `count` random loops in every run; `linkage` makes one, or none where its numbers do not fit.
+/// The same `count` random loops in every run; `linkage` makes a loop, or none if the numbers do not fit.
 pub fn cases<L, P>(count: usize, parts: P, linkage: impl Fn(P::Value) -> Option<L>) -> Vec<Case<L>>
 where
     L: Linkage<f64>,
@@ -58,7 +58,7 @@ where
     found
 }
 
-/// Bodies of three links: any mass centre, also off the line between the joints.
+/// Bodies of three links: the mass centres may be anywhere, also off the line between the joints.
 pub fn bodies() -> impl Strategy<Value = [PlanarBody<f64>; 3]> {
     let body = (0.1..5.0, signed(0.5), signed(0.5), 0.001..0.5).prop_map(|(mass, x, y, inertia)| PlanarBody {
         mass,
@@ -78,7 +78,7 @@ pub fn turn(angle: f64) -> SinCos<f64> {
 }
 
 /// Largest error of a loop's forces in Newton's and Euler's equations of its three links (12.37-12.42 with 12.41 corrected):
-/// relative to the largest joint force, and for moments to that at the ends of the link.
+/// relative to the largest joint force, and for moments to that force at the ends of the link.
 pub fn missed<L: Linkage<f64>>(case: &Case<L>) -> f64 {
     let (posture, motion) = (case.posture(), case.motion());
     let forces = posture.forces(&motion, &case.gravity).unwrap();
@@ -105,7 +105,7 @@ pub fn length(v: Vector2<f64>) -> f64 {
     v.x.hypot(v.y)
 }
 
-/// Solution and determinant of the nine equations, by the Gauss-Jordan way.
+/// Solution and determinant of the nine equations, by Gauss-Jordan elimination.
 pub fn nine(mut a: [[f64; 9]; 9], mut b: [f64; 9]) -> ([f64; 9], f64) {
     let mut determinant = 1.0;
     for k in 0..9 {
@@ -127,7 +127,7 @@ pub fn nine(mut a: [[f64; 9]; 9], mut b: [f64; 9]) -> ([f64; 9], f64) {
     (b, determinant)
 }
 
-/// Eq. 12.47 and its moment, from the motion alone: the ground feels the part that the bodies do not take up.
+/// Eq. 12.47 and its moment, from the motion alone: the reaction of the ground to the motion and weight of the bodies.
 pub fn shaking(
     posture: &LinkagePosture<f64>,
     motion: &[PlanarMotion<f64>; 3],
@@ -151,7 +151,7 @@ pub fn energy_rate(posture: &LinkagePosture<f64>, motion: &[PlanarMotion<f64>; 3
 }
 
 /// The work of inertia and weight against the loop's motion when the crank turns by one radian, N m: `sum_i m_i (a_i - g) . dr_i +
-/// I_i alpha_i dphi_i`. Displacements are differences of positions, so the coefficients have no part in it.
+/// I_i alpha_i dphi_i`. Displacements are differences of positions, so the kinematic coefficients are not used.
 pub fn virtual_work<L: Linkage<f64>>(case: &Case<L>) -> f64 {
     const STEP: f64 = 1e-5;
     let (before, after, motion) = (case.posture_at(-STEP), case.posture_at(STEP), case.motion());
@@ -164,7 +164,7 @@ pub fn virtual_work<L: Linkage<f64>>(case: &Case<L>) -> f64 {
     })
 }
 
-/// Size of the work's parts, as the reference for rounding.
+/// Size of the terms of this work, as the reference for rounding errors.
 pub fn work_size(posture: &LinkagePosture<f64>, motion: &[PlanarMotion<f64>; 3], gravity: &Vector2<f64>) -> f64 {
     posture.links.iter().zip(motion).fold(0.0, |size, (link, motion)| {
         size + link.mass * length(motion.velocity) * (length(motion.acceleration) + length(*gravity))

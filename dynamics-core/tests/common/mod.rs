@@ -13,7 +13,7 @@ use dynamics_core::{
 use nalgebra::{Matrix3, SMatrix, Vector3};
 use serde_json::Value;
 
-/// One robot's outside reference data; conventions in `robots/golden/README.md`.
+/// External reference data of one robot; conventions in `robots/golden/README.md`.
 pub struct Golden {
     data: Value,
 }
@@ -119,7 +119,7 @@ pub fn cast<S: Real, const N: usize>(x: &[f64; N]) -> [S; N] {
     x.map(S::literal)
 }
 
-/// Largest difference over the largest wanted entry (over 1 where that is zero).
+/// Largest difference over the largest wanted entry (over 1 if that is zero).
 pub fn relative_error<S: Real>(found: &[S], wanted: &[f64]) -> f64 {
     assert_eq!(found.len(), wanted.len());
     let size = wanted.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
@@ -129,23 +129,23 @@ pub fn relative_error<S: Real>(found: &[S], wanted: &[f64]) -> f64 {
     if size > 0.0 { worst / size } else { worst }
 }
 
-/// Forces and moments one after another.
+/// Forces and moments as one list.
 pub fn numbers_of(wrenches: &[Wrench<f64>]) -> Vec<f64> {
     wrenches.iter().flat_map(|w| w.force.iter().chain(w.moment.iter()).copied().collect::<Vec<_>>()).collect()
 }
 
-/// Every wrench of its link's axes in base axes.
+/// Converts every wrench from its link's axes to base axes.
 pub fn into_base<const N: usize>(posture: &Posture<f64, N>, wrenches: &[Wrench<f64>; N]) -> [Wrench<f64>; N] {
     core::array::from_fn(|i| wrenches[i].in_parent(&posture.links[i].rotation, &Vector3::zeros()))
 }
 
-/// `found` is `measured`, the number that a test has seen before, to 5 %: neither worse nor better without a reason.
+/// Asserts that `found` equals `measured`, a number measured before, to 5 %: a change in either direction needs a reason.
 pub fn pinned(what: &str, found: f64, measured: f64) {
     println!("{what}: {found:.2e}");
     assert!(found > 0.95 * measured && found < 1.05 * measured, "{what}: {found:e}, measured before: {measured:e}");
 }
 
-/// As [`pinned`], for errors of rounding alone: to a factor of two, for another sine may round otherwise.
+/// As [`pinned`], for rounding errors: to a factor of two, because another sine may round differently.
 pub fn pinned_rounding(what: &str, found: f64, measured: f64) {
     println!("{what}: {found:.2e}");
     assert!(found > 0.5 * measured && found < 2.0 * measured, "{what}: {found:e}, measured before: {measured:e}");
@@ -161,7 +161,7 @@ pub fn torque<S: Real, const N: usize>(
     dynamics.inverse_dynamics(&turns(q), &cast(q), &cast(qd), &cast(qdd), &Live::zero())
 }
 
-/// Derivative at zero by five points: truncation `h^4`, rounding `|f| 2^-53 / h`.
+/// Derivative at zero by five points: truncation error `h^4`, rounding error `|f| 2^-53 / h`.
 pub fn derivative(f: impl Fn(f64) -> f64) -> f64 {
     let h = 1e-3;
     (f(-2.0 * h) - 8.0 * f(-h) + 8.0 * f(h) - f(2.0 * h)) / (12.0 * h)
@@ -182,7 +182,7 @@ pub fn stepped<const N: usize>(x: &[f64; N], i: usize, step: f64) -> [f64; N] {
 
 /// Lagrange's equation (12.215) with every derivative taken numerically: `d/dt dL/dqd - dL/dq` of `lagrangian(q, qd)`.
 ///
-/// Of a Lagrangian that is quadratic in `qd`, for which the central difference by `qd` is exact.
+/// The Lagrangian must be quadratic in `qd`: then the central difference by `qd` is exact.
 pub fn lagrange_equation<const N: usize>(
     lagrangian: impl Fn(&[f64; N], &[f64; N]) -> f64,
     q: &[f64; N],

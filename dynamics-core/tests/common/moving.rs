@@ -10,14 +10,14 @@ use proptest::prelude::Strategy;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 
-/// A random arm that moves, holds something and is pushed at its tip.
+/// A random arm in motion, with a payload and a wrench at its tip.
 #[derive(Clone, Copy, Debug)]
 pub struct Moving<const N: usize> {
     pub model: Model<f64, N>,
     pub gravity: Vector3<f64>,
-    /// In the tip frame.
+    /// Payload in the tip frame.
     pub payload: Inertia<f64>,
-    /// On the arm, in tip axes.
+    /// Wrench on the arm, in tip axes.
     pub contact: Wrench<f64>,
     pub q: [f64; N],
     pub qd: [f64; N],
@@ -25,7 +25,7 @@ pub struct Moving<const N: usize> {
 }
 
 impl<const N: usize> Moving<N> {
-    /// Every term constant.
+    /// The dynamics with every term constant.
     pub fn dynamics(&self) -> Dynamics<f64, N> {
         let scene = Scene {
             payload: Term::Constant(self.payload),

@@ -1,4 +1,4 @@
-//! External torques by momentum, and the effect of a collision on the controller.
+//! External torques from the momentum, and the effect of a collision on the controller.
 
 use crate::common::pinned;
 use crate::control::support::{Desk, UnitMasses, braked, by_hand, config, driven, measured, planar};
@@ -11,7 +11,7 @@ use dynamics_core::{Controller, ControllerConfig, Fault, InverseDynamics, Live, 
 
 const PERIOD: f64 = 1e-3;
 
-/// Unit masses on rails, without weight.
+/// Unit masses on rails, without gravity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Rails;
 
@@ -21,7 +21,7 @@ impl<const N: usize> GeneralizedMomentum<f64, N> for Rails {
     }
 }
 
-/// So wide that the residual is the external force of the last period.
+/// The bandwidth is so high that the residual is the external force of the last period.
 fn settings(reaction: CollisionReaction) -> CollisionConfig<f64, 2> {
     CollisionConfig {
         filter: MomentumFilter::new(1e5, PERIOD),
@@ -41,7 +41,7 @@ fn watched(reaction: CollisionReaction) -> Watched {
         .with_protection(CollisionWatch::new(settings(reaction), Rails))
 }
 
-/// Masses that move under the commanded and an external force, and the controller over them.
+/// Masses that move under the commanded and an external force, with their controller.
 struct Loop {
     controller: Watched,
     q: [f64; 2],
@@ -55,7 +55,7 @@ impl Loop {
         Self { controller: watched(reaction), q: [0.0; 2], qd: [0.0; 2] }
     }
 
-    /// A tick, and then a period under the force `external`.
+    /// A tick, followed by a period under the force `external`.
     fn tick(&mut self, external: [f64; 2]) -> (Option<Fault>, [LimitFlags; 2], [f64; 2]) {
         let command = self.controller.tick(&REFERENCE, &measured(self.q, self.qd));
         if let Some(fault) = braked(&command) {
@@ -99,14 +99,14 @@ fn the_residual_is_the_external_force_whatever_the_controller_does() {
 #[test]
 fn a_stop_comes_after_so_many_ticks_above_the_threshold_and_latches() {
     let mut arm = Loop::new(CollisionReaction::Stop);
-    // Just below on both joints, for ever; above, but never three times in a row.
+    // Just below the threshold on both joints, for a long time; then above it, but never three times in a row.
     arm.run([-7.9, 3.9], 100);
     for _ in 0..20 {
         arm.run(HIT, 2);
         arm.run(FREE, 1);
     }
     arm.run(HIT, 3);
-    // The force of three periods is known in the tick after.
+    // The force of three periods is known in the tick after them.
     assert_eq!(arm.tick(FREE).0, Some(Fault::Collision { joint: 1 }));
     for _ in 0..10 {
         assert_eq!(arm.tick(FREE).0, Some(Fault::Collision { joint: 1 }));
@@ -130,7 +130,7 @@ fn a_watch_that_reports_tells_the_force_and_does_nothing_even_while_a_hand_leads
     let told = *arm.controller.protection().external().unwrap();
     assert!((told[0] - 200.0).abs() < 1e-9 && (told[1] + 300.0).abs() < 1e-9, "{told:?}");
 
-    // A watch that would act forgets what it has felt where a hand leads the arm.
+    // A watch that may act is cleared while the arm is hand-guided.
     for (reaction, tells) in [(CollisionReaction::Report, true), (CollisionReaction::Stop, false)] {
         let mut led = Loop::new(reaction);
         led.controller.config_mut().unwrap().law = ControlLaw::Teach;
@@ -167,7 +167,7 @@ fn what_complies_gives_way_while_pushed_then_stands_and_gives_way_again() {
     arm.run(HIT, 3);
     let gains = config::<2>(ControlLaw::ComputedTorque).gains;
     for round in 0..3 {
-        // No stiffness: the force is the damper's alone.
+        // Without stiffness, the force is balanced by the damper alone.
         let (qd, before) = (arm.qd, arm.q);
         let (fault, limits, torque) = arm.tick(HIT);
         assert_eq!((fault, limits), (None, COLLIDED));
@@ -175,10 +175,10 @@ fn what_complies_gives_way_while_pushed_then_stands_and_gives_way_again() {
             assert_eq!(torque[i], 0.0 - gains[i].inertia * (gains[i].velocity * qd[i]));
         }
         arm.run(HIT, 3000);
-        // Pushed away at the speed at which the damper holds the force.
+        // Pushed away at the speed at which the damper balances the force.
         let speed = HIT[1] / (gains[1].inertia * gains[1].velocity);
         assert!((arm.qd[1] - speed).abs() < 1e-6 && arm.q[1] < before[1] - 0.2, "{:?}", arm.qd);
-        // Half the threshold is not yet nothing.
+        // Half the threshold does not yet count as the end of the push.
         arm.run([0.0, -2.1], 50);
         let (_, _, torque) = arm.tick(FREE);
         assert!(torque[1].abs() < 4.0, "{torque:?}");
@@ -201,7 +201,7 @@ fn what_complies_is_pushed_by_no_integral_action() {
     let watch = CollisionWatch::new(settings(CollisionReaction::Comply), Rails);
     let controller = Controller::new(config, UnitMasses::default(), Desk).with_protection(watch);
     let mut arm = Loop { controller, ..Loop::new(CollisionReaction::Comply) };
-    // It leans against a force below its threshold until the integral action is at its bound.
+    // The arm pushes against a force below its threshold until the integral action is at its bound.
     arm.run([0.0, -3.9], 3000);
     assert!((arm.tick([0.0, -3.9]).2[1] - 3.9).abs() < 1e-6);
     arm.run(HIT, 3);
@@ -244,7 +244,7 @@ fn no_watch_and_one_that_sees_nothing_leave_every_bit() {
     assert!(watched.protection().residual()[0] != 0.0);
 }
 
-/// Where two swinging joints are at `t`, and how they move.
+/// Position, velocity and acceleration of two swinging joints at `t`.
 fn swinging(t: f64) -> [[f64; 2]; 3] {
     let (w, a) = ([2.1, 3.3], [0.9, 0.7]);
     [
@@ -254,8 +254,8 @@ fn swinging(t: f64) -> [[f64; 2]; 3] {
     ]
 }
 
-/// The observer over a motion with all torques known: `f(tick, residual)` for each tick, `external` acting all the
-/// time.
+/// Runs the observer over a motion with all torques known, with `external` acting all the time: calls `f(tick, residual)` for each
+/// tick.
 fn over_a_motion<S: dynamics_core::Real>(bandwidth: f64, ticks: u32, external: f64, mut f: impl FnMut(u32, [f64; 2])) {
     let filter: MomentumFilter<S> = MomentumFilter::new(bandwidth, PERIOD);
     let dynamics = planar();
@@ -267,7 +267,7 @@ fn over_a_motion<S: dynamics_core::Real>(bandwidth: f64, ticks: u32, external: f
         let momentum = single.momentum(&turn, &q.map(S::literal), &qd.map(S::literal), &Live::zero());
         let found = observer.observe(&filter, &momentum, &[S::zero(); 2]).map(S::to_f64);
         f(tick, found);
-        // The torque of the middle of the period stands for its mean.
+        // The torque at the middle of the period approximates its mean.
         let [q, qd, qdd] = swinging((f64::from(tick) + 0.5) * PERIOD);
         observer.drove(&filter, &by_hand(q, qd, qdd).map(|tau| S::literal(tau - external)));
     }
@@ -298,7 +298,7 @@ fn single_precision_does_not_drift_in_a_million_ticks() {
             worst[half] = worst[half].max((found[i] - double[tick as usize][i]).abs());
         }
     });
-    // Torques of tens of N m: the error is that of rounding p, and no greater in the second half than in the first.
+    // Torques of tens of N m: the error is that of rounding p, and it is no greater in the second half than in the first.
     pinned("single precision, the first half, N m", worst[0], 1.81e-4);
     pinned("single precision, the second half, N m", worst[1], 1.59e-4);
 }

@@ -5,7 +5,7 @@ use dynamics_core::control::{Between, ControlLaw, EveryNth, Gains};
 use dynamics_core::{Command, Controller, Fault, InverseDynamics, Live, Measurement, Reference, SinCos, Trig};
 use std::cell::Cell;
 
-/// One joint on a rail: `tau = 3 + t / 4 + m qdd`, with the time handed in as the position. The numbers are sums of few powers
+/// One joint on a rail: `tau = 3 + t / 4 + m qdd`, with the time passed as the position. The numbers are sums of few powers
 /// of two, so every result below is exact.
 #[derive(Clone, Debug, Default)]
 struct Drifting {
@@ -80,7 +80,7 @@ fn held_is_a_constant_torque_and_the_fixed_inertia_acts_in_every_tick() {
         assert_eq!(at(&mut dynamics, 0.0, qdd), 3.0 + 1.5 * qdd, "tick {tick}");
     }
     assert_eq!(dynamics.inner_mut().calls.get(), 3);
-    // With drift it is that of the last evaluation; with another mass, the difference acts at the last acceleration.
+    // With drift it is the torque of the last evaluation; with another mass, the difference acts at the last acceleration.
     let mut dynamics = rail(2.0, 4, Between::Hold);
     for tick in 0..9 {
         let (t, qdd) = (f64::from(tick), 0.5 * f64::from(tick));
@@ -95,7 +95,7 @@ fn extrapolated_is_a_torque_linear_in_time_from_the_second_evaluation_on() {
     let mut dynamics = rail(1.5, 4, Between::Extrapolate);
     for tick in 0..14 {
         let (t, qdd) = (f64::from(tick), if tick % 3 == 0 { 2.0 } else { -0.5 });
-        // One evaluation has no slope: it holds.
+        // After one evaluation there is no slope: the torque is held.
         let known = if tick < 4 { 0.0 } else { t };
         assert_eq!(at(&mut dynamics, t, qdd), 3.0 + 0.25 * known + 1.5 * qdd, "tick {tick}");
     }
@@ -154,7 +154,7 @@ fn after_a_reset_the_next_tick_evaluates_and_nothing_is_left_of_what_was_not_fin
     let still = measured([1.0], [0.0]);
     for between in [Between::Hold, Between::Extrapolate] {
         let mut broken = new(between);
-        // 2 MAX is infinite; so is the slope to it.
+        // 2 MAX is infinite, and so is the slope to it.
         for _ in 0..3 {
             driven(broken.tick(&wanting(1.0), &still));
         }
@@ -169,7 +169,7 @@ fn after_a_reset_the_next_tick_evaluates_and_nothing_is_left_of_what_was_not_fin
             assert_eq!(broken.tick(&reference, &still), fresh.tick(&reference, &still), "{between:?}, tick {tick}");
         }
         assert_eq!(broken.dynamics_mut().inner_mut().calls.get(), evaluated + 3);
-        // In the middle of a stretch too.
+        // The same in the middle between two evaluations.
         broken.reset();
         driven(broken.tick(&wanting(0.0), &still));
         assert_eq!(broken.dynamics_mut().inner_mut().calls.get(), evaluated + 4);

@@ -1,4 +1,4 @@
-//! Each fault is raised by its cause, carries its number, stays until the reset, and a reset restores everything.
+//! Each fault is raised by its cause, has its number, and stays until the reset; a reset restores everything.
 
 use crate::control::support::{braked, config, controller, driven, measured};
 use dynamics_core::control::{ControlLaw, Friction, Guard};
@@ -34,7 +34,7 @@ fn aged(age_ticks: u32) -> Case {
     (good().0, Measurement { age_ticks, ..good().1 })
 }
 
-/// Every cause next to its nearest innocent neighbour.
+/// Every cause together with the nearest input that raises no fault.
 fn table() -> Vec<(&'static str, Case, Expected)> {
     let (nan, inf) = (f64::NAN, f64::INFINITY);
     let measurement = |joint| Some((Fault::NonFiniteMeasurement { joint }, 1));
@@ -139,7 +139,7 @@ fn a_reset_makes_the_controller_as_good_as_new() {
     }
 }
 
-/// Every number that has a meaning.
+/// All numbers that have a meaning.
 const CODES: core::ops::RangeInclusive<u8> = 1..=20;
 
 #[test]

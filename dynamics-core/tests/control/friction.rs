@@ -1,4 +1,4 @@
-//! Friction feedforward: odd, smooth, and exactly Coulomb's and the viscous torque beyond its smoothing speed.
+//! Friction feedforward: odd, smooth, and equal to the Coulomb and viscous torque beyond its smoothing speed.
 
 use crate::control::support::{Desk, UnitMasses, config, driven, measured};
 use dynamics_core::control::{ControlLaw, Friction};
@@ -39,7 +39,7 @@ fn the_slope_of_friction_is_continuous_and_never_negative() {
         assert!(change.abs() <= steepest * 1.0001e-4, "slope jumps by {change} at {qd}");
         assert!(slope(qd) >= 0.7 - 1e-6);
     }
-    // A hard sign function fails the same test by far: its slope jumps by c / h.
+    // A hard sign function fails this test by a large margin: its slope jumps by c / h.
     let hard = |qd: f64| if qd > 0.0 { 3.0 } else { -3.0 };
     assert!((hard(h) - hard(-h)) / (2.0 * h) > 1000.0 * steepest * 1e-4);
 }
@@ -47,13 +47,13 @@ fn the_slope_of_friction_is_continuous_and_never_negative() {
 #[test]
 fn the_controller_adds_friction_of_the_reference_velocity_to_every_law() {
     let reference = Reference { q: [0.1], qd: [0.4], qdd: [0.2] };
-    // An arm that is led has no reference to follow.
+    // A hand-guided arm has no reference to follow.
     for law in ControlLaw::ALL.into_iter().filter(|law| *law != ControlLaw::Teach) {
         let plain = config::<1>(law);
         let mut with = plain;
         with.friction = Some([FRICTION]);
         let torque = |config| {
-            // Measured at another velocity: friction must not follow it.
+            // The measured velocity is different: friction must not follow it.
             driven(Controller::new(config, UnitMasses::default(), Desk).tick(&reference, &measured([0.1], [-0.3]))).0[0]
         };
         let added = torque(with) - torque(plain);
@@ -64,7 +64,7 @@ fn the_controller_adds_friction_of_the_reference_velocity_to_every_law() {
 #[test]
 fn no_torque_is_minus_zero() {
     let reference = Reference { q: [-0.0], qd: [-0.0], qdd: [-0.0] };
-    // The friction of -0 is -0, the torque that the law asks for is -0, and so is their sum.
+    // The friction of -0 is -0, the torque of the law is -0, and so is their sum.
     assert_eq!(FRICTION.torque(-0.0).to_bits(), (-0.0_f64).to_bits());
     for friction in [None, Some([FRICTION])] {
         let settings = dynamics_core::ControllerConfig { friction, ..config(ControlLaw::ComputedTorque) };

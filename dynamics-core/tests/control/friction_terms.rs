@@ -1,4 +1,4 @@
-//! Friction feedforward beyond viscous and Coulomb friction: its form, its bound, and rest.
+//! Friction feedforward beyond viscous and Coulomb friction: its formula, its bound, and its value at rest.
 
 use crate::control::support::{Desk, UnitMasses, config, driven, measured};
 use dynamics_core::control::{Between, ControlLaw, EveryNth, Friction, FrictionTerms, LoadGrowth, Rise};
@@ -65,12 +65,12 @@ fn torque_is_that_of_the_formula_with_each_term_alone_and_with_all() {
     for terms in alone {
         for (qd, tau) in speeds().step_by(7).flat_map(|qd| loads().step_by(5).map(move |tau| (qd, tau))) {
             let found = FRICTION.torque_with(&terms, qd, tau);
-            // The exponential is 5.8e-4 off at most, and weighs the rise and its growth with 20 N m.
+            // The exponential has an error of at most 5.8e-4; it is multiplied by the rise and its growth with 20 N m.
             let close = 5.8e-4 * (2.1 + 0.08 * 20.0);
             assert!((found - expected(&terms, qd, tau)).abs() < close, "{terms:?} at {qd}, {tau}: {found}");
         }
     }
-    // A sign that is wrong, or a term that is left out, is found.
+    // The comparison detects a wrong sign, or a missing term.
     assert!((FRICTION.torque_with(&none, 0.02, 0.0) - expected(&TERMS, 0.02, 0.0)).abs() > 1.0);
     for qd in speeds() {
         assert!((FRICTION.torque_with(&none, qd, 3.0) - FRICTION.torque(qd)).abs() < 1e-15, "without terms at {qd}");
@@ -122,7 +122,7 @@ fn torque_has_the_direction_of_the_reference_and_is_continuous() {
         for qd in speeds().filter(|qd| *qd != 0.0) {
             assert!(at(qd) * qd > 0.0, "at {qd} under {tau}: {}", at(qd));
         }
-        // Slope of the level's turn over 5 mrad/s: 1.5 (2.8 + 2) / 0.005, and less beyond.
+        // Steepest change of the level over 5 mrad/s: 1.5 (2.8 + 2) / 0.005, and less beyond.
         let steepest = 1.5 * 5.0 / 0.005;
         let jump = speeds().map(|qd| (at(qd + 1e-6) - at(qd)).abs()).fold(0.0, f64::max);
         assert!(jump < steepest * 1e-6, "{jump} under {tau}");
@@ -157,7 +157,7 @@ fn the_controller_adds_the_terms_along_the_reference_and_loads_them_with_its_own
     for law in ControlLaw::ALL.into_iter().filter(|law| *law != ControlLaw::Teach) {
         let torque = |friction, friction_terms, reference: Reference<f64, 1>, qd| {
             let settings = dynamics_core::ControllerConfig { friction, ..config::<1>(law) };
-            // A model that is not evaluated in every tick hands its terms on.
+            // A model that is not evaluated in every tick passes its friction terms on.
             let rail = EveryNth::new(Rail(UnitMasses::default(), friction_terms), 2, Between::Hold, &settings.gains);
             driven(Controller::new(settings, rail, Desk).tick(&reference, &measured([0.1], [qd]))).0[0]
         };
@@ -165,7 +165,7 @@ fn the_controller_adds_the_terms_along_the_reference_and_loads_them_with_its_own
         let plain = torque(None, None, moving, -0.3);
         let added = torque(Some([FRICTION]), Some([TERMS]), moving, -0.3) - plain;
         assert!((added - FRICTION.torque_with(&TERMS, 0.02, plain)).abs() < 1e-12, "{law:?} adds {added}");
-        // An arm that is pushed while its reference rests is not helped along.
+        // While the reference rests, friction feedforward does not support a motion of an arm that is pushed.
         let still = Reference { q: [0.1], qd: [0.0], qdd: [0.0] };
         let terms = FrictionTerms { offset: None, ..TERMS };
         for qd in [-0.02, 0.0, 0.02] {
@@ -175,7 +175,7 @@ fn the_controller_adds_the_terms_along_the_reference_and_loads_them_with_its_own
     }
 }
 
-/// A mass with stiction that is half of what the controller believes: started by the reference, it comes to rest with it.
+/// A mass whose stiction is half of what the controller assumes: the reference starts it, and it comes to rest with the reference.
 #[test]
 fn overestimated_stiction_does_not_drive_an_arm_whose_reference_rests() {
     let terms = FrictionTerms { rise: TERMS.rise, ..FrictionTerms::NONE };
@@ -205,6 +205,6 @@ fn overestimated_stiction_does_not_drive_an_arm_whose_reference_rests() {
         }
     }
     assert_eq!(fastest_at_rest, 0.0);
-    // Stiction keeps what the spring of 20^2 N m/rad does not overcome.
+    // Stiction keeps the error that the spring of 20^2 N m/rad cannot overcome.
     assert!((q - 0.01).abs() <= 1.4 / 400.0, "{q}");
 }

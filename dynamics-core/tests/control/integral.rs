@@ -1,4 +1,4 @@
-//! Integral action removes what the position gain leaves, without hunting about stiction and without winding up.
+//! Integral action removes the error that the position gain leaves, without hunting because of stiction and without wind-up.
 
 use crate::control::support::{Desk, UnitMasses, config, driven, measured};
 use dynamics_core::control::ControllerOf;
@@ -39,7 +39,7 @@ struct Mass {
 impl Mass {
     const FREE: Self = Self { q: 0.0, qd: 0.0, load: 0.0, friction: 0.0 };
 
-    /// Ticks with the reference at rest at 0; the last torque.
+    /// Runs ticks with the reference at rest at 0, and returns the last torque.
     fn hold(&mut self, controller: &mut One, ticks: u32) -> f64 {
         let rest = Reference { q: [0.0], qd: [0.0], qdd: [0.0] };
         let mut last = 0.0;
@@ -52,7 +52,7 @@ impl Mass {
             }
             let direction = if self.qd == 0.0 { pushed.signum() } else { self.qd.signum() };
             let qd = self.qd + PERIOD * (pushed - self.friction * direction);
-            // Friction stops a mass, and does not turn it.
+            // Friction stops a mass, but does not reverse it.
             self.qd = if qd * direction < 0.0 && self.friction > 0.0 { 0.0 } else { qd };
             self.q += PERIOD * self.qd;
         }
@@ -75,7 +75,7 @@ fn a_constant_load_leaves_no_rest_error_and_without_integral_action_its_share_of
 
 #[test]
 fn the_shortest_stable_time_is_that_of_routh() {
-    // Growth of the swing from the first to the fourth second; steps of a tick move the bound a little.
+    // Growth of the oscillation from the first to the fourth second; the tick's finite step shifts the stability bound a little.
     let growth = |time: f64| {
         let mut controller = joint(Some(integral(time, f64::INFINITY)), f64::INFINITY);
         let mut mass = Mass { q: 1e-3, ..Mass::FREE };
@@ -102,7 +102,7 @@ fn the_torque_of_the_integral_action_never_passes_its_bound() {
 
 #[test]
 fn a_joint_that_its_torque_limit_held_away_winds_nothing_up() {
-    // Two seconds at the torque limit, pushed harder than the motor can: then the load goes.
+    // Two seconds at the torque limit, under a load greater than the motor can hold; then the load is removed.
     let overshoot = |torque_limit: f64| {
         let mut controller = joint(Some(integral(0.2, 200.0)), torque_limit);
         let mut mass = Mass { load: 12.0, q: 0.05, ..Mass::FREE };
@@ -118,7 +118,7 @@ fn a_joint_that_its_torque_limit_held_away_winds_nothing_up() {
         -lowest / pushed
     };
     assert!(overshoot(10.0) < 0.5);
-    // The rule itself: what a limit held back does not grow, and may shrink.
+    // The rule itself: an integral torque at a limit does not grow, but may shrink.
     let integral = integral(0.2, 100.0);
     let grown = integral.next(Integrated { torque: 3.0, away: true }, 1.0);
     let shrunk = integral.next(Integrated { torque: 3.0, away: true }, -1.0);
@@ -142,7 +142,7 @@ fn a_limit_that_acts_freezes_the_integral_action_and_its_release_thaws_it() {
 fn a_joint_with_stiction_arrives_once_and_stays() {
     let stiction = Mass { q: 2e-3, friction: 2.0, ..Mass::FREE };
     let with = |friction: f64| Integral { dead_band: 1e-4, friction, ..integral(0.2, 10.0) };
-    // Without integral action it parks where the stiffness and friction balance.
+    // Without integral action the mass stays where stiffness and friction balance.
     let mut mass = Mass { ..stiction };
     mass.hold(&mut joint(None, f64::INFINITY), 5_000);
     assert!(mass.q > 1e-3, "{}", mass.q);

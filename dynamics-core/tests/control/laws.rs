@@ -1,4 +1,4 @@
-//! Each law against its formula, on an arm whose dynamics are written out by hand.
+//! Each law compared with its formula, on an arm with dynamics written out by hand.
 
 use crate::control::support::{Desk, UnitMasses, by_hand, config, controller, driven, measured};
 use dynamics_core::control::{ControlLaw, Gains, Spring};
@@ -15,7 +15,7 @@ const REFERENCE: Reference<f64, 2> = Reference { q: [0.4, -1.1], qd: [0.8, 0.3],
 const Q: [f64; 2] = [0.35, -1.02];
 const QD: [f64; 2] = [0.9, 0.1];
 
-/// `Kd (qd_ref - qd) + Kp (q_ref - q)`, gains from natural frequency and damping by hand.
+/// `Kd (qd_ref - qd) + Kp (q_ref - q)`, with gains computed from natural frequency and damping by hand.
 fn spring() -> [f64; 2] {
     [0, 1].map(|i| {
         let omega = [20.0, 25.0][i];
@@ -36,7 +36,7 @@ fn expected(law: ControlLaw) -> [f64; 2] {
             [a + 1.5 * REFERENCE.qdd[0], b + 1.3 * REFERENCE.qdd[1]]
         }
         ControlLaw::Feedforward => plus(by_hand(REFERENCE.q, REFERENCE.qd, REFERENCE.qdd)),
-        // The same in the tick; what lies between two ticks is the drives'.
+        // Both are the same within a tick; the drives act only between two ticks.
         ControlLaw::Impedance | ControlLaw::Split => plus(by_hand(Q, QD, REFERENCE.qdd)),
         ControlLaw::Teach => by_hand(Q, [0.0; 2], [0.0; 2]),
     }
@@ -106,7 +106,7 @@ fn a_model_law_asks_for_inverse_dynamics_once_a_tick_and_pd_never() {
     }
 }
 
-/// Three rails at right angles, the first along z: nothing turns, so inertia is the diagonal of the masses moved.
+/// Three rails at right angles, the first along z: nothing turns, so the inertia is diagonal: the masses moved.
 fn cartesian() -> Dynamics<f64, 3> {
     let quarter = std::f64::consts::FRAC_PI_2;
     let turned = [(0.0, quarter), (quarter, quarter), (0.0, 0.0)];
@@ -144,7 +144,7 @@ fn on_an_arm_whose_inertia_is_a_constant_diagonal_it_is_computed_torque() {
     let (whole, diagonal) = (torque(ControlLaw::ComputedTorque), torque(ControlLaw::DiagonalInertia));
     for i in 0..3 {
         assert!((whole[i] - diagonal[i]).abs() < 1e-12 * whole[i].abs(), "{whole:?} and {diagonal:?}");
-        // Not idle: without the acceleration that is asked for it would be another torque.
+        // The test is not vacuous: without the reference acceleration the torque would be different.
         assert!((whole[i] - torque(ControlLaw::PdGravity)[i]).abs() > 1.0);
     }
 }

@@ -1,4 +1,4 @@
-//! Each limit acts, is reported, and only then.
+//! Each limit acts, is reported when it acts, and only then.
 
 use crate::control::support::{driven, measured, one_joint, wanting};
 use dynamics_core::control::{Gains, LimitFlags};
@@ -6,7 +6,7 @@ use dynamics_core::{Controller, Limits, Reference};
 
 const LIMITS: Limits<f64> = Limits { position: (-1.0, 2.0), velocity: 3.0, torque: 10.0, torque_rate: f64::INFINITY };
 
-/// The flags of the first tick, and the reference that the controller kept to, read back through the torque.
+/// The flags of the first tick, and the reference that the controller followed, computed back from the torque.
 fn kept(reference: Reference<f64, 1>) -> (LimitFlags, [f64; 3]) {
     let open = |position, velocity, inertia| {
         let mut settings = *one_joint(LIMITS, f64::INFINITY).config();
@@ -104,7 +104,7 @@ fn the_torque_rate_limit_starts_afresh_after_a_reset() {
     controller.tick(&wanting(8.0), &measured([0.0], [0.0]));
     controller.reset();
     assert_eq!(driven(controller.tick(&wanting(8.0), &measured([0.0], [0.0]))), ([8.0], [LimitFlags::NONE]));
-    // And it is in force again from there.
+    // And the limit is in force again from there.
     assert_eq!(driven(controller.tick(&wanting(0.0), &measured([0.0], [0.0]))), ([7.5], [LimitFlags::TORQUE_RATE]));
 }
 

@@ -7,8 +7,8 @@ use dynamics_core::{Controller, Measurement, Reference, Sensed};
 const BANDWIDTH: f64 = 150.0;
 const PERIOD: f64 = 1e-3;
 
-/// Error of position and velocity after `steps` under a constant acceleration; `told` is the acceleration given to the
-/// observer.
+/// Error of position and velocity after `steps` under a constant acceleration; `told` is the acceleration that the observer
+/// gets.
 fn error_after(steps: u32, acceleration: f64, told: f64) -> (f64, f64) {
     let observer = TrackingObserver::<f64>::new(BANDWIDTH, PERIOD);
     let truth = |n: u32| {
@@ -39,14 +39,14 @@ fn an_acceleration_that_it_is_not_told_leaves_the_stated_lag() {
     let (x, v) = error_after(1000, a, 0.0);
     assert!((v / velocity_lag - 1.0).abs() < 1e-9, "velocity {v}, stated {velocity_lag}");
     assert!((x / position_lag - 1.0).abs() < 1e-9, "position {x}, stated {position_lag}");
-    // The rules of thumb in its doc, with the terms that they leave out.
+    // The approximations in its documentation, with the terms that they omit.
     assert!((v / (2.0 * a / BANDWIDTH) - 1.0).abs() < 0.5 * BANDWIDTH * PERIOD);
     assert!((x / (a / (BANDWIDTH * BANDWIDTH)) - 1.0).abs() < BANDWIDTH * PERIOD);
 }
 
 #[test]
 fn both_poles_of_the_error_lie_where_the_bandwidth_puts_them() {
-    // The error of a joint that stands at 0 is the observer's own state: its matrix, column by column.
+    // The error for a joint at rest at 0 is the observer's own state; this gives its matrix, column by column.
     for bandwidth in [10.0, 150.0, 900.0] {
         let observer = TrackingObserver::<f64>::new(bandwidth, PERIOD);
         let (a, c) = observer.step(1.0, 0.0, 0.0, 0.0);
@@ -73,7 +73,7 @@ fn counts_wrap_without_a_step_in_position() {
     for offset in -20..=20 {
         assert_eq!(encoder.position(zero.wrapping_add(offset)), f64::from(offset) * 0.5);
     }
-    // The offset did cross the end of the range.
+    // The offset did cross the end of the integer range.
     assert!(zero.wrapping_add(20) < 0);
 }
 
@@ -125,7 +125,7 @@ fn counts_after_a_measured_state_start_the_observer_afresh() {
 
 #[test]
 fn the_controller_tells_the_observer_what_its_reference_asks_for() {
-    // A joint that follows a constant acceleration exactly: without lag, feedback has nothing to add.
+    // A joint that follows a constant acceleration exactly: without lag, feedback contributes nothing.
     let per_count = 1e-9;
     let mut settings = config(ControlLaw::ComputedTorque);
     settings.encoder = [Encoder { zero: 0, per_count }];
@@ -136,7 +136,7 @@ fn the_controller_tells_the_observer_what_its_reference_asks_for() {
         let reference = Reference { q: [0.5 * acceleration * t * t], qd: [acceleration * t], qdd: [acceleration] };
         let counts = Sensed::Counts([(reference.q[0] / per_count).round() as i32]);
         let (torque, _) = driven(controller.tick(&reference, &Measurement { sensed: counts, age_ticks: 0 }));
-        // The untold observer of this bandwidth would lag by 2 a / 200 in velocity, and Kd = 36 makes that a torque of 1.
+        // Without the acceleration as input, this observer would lag by 2 a / 200 in velocity, and Kd = 36 makes that a torque of 1.
         assert!((torque[0] - acceleration).abs() < 1e-3, "torque {} in tick {tick}", torque[0]);
     }
 }

@@ -1,4 +1,4 @@
-//! An arm whose dynamics fit on a page, and a controller for it.
+//! An arm with simple dynamics, and a controller for it.
 
 use dynamics_core::control::{ControlLaw, ControllerOf, Encoder, Gains, Guard, LimitFlags, TrackingObserver};
 use dynamics_core::{
@@ -8,7 +8,7 @@ use dynamics_core::{
 use nalgebra::{Matrix3, Vector3};
 use std::cell::Cell;
 
-/// The standard library's sine and cosine: these tests are about the controller.
+/// The standard library's sine and cosine, because these tests are about the controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Desk;
 
@@ -92,7 +92,7 @@ pub(crate) fn measured<S, const N: usize>(q: [S; N], qd: [S; N]) -> Measurement<
     Measurement { sensed: Sensed::State { q, qd }, age_ticks: 0 }
 }
 
-/// Inverse dynamics of unit masses on rails, which counts how often it is asked.
+/// Inverse dynamics of unit masses on rails, which counts its calls.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct UnitMasses {
     pub(crate) calls: Cell<u32>,

@@ -1,4 +1,4 @@
-//! A hand-guided arm: where it is let go it stays, friction is made up for, and walls and speed are soft.
+//! A hand-guided arm: it stays where it is released, friction is compensated, and walls and speed limit are soft.
 
 use crate::control::support::{by_hand, config, controller, driven, measured};
 use dynamics_core::control::{ControlLaw, Controller, Encoder, Friction, Gains, Guard, Teach, TrackingObserver};
@@ -21,7 +21,7 @@ const TEACH: Teach<f64> = Teach {
     slowing: 0.0,
 };
 
-/// Torque of a joint that is let go.
+/// Torque of a free joint.
 fn free(q: f64, qd: f64) -> f64 {
     TEACH.torque(q, qd, &mut None)
 }
@@ -36,17 +36,17 @@ fn where_it_is_kept_it_hangs_on_a_spring_that_yields_and_comes_along() {
     assert_eq!(TEACH.torque(0.5, 0.0, &mut anchor), 0.0);
     assert!(near(TEACH.torque(0.504, 0.0, &mut anchor), -40.0 * 0.004));
     assert!(near(anchor.unwrap(), 0.5), "inside its reach the anchor stays: {anchor:?}");
-    // Damped as the spring is, and together no stronger than what breaks it away; the drag is beside it.
+    // Spring and damper are together limited to the breakaway torque; the drag is added.
     assert!(near(TEACH.torque(0.504, 0.01, &mut anchor), -(40.0 * 0.004 + 4.0 * 0.01) - 0.1 * 0.01));
     assert!(near(TEACH.torque(0.508, 0.09, &mut anchor), -0.4 - 0.1 * 0.09));
-    // Pulled away slowly it comes along, and goes back nowhere.
+    // Pulled away slowly, the joint follows, and does not return.
     assert!(near(TEACH.torque(0.6, 0.0, &mut anchor), -0.4));
     assert!(near(anchor.unwrap(), 0.59), "{anchor:?}");
 }
 
 #[test]
 fn a_hand_breaks_it_away_and_it_is_kept_again_where_it_comes_to_rest() {
-    // The still speed is 0.05 rad/s. Fast and near, or far and slow, it is kept.
+    // The still speed is 0.05 rad/s. A joint that is fast and near, or far and slow, is kept.
     for (q, qd) in [(0.509, 0.2), (0.6, 0.09)] {
         let mut anchor = Some(0.5);
         TEACH.torque(q, qd, &mut anchor);
@@ -55,7 +55,7 @@ fn a_hand_breaks_it_away_and_it_is_kept_again_where_it_comes_to_rest() {
     let mut anchor = Some(0.5);
     TEACH.torque(0.52, 0.11, &mut anchor);
     assert_eq!(anchor, None);
-    // Between once and twice the still speed it stays what it was; friction is made up for in the same measure.
+    // Between once and twice the still speed the state does not change; the friction compensation fades over the same range.
     assert!(near(TEACH.torque(0.53, 0.075, &mut anchor), 0.5 * 0.24 - 0.1 * 0.075));
     assert_eq!(anchor, None);
     assert!(near(TEACH.torque(0.54, 0.04, &mut anchor), -0.1 * 0.04));
@@ -76,7 +76,8 @@ fn moved_by_the_hand_friction_is_made_up_for_and_nothing_keeps_it() {
 fn a_wall_pushes_back_and_swallows_the_bounce_and_too_fast_is_braked() {
     assert!(near(free(2.3, 0.0), -40.0 * 0.1 * 0.55));
     assert!(near(free(-1.9, 0.0), 40.0 * 0.1 * 0.55));
-    // Into the wall its whole stiffness acts, and half as deep as the wall half of the damper. Out of it a tenth, and all of the damper.
+    // Into the wall the whole stiffness acts, and at half the wall's depth half of the damper.
+    // Out of it, a tenth of the stiffness and the whole damper.
     let moving = 0.24 - 0.1;
     assert!(near(free(2.3, 1.0), -4.0 + moving - 0.5 * 4.0), "{}", free(2.3, 1.0));
     assert!(near(free(2.3, -1.0), -0.4 - moving + 4.0), "{}", free(2.3, -1.0));
@@ -132,7 +133,7 @@ impl InverseDynamics<f64, 1> for Folding {
     }
 }
 
-/// A joint is pushed to `speed` at `q` and let go, under the law for `ticks` of 1 ms. Returns its positions.
+/// Pushes a joint to `speed` at `q` and releases it, under the law for `ticks` of 1 ms. Returns its positions.
 fn let_go(teach: Teach<f64>, friction: f64, q: f64, speed: f64, ticks: u32) -> Vec<f64> {
     let config = ControllerConfig {
         law: ControlLaw::Teach,
@@ -150,7 +151,7 @@ fn let_go(teach: Teach<f64>, friction: f64, q: f64, speed: f64, ticks: u32) -> V
     };
     let mut controller = Controller::new(config, Folding, Libm);
     let (mut q, mut qd) = (q, speed);
-    // The hand has broken it away.
+    // The hand has exceeded the breakaway torque.
     driven(controller.tick(&Reference::at_rest([q - 1.0]), &measured([q - 1.0], [speed])));
     let mut way = vec![q];
     for _ in 0..ticks {
@@ -166,7 +167,7 @@ fn let_go(teach: Teach<f64>, friction: f64, q: f64, speed: f64, ticks: u32) -> V
     way
 }
 
-/// Behaviour of a joint as a scene has it: 40 mrad/s are still, 0.1 rad of wall, stiffness and damping of the gains above.
+/// Settings as a scene would have them: still below 40 mrad/s, 0.1 rad of wall, stiffness and damping of the gains above.
 const FEEL: Teach<f64> = Teach {
     friction: 0.8 * 0.6,
     per_still_speed: 25.0,
@@ -191,7 +192,7 @@ fn let_go_at_the_greatest_speed_it_coasts_a_tenth_of_a_radian_at_most_in_every_p
                 let way = let_go(teach, friction, q, speed, 1500);
                 let coasted = way.iter().map(|x| (x - q).abs()).fold(0.0, f64::max);
                 assert!(coasted <= 0.1, "{coasted} rad from {q} at {speed} rad/s, friction {friction}");
-                // It does not come back.
+                // The joint does not come back.
                 let back = way.iter().map(|x| (x - q) * speed.signum()).fold((0.0_f64, 0.0_f64), |(far, back), x| {
                     let far = far.max(x);
                     (far, back.max(far - x))
@@ -209,7 +210,7 @@ fn run_into_a_wall_it_stops_there() {
         let far = way.iter().map(|x| x.abs()).fold(0.0, f64::max);
         let back = way.iter().fold((0.0_f64, 0.0_f64), |(far, back), x| (far.max(x.abs()), back.max(far - x.abs())));
         assert!(far < 2.0, "through the wall, to {far}");
-        // The soft wall gives way slowly: that is no rebound.
+        // The soft wall pushes back slowly, which is not a rebound.
         assert!(back.1 <= 0.03, "{} rad back", back.1);
         let out = way.windows(2).map(|x| (x[0].abs() - x[1].abs()) / 1e-3).fold(0.0, f64::max);
         assert!(out <= 0.04, "{out} rad/s back");
@@ -233,7 +234,7 @@ fn a_led_arm_follows_no_reference_and_its_weight_is_carried() {
         let expected = weight[i] + free(Q[i], QD[i]);
         assert!((torque[i] - expected).abs() < 1e-12, "{torque:?}, {expected}");
     }
-    // Not a bit of it depends on the reference.
+    // No bit of the result depends on the reference.
     let other = Reference { q: [-0.3, 0.2], qd: [0.0, -2.0], qdd: [9.0, 9.0] };
     assert_eq!(driven(controller(led()).tick(&other, &measured(Q, QD))).0, torque);
 }

@@ -1,4 +1,4 @@
-//! A tick is total: for any bits of its input, it drives finite torques within their limits, or brakes for the right
+//! A tick is total: for any bits of its input, it drives finite torques within their limits, or brakes for the correct
 //! reason.
 
 use crate::control::support::config;
@@ -58,7 +58,7 @@ fn settings<const N: usize>(law: ControlLaw, friction: bool) -> ControllerConfig
     settings.cast()
 }
 
-/// A watch that the states below set off more often than not, and sometimes leave alone.
+/// A collision watch that the states below trigger more often than not, but not always.
 fn watch<const N: usize>(reaction: CollisionReaction) -> CollisionWatch<f32, N, Dynamics<f32, N>> {
     let config = CollisionConfig {
         filter: MomentumFilter::new(5.0, 1e-3),
@@ -71,7 +71,7 @@ fn watch<const N: usize>(reaction: CollisionReaction) -> CollisionWatch<f32, N, 
     CollisionWatch::new(config.cast(), arm())
 }
 
-/// Any bit pattern at all, and more often than chance those at the edges.
+/// Any bit pattern, with those at the edges more often than by chance.
 fn wild() -> impl Strategy<Value = f32> {
     prop_oneof![
         4 => any::<u32>().prop_map(f32::from_bits),
@@ -116,7 +116,7 @@ fn tick<const N: usize>() -> impl Strategy<Value = Tick<N>> {
     })
 }
 
-/// The fault that this input must raise, as far as the input alone can tell.
+/// The fault that this input must raise, as far as it follows from the input alone.
 fn due<const N: usize>(reference: &Reference<f32, N>, measurement: &Measurement<f32, N>) -> Option<Fault> {
     if measurement.age_ticks > 2 {
         return Some(Fault::StaleMeasurement);
@@ -155,7 +155,7 @@ fn case<const N: usize>(
     let mut age = 0;
     for (reference, measurement, reset) in ticks {
         let command = controller.tick(reference, measurement);
-        // A reading that has aged by one is the last one again, and is not looked at: the joint's motion is predicted.
+        // A reading whose age has grown by one is the last reading again and is ignored: the joint's motion is predicted.
         let predicted = latched.is_none() && measurement.age_ticks == age + 1 && measurement.age_ticks <= 2;
         if latched.is_none() && measurement.age_ticks <= 2 {
             age = measurement.age_ticks;
@@ -185,8 +185,8 @@ fn case<const N: usize>(
                 if let Some(due) = due {
                     prop_assert_eq!(fault, due);
                 } else {
-                    // Not visible in the input alone: finite numbers with a torque that is not finite, or counts that
-                    // mean a place or speed out of bounds.
+                    // These do not follow from the input alone: finite numbers that give a torque that is not finite, or counts that
+                    // mean a position or speed out of bounds.
                     let counted = matches!(measurement.sensed, Sensed::Counts(_));
                     let by_state = matches!(fault.code(), 4 | 5);
                     let collided = fault.code() == 14 && reaction == Some(CollisionReaction::Stop);
@@ -235,7 +235,7 @@ fn run<const N: usize>() {
     if let Err(failure) = outcome {
         panic!("{N} joints: {failure}");
     }
-    // The cases reached torques, torques after a collision (100) and every fault that a tick can raise: the checks above were not idle.
+    // The cases reached torques, torques after a collision (100) and every fault that a tick can raise: the checks above were not vacuous.
     assert_eq!(seen.into_inner().into_iter().collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5, 7, 14, 100], "{N} joints");
 }
 

@@ -1,11 +1,11 @@
-//! Braking: where a stop begins, that it ends before the limit, and that nothing jumps on the way.
+//! Braking: a stop begins at the right point, ends before the limit, and nothing jumps during the stop.
 
 use crate::safety::support::*;
 use dynamics_core::safety::{HoldCause, Inputs, State};
 use dynamics_core::{Reference, Sensed};
 use std::cell::Cell;
 
-/// A machine that runs at `q` with the speed `qd` on joint 1, or the state that it took instead.
+/// A machine that runs at `q` with the speed `qd` on joint 1, and its state, which may be another than running.
 fn run_at(q: f32, qd: f32) -> (Machine, State) {
     let mut machine = after(&TO_RUNNING, [q, 0.0]);
     let output = machine.tick(&moving(q, qd), |_| wanting(1.0));
@@ -33,7 +33,7 @@ fn a_reference_is_followed_while_there_is_room_to_stop_and_taken_over_when_there
             assert_eq!(run_at(side * inside, side * v).1, State::Running, "{v}");
             let held = State::Holding(HoldCause::NoRoom { joint: 0 });
             assert_eq!(run_at(side * beyond, side * v).1, held, "{v}");
-            // Back inside there is all the room.
+            // A joint that moves back inside has enough distance.
             assert_eq!(run_at(side * beyond, -side * v).1, State::Running, "{v}");
         }
     }
@@ -47,7 +47,7 @@ fn the_arm_itself_must_be_able_to_stop_before_the_guard() {
     let last = f64::from(LIMIT + MARGIN) - distance(v);
     for (q, expected) in [(last - 1e-5, State::Running), (last + 1e-5, State::Holding(HoldCause::NoRoom { joint: 0 }))]
     {
-        // The reference rests at the limit, within reach; the arm has run past it.
+        // The reference rests at the limit, within reach; the arm has moved past it.
         assert!(q - f64::from(LIMIT) < f64::from(REACH));
         let mut machine = after(&TO_RUNNING, [1.95, 0.0]);
         let sensed = Sensed::State { q: [q as f32, 0.0], qd: [v, 0.0] };
@@ -87,7 +87,7 @@ fn a_stop_ends_at_rest_before_the_limit_without_a_jump_of_place_or_speed() {
                     break;
                 }
             }
-            // The rule's distance is that of the stop, less the latency's share.
+            // The distance in the rule is that of the stop plus the latency's share.
             let needed = distance(v) - f64::from(v * LATENCY);
             assert!((f64::from(travelled) - needed).abs() <= 2e-5 + 1e-3 * needed, "{v}: {travelled}, {needed}");
         }

@@ -1,4 +1,4 @@
-//! The machine with a controller inside it: bumpless arming, running, stopping; encoders instead of states.
+//! The machine with a controller inside it: bumpless arming, running, stopping; encoder counts instead of states.
 
 use crate::safety::support::*;
 use dynamics_core::control::{ControlLaw, Controller, ControllerOf, Fault, LimitFlags, Teach};
@@ -21,7 +21,7 @@ fn controller() -> Inside {
     Controller::new(config, Weights, Polynomial)
 }
 
-/// Asked all this, and then as long as an arm takes to be armed.
+/// Sends all requests, and then waits as long as an arm takes to be armed.
 fn ask_all(machine: &mut Machine, controller: &mut Inside, requests: &[Request], inputs: &Setpoint) {
     for request in requests {
         step(machine, controller, &asked(*request, inputs));
@@ -37,7 +37,7 @@ fn step(machine: &mut Machine, controller: &mut Inside, inputs: &Setpoint) -> Sa
     output
 }
 
-/// Ticks for which the drives carry the weight before the brakes open.
+/// Number of ticks for which the drives carry the weight before the brakes open.
 const CARRIED: u32 = 8;
 
 #[test]
@@ -47,7 +47,7 @@ fn torque_rises_from_nothing_at_its_rate_when_the_arm_is_armed() {
         assert_eq!(torque(&step(&mut machine, &mut inside, &asked(request, &calm([0.5; 2])))), None);
     }
     let armed = step(&mut machine, &mut inside, &asked(Request::Arm, &calm([0.5; 2])));
-    // With engaged brakes 4 N m a tick up to the 6 that hold the weight, for any reference of the host. Then the brakes open.
+    // With engaged brakes the torque rises by 4 N m a tick to the 6 N m that hold the weight, for any reference of the host. Then the brakes open.
     assert_eq!((preload(&armed), armed.state), (Some([4.0; 2]), State::Arming));
     let far = Inputs { reference: Some(Reference::at_rest([-1.0; 2])), ..calm([0.5; 2]) };
     // The brakes open only after the drives have carried the weight for some ticks.
@@ -56,7 +56,7 @@ fn torque_rises_from_nothing_at_its_rate_when_the_arm_is_armed() {
     }
     let armed = step(&mut machine, &mut inside, &far);
     assert_eq!((torque(&armed), armed.state), (Some([6.0; 2]), State::Armed));
-    // Where it was armed it stays, as on a spring.
+    // The arm stays where it was armed, as on a spring.
     let away = step(&mut machine, &mut inside, &calm([0.499; 2]));
     let wanted = 6.0 + 400.0 * 0.001;
     assert!((torque(&away).unwrap()[0] - wanted).abs() < 1e-3);
@@ -106,7 +106,7 @@ fn every_change_of_state_is_bumpless_and_a_fault_starts_afresh() {
         }
     }
     assert_eq!(kinds, [State::Armed, State::Running, State::Holding(HoldCause::Requested), State::Running]);
-    // A fault, cleared and armed again: the ramp begins at nothing.
+    // After a fault that is cleared, and arming again, the ramp begins at zero.
     let stopped = machine.tick(&Inputs { emergency_stop: true, ..calm([q; 2]) }, |_| panic!("asked for torque"));
     assert_eq!(stopped.state, State::Fault(Fault::EmergencyStop));
     step(&mut machine, &mut inside, &asked(Request::Clear, &calm([q; 2])));
@@ -120,7 +120,7 @@ fn the_controller_s_own_fault_becomes_the_machine_s() {
     ask_all(&mut machine, &mut inside, &TO_RUNNING, &calm([0.0; 2]));
     let wild = Reference { q: [0.0; 2], qd: [0.0; 2], qdd: [0.0, f32::MAX] };
     let fine = Inputs { reference: Some(wild), ..calm([0.0; 2]) };
-    // Finite, and held at the limit.
+    // The torque is finite, and limited.
     assert_eq!(torque(&step(&mut machine, &mut inside, &fine)), Some([6.0, 10.0]));
     inside.overrun();
     let output = machine.tick(&calm([0.0; 2]), |ask| ask.of(&mut inside));
@@ -135,12 +135,12 @@ fn encoders_are_judged_by_their_counts_and_a_slip_takes_the_homing_away() {
     let mut machine = Machine::new(protected);
     let mut inside = Controller::new(protected, Weights, Polynomial);
     let counts = |n: i32| Inputs { sensed: Sensed::Counts([n, 0]), ..calm([n as f32 * 1e-4, 0.0]) };
-    // The observer of a joint far from zero first has to find it.
+    // The observer of a joint far from zero first has to converge.
     for _ in 0..100 {
         step(&mut machine, &mut inside, &counts(8000));
     }
     ask_all(&mut machine, &mut inside, &TO_RUNNING, &counts(8000));
-    // 50 counts are 5 mrad: as far as 5 rad/s lead. 75 are more than 6 mrad and the encoder's resolution.
+    // 50 counts are 5 mrad: as far as 5 rad/s moves. 75 are more than 6 mrad plus the encoder's resolution.
     let mut quick = machine;
     assert_ne!(
         quick.tick(&counts(8050), |ask| ask.of(&mut inside)).state,
@@ -150,7 +150,7 @@ fn encoders_are_judged_by_their_counts_and_a_slip_takes_the_homing_away() {
     assert_eq!((output.state, output.homed), (State::Fault(Fault::ImpossibleJump { joint: 0 }), false));
 }
 
-/// An arm that holds is a fault where it is out of reach of its place: at the edge, from both sides, in every state that holds.
+/// An arm that should hold still raises a fault if it is out of reach of its reference: at the edge, from both sides, in every state that holds.
 #[test]
 fn an_arm_that_does_not_stay_where_it_holds_is_a_fault() {
     const AT: [f32; 2] = [0.25, -0.5];
@@ -168,21 +168,21 @@ fn an_arm_that_does_not_stay_where_it_holds_is_a_fault() {
                 assert_eq!(granted(&mut machine, &pushed(near)).state, held, "{requests:?}, joint {joint}");
                 let output = machine.tick(&pushed(beyond), |_| panic!("asked for torque"));
                 assert_eq!(output.state, State::Fault(Fault::FollowingError { joint: joint as u8 }));
-                // It stays, and is cleared where the arm is: there is no place to be away from.
+                // The fault stays, and can be cleared at the arm's current position: there is no reference that it could be away from.
                 assert_eq!(granted(&mut machine, &asked(Request::Clear, &calm(beyond))).state, State::Idle);
             }
         }
     }
 }
 
-/// A controller that gives way to a collision does not follow, and the arm is where it was pushed.
+/// A controller that is compliant after a collision does not follow its reference; the arm is where it was pushed.
 #[test]
 fn an_arm_that_gives_way_to_a_collision_may_be_pushed_away() {
     let mut machine = after(&TO_ARMED, [0.0; 2]);
     let complying = Command::Drive { torque: [0.0; 2], limits: [LimitFlags::COLLISION, LimitFlags::NONE] };
     assert_eq!(machine.tick(&calm([0.0; 2]), |_| complying).state, State::Armed);
     assert_eq!(machine.tick(&calm([0.5, 0.0]), |_| complying).state, State::Armed);
-    // It follows again from here on, and is still away.
+    // From here on it follows again, and is still away from its reference.
     assert_eq!(machine.tick(&calm([0.5, 0.0]), |_| wanting(0.0)).state, State::Armed);
     let output = machine.tick(&calm([0.5, 0.0]), |_| panic!("asked for torque"));
     assert_eq!(output.state, State::Fault(Fault::FollowingError { joint: 0 }));
@@ -207,11 +207,11 @@ fn an_arm_that_is_led_by_hand_runs_wherever_it_is_led_and_is_held_there() {
     (config.control.law, config.control.teach) = (ControlLaw::Teach, Some([teach; 2]));
     let (mut machine, mut inside) = (Machine::new(config), Controller::new(config, Weights, Polynomial));
     ask_all(&mut machine, &mut inside, &TO_ARMED, &calm([0.0; 2]));
-    // Armed, it stands as on a spring: 400 N m/rad of the law that holds it.
+    // While armed it is held as on a spring: 400 N m/rad of the law that holds it.
     step(&mut machine, &mut inside, &calm([0.0; 2]));
     let pushed = torque(&step(&mut machine, &mut inside, &calm([0.004; 2]))).unwrap()[0];
     assert!((pushed - (6.0 - 1.6)).abs() < 1e-4, "{pushed}");
-    // The host's reference is nowhere near, and nothing of it is followed.
+    // The host's reference is far away, and the arm does not follow it.
     let told = |q: f32, qd: f32, request| Inputs {
         request,
         reference: Some(Reference::at_rest([-1.5; 2])),
@@ -225,10 +225,10 @@ fn an_arm_that_is_led_by_hand_runs_wherever_it_is_led_and_is_held_there() {
         let output = step(&mut machine, &mut inside, &told(q, 1.0, None));
         assert_eq!(output.state, State::Running);
         let carried = torque(&output).unwrap()[0];
-        // At first the spring that held it has to break.
+        // At first the spring that held it has to yield.
         assert!(q < 0.01 || (carried - (6.0 - 0.1)).abs() < 1e-4, "{carried} at {q}");
     }
-    // Let go, it keeps still: the first tick finds it at rest. Held, it is held where it is, without a bump.
+    // Released, it stays still: the first tick finds it at rest. When held, it is held where it is, without a bump.
     let still = torque(&step(&mut machine, &mut inside, &told(q, 0.0, None))).unwrap()[0];
     let held = step(&mut machine, &mut inside, &told(q, 0.0, Some(Request::Hold)));
     assert_eq!(held.state, State::Holding(HoldCause::Requested));
@@ -236,7 +236,7 @@ fn an_arm_that_is_led_by_hand_runs_wherever_it_is_led_and_is_held_there() {
     assert!((held - 6.0).abs() < 1e-4 && (still - held).abs() <= 0.5, "{still}, {held}");
     let moved = torque(&step(&mut machine, &mut inside, &told(q + 0.004, 0.0, None))).unwrap()[0];
     assert!((moved - (6.0 - 1.6)).abs() < 1e-3, "{moved}");
-    // Without a host nobody leads it.
+    // Without a host the arm is not hand-guided.
     step(&mut machine, &mut inside, &told(q, 0.0, Some(Request::Run)));
     let silent = step(&mut machine, &mut inside, &Inputs { reference: None, ..told(q, 0.0, None) });
     assert_eq!(silent.state, State::Holding(HoldCause::NoReference));

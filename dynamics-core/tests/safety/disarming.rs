@@ -1,4 +1,4 @@
-//! Disarming an arm whose brakes need time to engage: torque holds it until they have.
+//! Disarming an arm whose brakes need time to engage: torque holds it until they have engaged.
 
 use crate::safety::support::*;
 use dynamics_core::Fault;
@@ -54,7 +54,7 @@ fn torque_goes_on_for_exactly_as_long_as_the_brakes_need() {
     assert_eq!((output.actuation, output.state), (Actuation::Safe(SafeAction::Brake), State::Idle));
 }
 
-/// The torque goes on without a step, and still answers when the arm moves: the model's weight alone may be wrong.
+/// The torque continues without a step, and still reacts when the arm moves, because the model's weight alone may be wrong.
 #[test]
 fn the_arm_is_held_in_the_loop_until_the_brakes_have_engaged() {
     let protected = slow_brakes(DELAY);
@@ -66,7 +66,7 @@ fn the_arm_is_held_in_the_loop_until_the_brakes_have_engaged() {
             step(&mut machine, &calm(AT));
         }
     }
-    // It hangs 1 mrad below its place, as with a load that the model does not know: 400 N m/rad carry it.
+    // It hangs 1 mrad below its reference, as with a load that the model does not know: 400 N m/rad carry it.
     let below = AT.map(|q| q - 0.001);
     let given = |output: &Said| match output.actuation {
         Actuation::Drive { torque, .. } | Actuation::Preload { torque, .. } => torque[0],
@@ -84,7 +84,7 @@ fn the_arm_is_held_in_the_loop_until_the_brakes_have_engaged() {
     assert!(preloads(&sunk) && (given(&sunk) - (WEIGHT + 0.8)).abs() < 1e-3, "{sunk:?}");
 }
 
-/// A tick that ends the torque at once, and the fault that it raises.
+/// An input that ends the torque at once, and the fault that it raises.
 type DriveFaultReport = (fn(&mut Setpoint), Fault);
 
 #[test]
@@ -121,7 +121,7 @@ fn a_fault_removes_the_torque_at_once_and_a_silent_host_does_not() {
     granted(&mut machine, &asked(Request::Disarm, &calm(AT)));
     let output = machine.tick(&calm(AT), |_| Command::Brake(Fault::Collision { joint: 0 }));
     assert_eq!(output.state, State::Fault(Fault::Collision { joint: 0 }));
-    // Nobody needs a host to engage brakes.
+    // Engaging the brakes does not need a host.
     let mut machine = armed(slow_brakes(DELAY));
     granted(&mut machine, &asked(Request::Disarm, &calm(AT)));
     for _ in 1..DELAY {
@@ -145,7 +145,7 @@ fn nothing_but_a_stop_interrupts_it() {
     }
 }
 
-/// Arming is begun anew after it, with nothing of the torque or the count of before.
+/// Arming starts afterwards from the beginning, with neither the torque nor the tick count of before.
 #[test]
 fn an_arm_that_was_disarmed_is_armed_and_disarmed_again() {
     let mut machine = armed(slow_brakes(DELAY));
@@ -158,14 +158,14 @@ fn an_arm_that_was_disarmed_is_armed_and_disarmed_again() {
         }
         assert_eq!((ticks, machine.state()), (DELAY, State::Idle));
         let first = granted(&mut machine, &asked(Request::Arm, &calm(AT)));
-        // The rate of the torque begins at nothing.
+        // The torque ramp starts at zero.
         assert!(matches!(first.actuation, Actuation::Preload { torque, .. } if torque == [1.0; 2]), "{first:?}");
         arm(&mut machine, AT);
         assert_eq!(machine.state(), State::Armed);
     }
 }
 
-/// The brakes have never opened.
+/// The brakes have never opened before.
 #[test]
 fn an_arm_that_is_being_armed_is_idle_at_once() {
     let mut machine = Machine::new(slow_brakes(DELAY));
@@ -185,7 +185,7 @@ fn without_a_host_the_brakes_engage_before_the_fault() {
         assert_eq!(granted(&mut machine, &alone()).state, State::Holding(HoldCause::HeartbeatLost));
     }
     for tick in 0..DELAY {
-        // A host that comes back does not change what has begun.
+        // A host that comes back does not change the disarming that has begun.
         let inputs = if tick > 2 { calm(AT) } else { alone() };
         let output = granted(&mut machine, &inputs);
         assert!(preloads(&output) && output.state == State::Disarming, "{tick}");
@@ -193,7 +193,7 @@ fn without_a_host_the_brakes_engage_before_the_fault() {
     let output = granted(&mut machine, &calm(AT));
     let expected = (Actuation::Safe(SafeAction::Brake), State::Fault(Fault::HeartbeatLost));
     assert_eq!((output.actuation, output.state), expected);
-    // The next orderly end has no fault.
+    // The next regular disarming ends without a fault.
     granted(&mut machine, &asked(Request::Clear, &calm(AT)));
     granted(&mut machine, &asked(Request::Arm, &calm(AT)));
     arm(&mut machine, AT);
@@ -204,7 +204,7 @@ fn without_a_host_the_brakes_engage_before_the_fault() {
     assert_eq!(machine.state(), State::Idle);
 }
 
-/// An arm in full motion, for a scene that hardly holds: its reference slows down while the brakes engage.
+/// An arm in full motion, in a scene with a very short hold time: its reference slows down while the brakes engage.
 #[test]
 fn an_arm_that_still_moves_when_its_host_is_given_up_slows_down_along_its_reference() {
     let mut protected = slow_brakes(50);

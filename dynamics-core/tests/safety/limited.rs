@@ -1,4 +1,4 @@
-//! Limits that a person or a motor's heat puts on an arm: the first motion after homing, and motors that are warm.
+//! Limits due to a person or a motor's heat: the first motion after homing, and warm motors.
 
 use crate::safety::support::*;
 use dynamics_core::control::{Controller, ControllerOf, Fault, LimitFlags};
@@ -7,7 +7,7 @@ use dynamics_core::safety::{Actuation, HoldCause, Inputs, LiveInput, Protected, 
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{Reference, Sensed};
 
-/// Share of the limits in the first motion, and what it leaves, N m and rad/s.
+/// Share of the limits in the first motion, and the resulting limits, N m and rad/s.
 const SHARE: f32 = 0.2;
 const BEYOND: f32 = SHARE * TORQUE;
 const SPEED: f32 = SHARE * 3.0;
@@ -36,7 +36,7 @@ impl Arm {
     }
 }
 
-/// One that limits the first motion.
+/// A machine that limits the first motion.
 fn limited() -> Protected<f32, 2> {
     let mut protected = config();
     protected.rules.first_motion = Some(SHARE);
@@ -48,7 +48,7 @@ fn moving(speed: f32) -> Setpoint {
     Inputs { reference: Some(reference), sensed: Sensed::State { q: [0.0; 2], qd: [speed; 2] }, ..calm([0.0; 2]) }
 }
 
-/// Standing, with a reference this far away.
+/// An arm at rest, with a reference at this distance.
 fn drawn(distance: f32) -> Setpoint {
     Inputs { reference: Some(Reference::at_rest([distance; 2])), ..calm([0.0; 2]) }
 }
@@ -69,7 +69,7 @@ fn a_first_motion_that_is_too_fast_is_refused_or_held_until_the_limit_is_lifted(
     arm.ask(&[Request::Run]);
     assert_eq!(arm.tick(&moving(0.99 * SPEED)).state, State::Running);
     assert_eq!(arm.tick(&moving(1.01 * SPEED)).state, State::Holding(HoldCause::FirstMotion { joint: 0 }));
-    // It comes to rest where its reference does.
+    // The arm comes to rest where its reference does.
     let stop = (0.99 * SPEED).powi(2) / (2.0 * DECELERATION);
     for _ in 0..200 {
         arm.tick(&calm([stop; 2]));
@@ -77,7 +77,7 @@ fn a_first_motion_that_is_too_fast_is_refused_or_held_until_the_limit_is_lifted(
     assert_eq!(arm.tick(&asked(Request::FullRange, &calm([stop; 2]))).refused, None);
     arm.ask(&[Request::Run]);
     assert_eq!(arm.tick(&moving(1.01 * SPEED)).state, State::Running);
-    // Every homing limits anew.
+    // Every homing applies the limits again.
     arm.ask(&[Request::Hold]);
     for _ in 0..200 {
         arm.tick(&calm([0.0; 2]));
@@ -98,7 +98,7 @@ fn an_arm_that_is_itself_too_fast_in_its_first_motion_is_a_fault() {
     assert_eq!(run(1.01 * share(6.0)), State::Fault(Fault::VelocityOutOfBounds { joint: 0 }));
 }
 
-/// Neither while the drives come on, nor while they are about to go off, nor in motion.
+/// The limits can be lifted neither while the drives are switched on, nor while they are about to be switched off, nor in motion.
 #[test]
 fn the_limits_of_the_first_motion_are_lifted_only_without_torque_or_at_rest() {
     let mut protected = limited();
@@ -137,7 +137,7 @@ fn the_limits_of_the_first_motion_are_lifted_only_without_torque_or_at_rest() {
 fn torque_beyond_the_weight_is_limited_in_the_first_motion_and_then_not() {
     let mut arm = Arm::of(limited());
     arm.ask(&TO_RUNNING);
-    // 400 N m/rad: half of what may act, all of it, and more.
+    // 400 N m/rad: half of the torque that may act, all of it, and more.
     for (wanted, acts) in [(0.5 * BEYOND, 0.5 * BEYOND), (2.0 * BEYOND, BEYOND), (-2.0 * BEYOND, -BEYOND)] {
         for _ in 0..5 {
             arm.tick(&drawn(wanted / 400.0));
@@ -147,7 +147,7 @@ fn torque_beyond_the_weight_is_limited_in_the_first_motion_and_then_not() {
         assert!((torque - (WEIGHT + acts)).abs() < 1e-4, "{torque} for {wanted}");
         assert_eq!(limits(&output)[0].contains(LimitFlags::TORQUE), wanted != acts);
     }
-    // What was held back would come at once.
+    // The torque held back would act at once.
     let refused = |arm: &mut Arm, inputs: &Setpoint| arm.tick(&asked(Request::FullRange, inputs)).refused;
     assert_eq!(refused(&mut arm, &drawn(-2.0 * BEYOND / 400.0)), Some(Refusal::WrongState));
     arm.tick(&asked(Request::Hold, &drawn(-2.0 * BEYOND / 400.0)));
@@ -157,7 +157,7 @@ fn torque_beyond_the_weight_is_limited_in_the_first_motion_and_then_not() {
         let torque = torque(&arm.tick(&calm([0.0; 2]))).unwrap()[0];
         assert!((torque - (WEIGHT - BEYOND)).abs() < 1e-4, "{torque}");
     }
-    // The arm has come to its reference.
+    // The arm has reached its reference.
     let there = calm([-2.0 * BEYOND / 400.0; 2]);
     for _ in 0..5 {
         arm.tick(&there);
@@ -173,7 +173,7 @@ fn torque_beyond_the_weight_is_limited_in_the_first_motion_and_then_not() {
     assert!((free - (WEIGHT - 2.0 * BEYOND)).abs() < 1e-4, "{free}");
 }
 
-/// Motors that carry the weight for ever (`1.44 = (6 / 5)^2`, without it 0), with a time constant of two thousand ticks.
+/// Heat rules for two motors: the first one's heat settles at `1.44 = (6 / 5)^2` under the weight, and at 0 without. Time constant: 2000 ticks.
 fn warming() -> Protected<f32, 2> {
     let mut protected = config();
     // The second motor is stronger.
@@ -182,7 +182,7 @@ fn warming() -> Protected<f32, 2> {
     protected
 }
 
-/// The heat of a motor says nothing against the torque that holds the arm until its brakes have engaged.
+/// A motor's heat does not end the torque that holds the arm until its brakes have engaged.
 #[test]
 fn an_overheated_arm_with_brakes_is_held_until_they_have_engaged() {
     let still = calm([0.0; 2]);
@@ -213,9 +213,9 @@ fn an_overheated_arm_with_brakes_is_held_until_they_have_engaged() {
         let output = arm.tick(&still);
         assert_eq!((output.state, output.actuation), (State::Fault(fault), Actuation::Safe(SafeAction::Brake)));
     }
-    // Without brakes, or with such that engage at once, it ends in the tick.
+    // Without brakes, or with brakes that engage at once, it ends in the same tick.
     assert_eq!(hot(0, 2.0).machine.state(), State::Fault(Fault::Overheated { joint: 0 }));
-    // An arm that is disarmed already cools soon, and ends as it was asked to.
+    // An arm that is already being disarmed cools, and ends as requested.
     let mut arm = hot(400, 1.03);
     arm.ask(&[Request::Disarm]);
     while arm.machine.state() == State::Disarming {
@@ -250,10 +250,10 @@ fn a_warm_motor_gives_less_beyond_the_weight_and_an_overheated_one_is_a_fault_th
         }
     };
     assert_eq!(fault, Fault::Overheated { joint: 0 });
-    // 1 N m is a tenth of the limit. The weight alone heats on.
+    // 1 N m is a tenth of the limit. The weight alone continues to heat the motor.
     assert!(warnings > 100 && (least - (WEIGHT + 1.0)).abs() < 1e-3, "{warnings} warnings, at least {least} N m");
 
-    // A host that begins anew finds the motors as hot as they are.
+    // A host that starts again finds the motors as hot as they are.
     arm.machine.reset(warming());
     assert!(f64::from(arm.machine.heat()[0]) > 1.0);
     arm.ask(&[Request::Home, Request::Confirm]);
@@ -263,7 +263,7 @@ fn a_warm_motor_gives_less_beyond_the_weight_and_an_overheated_one_is_a_fault_th
     for _ in 0..200 {
         arm.tick(&calm([0.0; 2]));
     }
-    // It cools by its time constant.
+    // It cools with its time constant.
     let expected = hot * (-0.2_f32 / 2.0).exp();
     assert!((arm.machine.heat()[0] - expected).abs() < 5e-3, "{:?}, not {expected}", arm.machine.heat());
     arm.ask(&[Request::Arm]);
@@ -305,7 +305,7 @@ fn live_inputs_that_get_too_old_hold_a_running_arm_and_no_arm_starts_with_them()
     arm.ask(&[Request::Run]);
     assert_eq!(arm.tick(&at(50)).state, State::Running);
     assert_eq!(arm.tick(&at(51)).state, State::Holding(HoldCause::StaleInput));
-    // Without a limit of age they may be of any age.
+    // Without a limit the live inputs may have any age.
     protected.rules.live_max = 0;
     let mut arm = Arm::of(protected);
     arm.ask(&TO_RUNNING);

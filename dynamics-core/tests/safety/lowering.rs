@@ -1,4 +1,4 @@
-//! Lowering without a host, on simulated joints: one that hits a stop, one that a hand holds, one that carries what nobody declared.
+//! Lowering without a host, on simulated joints: one hits a stop, one is held by a hand, one carries an undeclared payload.
 
 use crate::safety::support::*;
 use dynamics_core::control::{ControlLaw, Controller, ControllerOf, Fault};
@@ -8,29 +8,29 @@ use dynamics_core::{Reference, Sensed};
 
 /// Torque limit, N m: far above what any bound here allows.
 const STRONG: f32 = 200.0;
-/// Longest hold without a host, ticks: the longest wait too.
+/// Longest hold without a host, ticks; also the longest wait.
 const HOLD: u32 = 300;
-/// Where the arm is left, and the pose to which it is lowered, rad.
+/// Position in which the arm is left, and the pose to which it is lowered, rad.
 const FROM: [f32; 2] = [1.0, 0.5];
 const TO: [f32; 2] = [-0.5, 0.0];
-/// Speed of lowering, rad/s, and the time that it takes with nothing in the way, ticks.
+/// Speed of lowering, rad/s, and its duration without an obstacle, ticks.
 const SPEED: f32 = 0.2;
 const NOMINAL: u32 = 7_540;
 /// Stiffness of the control law on unit masses, N m/rad, and its damping, N m s/rad.
 const STIFFNESS: f32 = 400.0;
 const DAMPING: f32 = 40.0;
 
-/// Two unit masses, each under its weight, and all that acts on the first of them.
+/// Two unit masses, each under its weight, and everything that acts on the first of them.
 struct World {
     machine: Machine,
     inside: ControllerOf<f32, 2, Weights, Polynomial, Protected<f32, 2>>,
     q: [f64; 2],
     qd: [f64; 2],
-    /// Torque of a payload that nobody declared, with the arm horizontal, N m.
+    /// Torque of an undeclared payload, with the arm horizontal, N m.
     payload: f64,
-    /// The first joint comes no lower, rad.
+    /// Position of the stop below which the first joint cannot go, rad.
     stop: f64,
-    /// A hand holds the first joint where it is.
+    /// True if a hand holds the first joint where it is.
     held: bool,
     reference: Reference<f32, 2>,
     /// Greatest torque with which the first joint has pushed against a stop or a hand, N m.
@@ -41,7 +41,7 @@ struct World {
 }
 
 impl World {
-    /// An armed arm, whose host has just been heard for the last time.
+    /// An armed arm that has just heard its host for the last time.
     fn left_alone(change: impl FnOnce(&mut Protected<f32, 2>)) -> Self {
         let mut config = config();
         assert_eq!(config.control.law, ControlLaw::ComputedTorque);
@@ -65,7 +65,7 @@ impl World {
             up: 0.0,
             tick: 0,
         };
-        // Until it is armed something holds the arm.
+        // Something holds the arm until it is armed.
         for request in TO_ARMED {
             world.step(Some(request), true);
         }
@@ -120,7 +120,7 @@ impl World {
         }
     }
 
-    /// Ticks without a host until the arm is let go, and the fault that does it.
+    /// Number of ticks without a host until torque ends, and the fault that ends it.
     fn until_let_go(&mut self) -> (u32, Fault) {
         let began = self.tick;
         loop {
@@ -133,7 +133,7 @@ impl World {
     }
 }
 
-/// Ticks of holding before the arm is lowered.
+/// Number of ticks of holding before the arm is lowered.
 const BEFORE: u32 = HOLD + 2;
 
 #[test]
@@ -145,8 +145,8 @@ fn an_arm_with_nothing_in_its_way_is_lowered_in_the_nominal_time() {
     assert!((world.q[0] - f64::from(TO[0])).abs() < 0.01 && world.up < 1e-3, "{:?}, {}", world.q, world.up);
 }
 
-/// The torque against an obstacle is that of a lag of half of `reach`, of the way in which the reference comes to rest, and of the
-/// speed that the stop took from the joint.
+/// The torque against an obstacle follows from a lag of half of `reach`, the distance in which the reference comes to rest, and the
+/// speed that the joint lost at the stop.
 #[test]
 fn an_obstacle_is_pushed_with_a_bounded_torque_for_a_bounded_time() {
     for stop in [0.95, 0.5, 0.0, -0.3] {
@@ -158,11 +158,11 @@ fn an_obstacle_is_pushed_with_a_bounded_torque_for_a_bounded_time() {
         println!("stop at {stop}: {:.1} of {bound:.1} N m, {} ticks", world.push, ticks - BEFORE);
         assert_eq!(fault, Fault::FollowingError { joint: 0 }, "{stop}");
         assert!(world.push <= bound && world.push > 0.5 * bound, "{stop}: {} N m of {bound}", world.push);
-        // The way to the stop, half a reach at a pace of half and more, and the wait.
+        // The path to the stop, half a reach at half the pace or more, and the wait.
         let path = (f64::from(FROM[0]) - stop + f64::from(REACH)) / f64::from(SPEED);
         let most = (path * 1000.0) as u32 + HOLD + 100;
         assert!(ticks - BEFORE <= most, "{stop}: {ticks} of {most}");
-        // Let go, the joint lies on the stop.
+        // After torque ends, the joint rests on the stop.
         for _ in 0..500 {
             world.step(None, false);
         }
@@ -180,7 +180,7 @@ fn an_arm_that_a_hand_holds_waits_and_goes_on_when_it_lets_go() {
             let since = world.tick;
             world.held = (from..from + ticks).contains(&since);
             world.step(None, false);
-            // The last two ticks' way is one step.
+            // The last two ticks' path is one step.
             if world.machine.state() == State::Lowering && world.reference.q[0] != TO[0] {
                 fastest = fastest.max((world.reference.q[0] - last).abs() / PERIOD);
                 last = world.reference.q[0];
@@ -190,7 +190,7 @@ fn an_arm_that_a_hand_holds_waits_and_goes_on_when_it_lets_go() {
             }
             assert!(world.tick < 60_000);
         };
-        // The joint comes back to its reference, which goes no faster than ever.
+        // The joint comes back to its reference, which never exceeds its speed.
         assert!(fastest <= SPEED * 1.01, "{fastest} rad/s");
         if goes_on {
             assert_eq!(end, Fault::HeartbeatLost, "{from}, {ticks}");
@@ -202,8 +202,8 @@ fn an_arm_that_a_hand_holds_waits_and_goes_on_when_it_lets_go() {
     }
 }
 
-/// A hand that holds the arm for so long, and lets go. Returns the greatest speed after that, rad/s, the torque against
-/// the hand when it lets go, and the end.
+/// A hand holds the arm for this many ticks, and lets go. Returns the greatest speed after that, rad/s, the torque against
+/// the hand when it lets go, N m, and the fault at the end.
 fn let_go_after(ticks: u32, change: impl FnOnce(&mut Protected<f32, 2>)) -> (f64, f64, Fault) {
     let mut world = World::left_alone(change);
     let (mut fastest, mut push) = (0.0_f64, 0.0);
@@ -224,7 +224,7 @@ fn let_go_after(ticks: u32, change: impl FnOnce(&mut Protected<f32, 2>)) -> (f64
     }
 }
 
-/// The reference is drawn back to a third of `reach`: the arm follows with the speed of a critically damped joint from there, `lag w / e`.
+/// The reference is drawn back to a third of `reach`: from there the arm follows with the speed of a critically damped joint, `lag w / e`.
 #[test]
 fn an_arm_that_waited_does_not_lurch_when_the_obstacle_goes() {
     let (frequency, third) = (f64::from(STIFFNESS).sqrt(), f64::from(REACH) / 3.0);
@@ -238,10 +238,10 @@ fn an_arm_that_waited_does_not_lurch_when_the_obstacle_goes() {
     }
 }
 
-/// The speed limit of the first motion does not drop an arm that is lowered: it follows its own slow reference.
+/// The speed limit of the first motion does not drop an arm that is lowered, because the arm follows its own slow reference.
 #[test]
 fn an_arm_in_its_first_motion_is_lowered_after_an_obstacle_too() {
-    // Below what the arm needs to come back to its reference.
+    // This is below the speed with which the arm comes back to its reference.
     let first = |config: &mut Protected<f32, 2>| {
         config.rules.first_motion = Some(0.2);
         for guard in &mut config.control.guard {
@@ -255,7 +255,7 @@ fn an_arm_in_its_first_motion_is_lowered_after_an_obstacle_too() {
     }
 }
 
-/// Waits add up: who holds the arm again and again does not keep it in the air.
+/// Waits add up: holding the arm again and again does not keep it in the air.
 #[test]
 fn all_waits_together_have_an_end() {
     let mut world = World::left_alone(|_| {});
@@ -270,19 +270,19 @@ fn all_waits_together_have_an_end() {
     assert!(world.tick < 2 * NOMINAL + HOLD, "{}", world.tick);
 }
 
-/// A payload that nobody declared makes the joint lag by its torque over the stiffness. Up to half of `reach` the arm reaches its rest pose.
+/// An undeclared payload makes the joint lag by its torque over the stiffness. With a lag up to half of `reach` the arm reaches its rest pose.
 #[test]
 fn an_undeclared_payload_is_lowered_or_let_go_in_time_without_a_bounce() {
     for (payload, end) in [
         // 1 kg at 0.5 m.
         (5.0, Fault::HeartbeatLost),
         (30.0, Fault::HeartbeatLost),
-        // A lag of 0.15 rad where the arm is horizontal.
+        // A lag of 0.15 rad with the arm horizontal.
         (60.0, Fault::FollowingError { joint: 0 }),
         (110.0, Fault::FollowingError { joint: 0 }),
     ] {
         let mut world = World::left_alone(|_| {});
-        // Taken up slowly, while the arm holds.
+        // The payload is applied slowly, while the arm holds.
         while world.machine.state() != State::Lowering {
             world.payload = payload * f64::from(world.tick.min(200)) / 200.0;
             world.step(None, false);
@@ -296,7 +296,7 @@ fn an_undeclared_payload_is_lowered_or_let_go_in_time_without_a_bounce() {
     }
 }
 
-/// A payload beyond the torque limit gets ahead of the reference: the arm is let go, and damped, before the joint is fast.
+/// A payload beyond the torque limit moves ahead of the reference: torque ends, and the arm is damped, before the joint is fast.
 #[test]
 fn a_payload_that_is_too_heavy_ends_in_the_safe_action_without_a_bounce() {
     let mut world = World::left_alone(|config| {
@@ -316,7 +316,7 @@ fn a_payload_that_is_too_heavy_ends_in_the_safe_action_without_a_bounce() {
         world.q[0], world.qd[0], world.up
     );
     assert_eq!(fault, Fault::FollowingError { joint: 0 });
-    // It falls by one and a half times its reach under the 7 N m at most that the limit lacks.
+    // It falls by one and a half times its reach, with at most 7 N m missing.
     let fall = (2.0 * 7.0 * 1.5 * f64::from(REACH)).sqrt();
     assert!(ticks < 2 * NOMINAL + HOLD && world.up < 0.02 && world.qd[0] > -fall);
     let fastest = world.qd[0];
@@ -326,7 +326,7 @@ fn a_payload_that_is_too_heavy_ends_in_the_safe_action_without_a_bounce() {
     }
 }
 
-/// The first step of a joint that can hardly be slowed down is less than a rounding at a high rate. It is no reason to be at the rest pose at once.
+/// At a high rate, the first step of a joint with a low deceleration is less than a rounding error. This must not count as being at the rest pose.
 #[test]
 fn a_first_step_that_is_too_small_does_not_end_in_a_jump_to_the_rest_pose() {
     let mut world = World::left_alone(|config| {
@@ -344,7 +344,7 @@ fn a_first_step_that_is_too_small_does_not_end_in_a_jump_to_the_rest_pose() {
     assert_eq!(world.machine.state(), State::Lowering);
 }
 
-/// However long the arm may hold without a host, it presses for half a second.
+/// However long the arm may hold without a host, it presses against an obstacle for only half a second.
 #[test]
 fn an_arm_without_a_host_presses_for_half_a_second_at_most() {
     for hold in [100, 499, 5_000, 60_000] {
@@ -365,12 +365,12 @@ fn an_arm_without_a_host_presses_for_half_a_second_at_most() {
             assert!(world.tick < 20_000, "{hold}");
         };
         assert_eq!(end, Fault::FollowingError { joint: 0 }, "{hold}");
-        // And while the reference goes to half of the reach, at a falling pace.
+        // Plus the time in which the reference goes to half of the reach, at a falling pace.
         assert!(pressed <= hold.min(500) + 400 && pressed > 100, "{hold}: {pressed}");
     }
 }
 
-/// An arm that something holds just above its rest pose does not settle there.
+/// An arm that is held just above its rest pose does not settle there.
 #[test]
 fn an_arm_that_does_not_settle_at_its_rest_pose_is_let_go_after_half_a_second() {
     let mut world = World::left_alone(|config| config.rules.hold_max = 5_000);
@@ -380,7 +380,7 @@ fn an_arm_that_does_not_settle_at_its_rest_pose_is_let_go_after_half_a_second() 
     assert!(ticks < 5_000 + NOMINAL + 600, "{ticks}");
 }
 
-/// A hold takes over where lowering waits. Returns the torque against the stop some time after it, N m, and how far the reference moved then, rad.
+/// A hold request during a wait of lowering. Returns the torque against the stop some time later, N m, and the motion of the reference then, rad.
 fn held_on_a_stop(payload: f64) -> (f64, f32) {
     let mut world = World::left_alone(|_| {});
     while world.machine.state() != State::Lowering {
@@ -408,13 +408,13 @@ fn a_hold_while_lowering_waits_relieves_the_obstacle_and_does_not_creep() {
     let (push, moved) = held_on_a_stop(0.0);
     println!("{push:.1} N m, {moved:.3} rad");
     assert!(push < 1.02 * f64::from(STIFFNESS * REACH) / 3.0 && moved > 0.0, "{push} N m, {moved} rad");
-    // A joint that sags under its payload by more than a third: it sinks for as long as lowering waits, and no farther.
+    // A joint that sags under its payload by more than a third of the reach: it sinks for as long as lowering waits, and no farther.
     let (_, moved) = held_on_a_stop(65.0);
     println!("{moved:.3} rad");
     assert!(moved.abs() <= SPEED * PERIOD * HOLD as f32 * 1.1, "{moved} rad");
 }
 
-/// An obstacle in the way of a lowered arm with brakes is no argument against its torque either.
+/// An arm with brakes that meets an obstacle while it is lowered is also held by torque until the brakes have engaged.
 #[test]
 fn an_arm_with_brakes_that_waited_for_too_long_is_held_until_they_have_engaged() {
     let mut world = World::left_alone(|config| {
@@ -436,7 +436,7 @@ fn an_arm_with_brakes_that_waited_for_too_long_is_held_until_they_have_engaged()
     assert_eq!(states[2..], [(State::Disarming, 100), (State::Fault(Fault::FollowingError { joint: 0 }), 1)]);
 }
 
-/// A tip speed that is too low for single precision: 5e-8 rad a tick, where half a rounding of 1 rad is 6e-8 rad.
+/// A tip speed that is too low for single precision: 5e-8 rad a tick, while half a rounding step at 1 rad is 6e-8 rad.
 #[test]
 fn lowering_that_cannot_move_its_reference_has_an_end() {
     for hold in [0, HOLD, 60_000] {

@@ -1,4 +1,4 @@
-//! An ordinary tick is decided by one comparison a rule. It must be what the exact rules would have made of it.
+//! An ordinary tick is decided by one comparison a rule. The result must equal that of the exact rules.
 
 use crate::safety::support::*;
 use dynamics_core::safety::{Inputs, Protected, Request, State};
@@ -6,7 +6,7 @@ use dynamics_core::{Command, Reference, Sensed};
 use proptest::prelude::*;
 use std::cell::Cell;
 
-/// Ranges of a joint: about zero, beside it, far from it, without ends, with one.
+/// Ranges of a joint: about zero, on one side of it, far from it, without ends, with one end.
 const RANGES: [(f32, f32); 6] = [
     (-2.0, 2.0),
     (0.3, 2.9),
@@ -24,7 +24,7 @@ fn with_ranges(ranges: [(f32, f32); 2]) -> Protected<f32, 2> {
     protected
 }
 
-/// One joint: where it and its reference are, from the end of its range at which they could just stop.
+/// One joint: position of the joint and its reference, measured from the end of its range at which they could just stop.
 #[derive(Clone, Copy, Debug)]
 struct Joint {
     range: (f32, f32),
@@ -41,7 +41,7 @@ fn joint() -> impl Strategy<Value = Joint> {
     let number = |size: f32| prop_oneof![-size..size, Just(0.0), -1e-6_f32..1e-6];
     let special =
         prop_oneof![30 => -20.0_f32..20.0, 1 => Just(f32::NAN), 1 => Just(f32::INFINITY), 1 => Just(f32::MAX)];
-    // Steps of about a rounding error about the very end, a wider surrounding, and anywhere.
+    // Within about a rounding error of the exact end, in a wider surrounding, and anywhere.
     let from_end = prop_oneof![-9e-7_f32..9e-7, -3e-5_f32..3e-5, -0.2_f32..0.2, -4.0_f32..0.0];
     let ends = (any::<bool>(), any::<bool>());
     (0..RANGES.len(), from_end.clone(), number(6.5), from_end, number(3.2), special, ends).prop_map(
@@ -61,11 +61,11 @@ fn joint() -> impl Strategy<Value = Joint> {
     )
 }
 
-/// The state of a running machine's next tick, and what it says: as it comes, or with a request that has no meaning while the arm runs, so
+/// State and output of a running machine after its next tick: without a request, or with a request that is not possible while the arm runs, so
 /// that the exact rules decide.
 fn next(joints: [Joint; 2], request: Option<Request>) -> (Machine, Said, bool) {
     let mut machine = Machine::new(with_ranges(joints.map(|joint| joint.range)));
-    // Within a jump of where the tick finds it, and inside its range.
+    // Within a jump of the position in the tick, and inside the range.
     let start = joints.map(|joint| joint.q.clamp(joint.range.0 + 0.1, joint.range.1 - 0.1));
     for asked in [None, Some(Request::Home), Some(Request::Confirm), Some(Request::Arm), Some(Request::Run), None] {
         let inputs = Inputs { request: asked, ..calm(start) };
@@ -95,7 +95,7 @@ proptest! {
         let (machine, output, ordinary) = next([a, b], None);
         let (exact, said, never) = next([a, b], Some(Request::Confirm));
         prop_assert!(!never);
-        // Debug texts: a NaN equals itself in them.
+        // Compared as debug texts, in which a NaN equals itself.
         prop_assert_eq!(format!("{:?}", machine), format!("{:?}", exact));
         prop_assert_eq!(Said { refused: None, ..output }, Said { refused: None, ..said });
         if ordinary {
@@ -107,7 +107,7 @@ proptest! {
     }
 }
 
-/// Counts how many of a grid of states are ordinary: nearly all of those inside, and none of the others.
+/// Counts the ordinary states in a grid: nearly all states inside the bounds, and none of the others.
 #[test]
 fn nearly_every_state_inside_is_ordinary_and_none_outside_is() {
     let (mut inside, mut missed) = (0, 0);
@@ -130,6 +130,6 @@ fn nearly_every_state_inside_is_ordinary_and_none_outside_is() {
         }
     }
     assert!(inside > 1500 && missed == 0, "{missed} of {inside}");
-    // With one end alone the exact rules have to look, always.
+    // For a range with only one end the exact rules always decide.
     assert!(!next([Joint { range: RANGES[5], q: 0.0, qd: 0.0, reference: [0.0; 3] }; 2], None).2);
 }

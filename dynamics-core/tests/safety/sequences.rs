@@ -1,5 +1,5 @@
-//! Random sequences of thousands of ticks, with everything that can go wrong going wrong, and machines with one rule broken:
-//! the watchman must find nothing in the first, and the broken rule in each of the others.
+//! Random sequences of thousands of ticks with every possible disturbance, and machines with one broken rule. The independent checker must find
+//! nothing in the first, and the broken rule in each of the others.
 
 use crate::safety::support::*;
 use crate::safety::watch::Watch;
@@ -11,7 +11,7 @@ use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestRng, TestRu
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
 
-/// Event of one tick, in addition to a host that wants to run and an arm that follows.
+/// Event of one tick, for a host that wants to run and an arm that follows.
 #[derive(Clone, Copy, Debug)]
 enum Event {
     Nothing,
@@ -81,10 +81,10 @@ fn event() -> impl Strategy<Value = Event> {
     prop_oneof![40 => Just(Event::Nothing), 1 => rare]
 }
 
-/// A rule that is broken on purpose, around a machine that keeps them all.
+/// A rule that is broken on purpose, in a wrapper around a correct machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Broken {
-    /// None: the machine as it is.
+    /// None: the machine unchanged.
     No,
     Homing,
     Rest,
@@ -109,7 +109,7 @@ enum Broken {
     OtherAction,
 }
 
-/// Each broken rule and the number of the rule under which the watchman must find it first.
+/// Each broken rule, and the numbers of the rules of which the checker must find one first.
 const BROKEN: [(Broken, &[&str]); 21] = [
     (Broken::Homing, &["1"]),
     (Broken::Rest, &["1", "15"]),
@@ -134,7 +134,7 @@ const BROKEN: [(Broken, &[&str]); 21] = [
     (Broken::OtherAction, &["16"]),
 ];
 
-/// The machine's numbers, with the one gone that the broken rule compares with.
+/// The machine's numbers, without the one that the broken rule compares with.
 fn numbers(broken: Broken) -> Protected<f32, 2> {
     let mut p = config();
     for joint in &mut p.rules.joints {
@@ -203,7 +203,7 @@ impl World {
         let (mut q, mut qd) = (self.q, self.reference.qd);
         let mut told = calm(q);
         let mut answer = wanting((tick as f32 * 0.05).sin() * 12.0);
-        // A host that is slow to ask, so that every state lasts a while.
+        // The host sends requests slowly, so that every state lasts a while.
         told.request = if tick % 4 == 3 { self.next() } else { None };
         self.silent_for = self.silent_for.saturating_sub(1);
         let mut reference = Some(self.reference);
@@ -216,7 +216,7 @@ impl World {
             Event::Age(i, age) => told.age_ticks[i] = age,
             Event::Position(i, x) => q[i] = x,
             Event::Velocity(i, x) => qd[i] = x,
-            // The arm really is there from now on: carried, or its encoder slipped.
+            // From now on the arm really is there: it was moved, or its encoder slipped.
             Event::Shift(i, x) => {
                 self.q[i] = (self.q[i] + x).clamp(-2.4, 2.4);
                 q = self.q;
@@ -241,14 +241,14 @@ impl World {
         (told, answer)
     }
 
-    /// The arm goes where the host wants it while the machine runs, and stays elsewhere.
+    /// Moves the arm to where the host wants it while the machine runs; otherwise it stays.
     fn move_on(&mut self, state: State) {
         for i in 0..2 {
             let wanted = if state == State::Running { self.speed[i] } else { 0.0 };
             let change = (wanted - self.reference.qd[i]).clamp(-0.05, 0.05);
             self.reference.qd[i] = if state == State::Running { self.reference.qd[i] + change } else { 0.0 };
             self.q[i] = (self.q[i] + PERIOD * self.reference.qd[i]).clamp(-2.4, 2.4);
-            // A host that has learnt: it turns back near a limit.
+            // The host turns back near a limit.
             if self.q[i].abs() > 1.9 && state != State::Running {
                 self.speed[i] = -self.q[i].signum();
                 self.q[i] = 1.5 * self.q[i].signum();
@@ -257,7 +257,7 @@ impl World {
         self.reference.q = self.q;
     }
 
-    /// The tick of a machine that is perhaps broken.
+    /// One tick of a machine that may be broken.
     fn tick(&mut self, told: &Setpoint, answer: Command<f32, 2>) -> Said {
         let mut inner = *told;
         match self.broken {
@@ -274,19 +274,19 @@ impl World {
                 inner.sensed = Sensed::State { q, qd };
             }
             Broken::Homing if !self.machine.homed() => {
-                // A machine that takes the joints for homed whenever they are not.
+                // A machine that homes the joints by itself whenever they are not homed.
                 for request in [Request::Disarm, Request::Home, Request::Confirm] {
                     self.machine.tick(&Inputs { request: Some(request), zeroed: true, ..*told }, |_| answer);
                 }
             }
-            // A machine that clears every fault at once, in spite of its cause.
+            // A machine that clears every fault at once, even if its cause persists.
             Broken::Latch if is_fault(self.machine.state()) => {
                 self.machine.tick(&asked(Request::Clear, &calm(self.q)), |_| answer);
             }
-            // A machine that takes an arm that stands for one that stands where it was armed.
+            // A machine that treats any arm at rest as one that rests where it was armed.
             Broken::Standing if self.machine.state() == State::Armed && inner.request.is_none() => {
                 let Sensed::State { q, qd } = told.sensed else { panic!("positions") };
-                // A reading that is believed, and no jump from another such.
+                // A plausible reading, without a jump from another plausible one.
                 let near = (0..2).all(|i| (q[i] - self.armed[i]).abs() < 0.45 * JUMP && qd[i].abs() <= 6.0);
                 if near && told.age_ticks == [0; 2] {
                     inner.sensed = Sensed::State { q: self.armed, qd: [0.0; 2] };
@@ -301,7 +301,7 @@ impl World {
         match (self.broken, answer) {
             (Broken::Ramp, Command::Drive { torque: wanted, .. }) => {
                 if let Actuation::Preload { torque, .. } = &mut said.actuation {
-                    // From the start on, and only then: as if nothing had acted before it.
+                    // Only from the start on: as if no torque had acted before.
                     if told.request == Some(Request::Arm) {
                         *torque = wanted.map(|x| if x.abs() <= TORQUE { x } else { 0.0 });
                     }
@@ -327,7 +327,7 @@ struct Reached {
     running: u64,
 }
 
-/// The rule that was found broken, if one was.
+/// The broken rule that was found, if any.
 fn play(events: &[Event], broken: Broken, reached: &RefCell<Reached>) -> Option<&'static str> {
     let mut world = World::new(broken);
     for (tick, event) in events.iter().enumerate() {
@@ -375,12 +375,12 @@ fn no_sequence_of_thousands_of_ticks_breaks_a_rule() {
     if let Err(failure) = outcome {
         panic!("{failure}");
     }
-    // The sequences reached every state, fault, cause, refusal and limit: the watchman was not idle.
+    // The sequences reached every state, fault, cause, refusal and limit: the checks were not vacuous.
     let reached = reached.into_inner();
     let all = |set: &BTreeSet<u8>| set.iter().copied().collect::<Vec<_>>();
     assert!(reached.ticks > 500_000 && reached.running > reached.ticks / 5, "{reached:?}");
     assert_eq!(all(&reached.states), [0, 1, 2, 3, 4, 5, 6]);
-    // All but a collision, which is the controller's.
+    // All but a collision, which the controller raises.
     assert_eq!(all(&reached.faults), (1..=15).filter(|code| *code != 14).collect::<Vec<_>>());
     assert_eq!(all(&reached.causes), [1, 2, 3, 4, 5]);
     assert_eq!(all(&reached.refusals), (1..=10).collect::<Vec<_>>());
@@ -395,7 +395,7 @@ fn every_broken_rule_is_found_under_its_number() {
         let cases = Cell::new(0);
         let outcome = runner(400).run(&proptest::collection::vec(event(), 1000..5000), |events| {
             cases.set(cases.get() + 1);
-            // Sixty sequences, and more of them only while it has not been found.
+            // At least sixty sequences, and more only until the fault has been found.
             if cases.get() > 60 && !found.borrow().is_empty() {
                 return Ok(());
             }

@@ -77,7 +77,7 @@ pub(crate) fn config() -> Protected<f32, 2> {
     Protected { control: control.cast(), rules }
 }
 
-/// Everything in order, the arm at rest at `q`, the reference there.
+/// Inputs without any problem: the arm at rest at `q`, and the reference there.
 pub(crate) fn calm(q: [f32; 2]) -> Setpoint {
     Inputs {
         request: None,
@@ -101,19 +101,19 @@ pub(crate) fn asked(request: Request, inputs: &Setpoint) -> Setpoint {
     Inputs { request: Some(request), ..*inputs }
 }
 
-/// The answer of a controller that wants this torque of every joint.
+/// The command of a controller that asks for this torque on every joint.
 pub(crate) fn wanting(torque: f32) -> Command<f32, 2> {
     Command::Drive { torque: [torque; 2], limits: [LimitFlags::NONE; 2] }
 }
 
-/// A tick that must be granted, with a controller that wants one newton metre.
+/// A tick whose request must be accepted, with a controller that asks for one newton metre.
 pub(crate) fn granted(machine: &mut Machine, inputs: &Setpoint) -> Said {
     let output = machine.tick(inputs, |_: TorqueRequest<'_, f32, 2>| wanting(1.0));
     assert_eq!(output.refused, None, "{:?} in {:?}", inputs.request, output.state);
     output
 }
 
-/// A machine that has been asked all this, one a tick, with everything in order at `q`.
+/// A machine after these requests, one a tick, without any problem, at `q`.
 pub(crate) fn after(requests: &[Request], q: [f32; 2]) -> Machine {
     let mut machine = Machine::new(config());
     granted(&mut machine, &calm(q));
@@ -124,7 +124,7 @@ pub(crate) fn after(requests: &[Request], q: [f32; 2]) -> Machine {
     machine
 }
 
-/// Wait until an arm that is being armed is armed.
+/// Waits until an arm that is being armed is armed.
 pub(crate) fn arm(machine: &mut Machine, q: [f32; 2]) {
     while machine.state() == State::Arming {
         granted(machine, &calm(q));
@@ -134,7 +134,7 @@ pub(crate) fn arm(machine: &mut Machine, q: [f32; 2]) {
 /// Torque of each weight, N m.
 pub(crate) const WEIGHT: f32 = 6.0;
 
-/// Unit masses under a weight each: `tau = qdd + 6`.
+/// Unit masses, each under a weight: `tau = qdd + 6`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Weights;
 

@@ -8,7 +8,7 @@ use dynamics_core::safety::{Actuation, HoldCause, Inputs, Request, SafeAction, S
 use dynamics_core::{Command, Fault, Reference, Sensed};
 use std::collections::BTreeSet;
 
-/// Where the arm stands: near the limit, so that it can leave it without a jump.
+/// Position of the arm: near the limit, so that it can cross it without a jump.
 const AT: [f32; 2] = [0.5, 1.9];
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,13 +39,13 @@ enum Answer {
     NotANumber,
 }
 
-/// One case, in the words of the table.
+/// One case, in the terms of the table.
 #[derive(Clone, Copy, Debug)]
 struct Case {
     from: State,
     homed: bool,
     alone: u32,
-    /// The brakes of this machine need time to engage.
+    /// True if the brakes of this machine need time to engage.
     slow_brakes: bool,
     /// State in which disarming ends in this tick.
     ends_in: Option<State>,
@@ -63,7 +63,7 @@ struct Case {
     answer: Answer,
 }
 
-// The words that the table is written in.
+// The conditions that the table uses.
 impl Case {
     fn in_fault(&self) -> bool {
         is_fault(self.from)
@@ -88,7 +88,7 @@ impl Case {
         ];
         all.into_iter().find(|(is, _)| *is).map(|(_, fault)| fault)
     }
-    /// The reading of joint 2 is one tick younger than the last, or there was no time to move at all.
+    /// True if the reading of joint 2 jumped: it is one tick younger than the last, or there was no time to move at all.
     fn jumped(&self) -> bool {
         let away = matches!(self.measured, Measured::Outside | Measured::Pushed);
         self.measured == Measured::Jumped || (away && self.age > 0)
@@ -110,7 +110,7 @@ impl Case {
     fn still_homed(&self) -> bool {
         self.homed && !self.jumped()
     }
-    /// The reference is out of the arm's reach: the one is elsewhere, or the other.
+    /// True if reference and arm are out of reach of each other, because either of them is elsewhere.
     fn far(&self) -> bool {
         (self.wanted == Wanted::Far) != (self.measured == Measured::Pushed)
     }
@@ -122,7 +122,7 @@ impl Case {
     }
 }
 
-/// The result that must follow. A refusal is given by its number.
+/// The expected result. A refusal is given by its number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Expected {
     state: State,
@@ -133,7 +133,7 @@ struct Expected {
 /// Condition on a case.
 type Holds = fn(&Case) -> bool;
 
-/// A row: it applies where `from` and `when` hold and no row before it did.
+/// A row: it applies if `from` and `when` hold and no earlier row applied.
 struct Row {
     from: &'static [u8],
     request: Request,
@@ -163,7 +163,7 @@ const NO_REFERENCE: u8 = 8;
 const NO_ROOM: u8 = 9;
 const OUT_OF_REACH: u8 = 10;
 
-/// Requests, where no fault is in force. A request that is not here is refused as meaningless.
+/// Requests without a fault in force. A request that is not listed is rejected as wrong for the state.
 const REQUESTS: [Row; 30] = [
     row(&[IDLE], Request::Home, |_| true, Ok(State::Homing)),
     row(&[HOMING], Request::Confirm, |c| !c.zeroed, Err(NOT_ZEROED)),
@@ -197,7 +197,7 @@ const REQUESTS: [Row; 30] = [
     row(&[IDLE, ARMED, RUNNING, HOLDING], Request::Confirm, |_| true, Err(NO_STATE)),
 ];
 
-/// Transitions without a request, after the requests, where torque acts: the first that holds.
+/// Transitions without a request, judged after the requests, while torque acts or is awaited (arming). The first row that holds is taken.
 const EVENTS: [(u8, Holds, State); 8] = [
     (RUNNING, |c| c.wanted == Wanted::NotANumber, State::Fault(Fault::NonFiniteReference { joint: 1 })),
     (RUNNING, Case::silent, State::Holding(HoldCause::HeartbeatLost)),
@@ -213,7 +213,7 @@ fn expected(c: &Case) -> Expected {
     let homed = c.still_homed();
     let stop = c.request == Some(Request::Stop);
     let refused_by_fault = if stop { None } else { c.request.map(|_| 2) };
-    // Latched: only a clear leaves it, and only when the cause is gone.
+    // Latched: only a clear leaves it, and only if the cause is gone.
     if c.in_fault() {
         let beyond_meaning = matches!(c.implausible(), Some(Fault::PositionOutOfBounds { .. })) && !homed;
         let stands = !stop && c.external().is_none() && (c.implausible().is_none() || beyond_meaning);
@@ -223,7 +223,7 @@ fn expected(c: &Case) -> Expected {
             _ => Expected { state: c.from, homed, refused: refused_by_fault },
         };
     }
-    // Faults before requests: from outside in every state, of the sensors and of the host where torque acts.
+    // Faults before requests: external faults in every state, faults of the sensors and of the host while torque acts.
     let sensed = if c.driving() || c.disarming() { c.implausible() } else { None };
     let alone = (c.too_long_alone() && !c.slow_brakes).then_some(Fault::HeartbeatLost);
     if let Some(fault) = c.external().or(sensed).or(alone) {
@@ -245,7 +245,7 @@ fn expected(c: &Case) -> Expected {
         (State::Homing, State::Idle) => homed || c.request == Some(Request::Confirm),
         _ => homed,
     };
-    // On engaged brakes: the readings are judged when nobody has ended it.
+    // On engaged brakes the readings are judged unless arming has been ended.
     if c.arming() && state == State::Arming && !c.silent() {
         let pushed = (c.measured == Measured::Pushed).then_some(Fault::FollowingError { joint: 1 });
         if let Some(fault) = c.implausible().or(pushed) {
@@ -258,9 +258,9 @@ fn expected(c: &Case) -> Expected {
     if c.disarming() {
         state = c.ends_in.unwrap_or(state);
     }
-    // An arm that should stand, and is out of reach of where it should.
+    // An arm that should be at rest, but is out of reach of its reference.
     let stands = matches!(state, State::Armed | State::Holding(_) | State::Disarming);
-    // A stop along the path goes on from the path's reference, where the arm can follow it.
+    // A stop along the path continues from the path's reference, if the arm can follow it.
     let along = c.from == State::Running
         && matches!(state, State::Holding(HoldCause::Requested | HoldCause::HeartbeatLost))
         && c.wanted == Wanted::Far;
@@ -291,7 +291,7 @@ fn inputs(c: &Case) -> Setpoint {
         Measured::Jumped => q[1] = 0.7,
         Measured::Outside => q[1] = 2.6,
         Measured::Fast => qd[1] = -6.0_f32.next_up(),
-        // Farther than a stop may be from its reference, and no jump.
+        // Farther from its reference than allowed during a stop, but without a jump.
         Measured::Pushed => q[1] = AT[1] - 1.5 * REACH - 0.01,
     }
     let mut reference = Reference::at_rest(AT);
@@ -320,8 +320,8 @@ fn inputs(c: &Case) -> Setpoint {
     }
 }
 
-/// Machines whose brakes engage within three ticks: about to be disarmed, being disarmed by a request and for want of a host, at the beginning
-/// and in the tick in which it ends.
+/// Machines whose brakes engage within three ticks: about to be disarmed, and being disarmed because of a request or a missing host, in the
+/// first and in the last tick of disarming.
 fn starts_with_slow_brakes() -> Vec<Start> {
     let mut protected = config();
     protected.rules.brake_delay = 3;
@@ -349,7 +349,7 @@ fn starts_with_slow_brakes() -> Vec<Start> {
     starts
 }
 
-/// A machine, the ticks that it has held alone, and the state in which its disarming ends in the next tick.
+/// A machine, the number of ticks for which it has held alone, and the state in which its disarming ends in the next tick.
 type Start = (Machine, u32, Option<State>);
 
 /// Every state, with every value that the machine's own counter can have there.
@@ -363,14 +363,14 @@ fn starts() -> Vec<Start> {
         (after(&TO_RUNNING, AT), 0),
         (after(&[Request::Home, Request::Confirm, Request::Arm, Request::Run, Request::Hold], AT), 0),
     ];
-    // Holding without the host for 1 tick up to as long as it does.
+    // Holding without the host, for 1 tick up to the longest time.
     let mut alone = after(&TO_RUNNING, AT);
     for ticks in 1..=HOLD_MAX {
         granted(&mut alone, &Inputs { heartbeat_age: HEARTBEAT_MAX + 1, ..calm(AT) });
         assert_eq!(alone.state(), State::Holding(HoldCause::HeartbeatLost));
         starts.push((alone, ticks));
     }
-    // Faults, homed and not: stopped by hand, and by a jump that took the homing away.
+    // Faults, homed and not homed: by a stop request, and by a jump that cleared the homing.
     for requests in [&homed[..], &[]] {
         let mut stopped = after(requests, AT);
         stopped.tick(&Inputs { emergency_stop: true, ..calm(AT) }, |_| wanting(0.0));
@@ -491,7 +491,7 @@ fn check(start: &Machine, case: &Case, refusals: &mut BTreeSet<u8>) -> State {
         Expected { state: output.state, homed: output.homed, refused: output.refused.map(|refusal| refusal.code()) };
     assert_eq!(found, expected(case), "{case:?}");
     assert_eq!((machine.state(), machine.homed()), (output.state, output.homed));
-    // Asked once where torque may act, and not otherwise.
+    // The controller is called once if torque may act, and not otherwise.
     let may = case.answer == Answer::Torque && (output.state.has_torque() || output.state == State::Arming);
     assert!(calls <= 1 && (!may || calls == 1), "{case:?}: asked {calls} times");
     let acts = start.state().has_torque() || start.state() == State::Arming;
@@ -504,7 +504,7 @@ fn check(start: &Machine, case: &Case, refusals: &mut BTreeSet<u8>) -> State {
     output.state
 }
 
-/// Every safe action is handed through as it is configured.
+/// Every safe action is passed on as configured.
 #[test]
 fn the_safe_action_is_the_robot_s() {
     for action in [SafeAction::Brake, SafeAction::DampedStop, SafeAction::Off] {

@@ -1,5 +1,5 @@
-//! Properties that must hold in every tick, for every action of the machine: a watchman checks inputs and outputs, and
-//! shares no code with it.
+//! Properties that must hold in every tick, for every action of the machine. An independent checker compares inputs and outputs, and
+//! shares no code with the machine.
 
 use crate::safety::support::{self, *};
 use dynamics_core::safety::{Actuation, Request, State};
@@ -13,16 +13,16 @@ fn acting(output: &Said) -> Option<[f32; 2]> {
     }
 }
 
-/// Memory of the watchman.
+/// Memory of the checker.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Watch {
     state: State,
     torque: [f32; 2],
-    /// Position of each joint in the last tick that gave numbers, and how many ticks ago that reading was taken.
+    /// Position of each joint in the last tick with finite numbers, and the age of that reading in ticks.
     seen: [Option<(f32, u32)>; 2],
     confirmed: bool,
     silent: u32,
-    /// Where the arm was armed.
+    /// Position at which the arm was armed, rad.
     armed: [f32; 2],
 }
 
@@ -31,7 +31,7 @@ impl Watch {
         Self { state: State::Idle, torque: [0.0; 2], seen: [None; 2], confirmed: false, silent: 0, armed: [0.0; 2] }
     }
 
-    /// A watchman who comes later, to a machine that has not been seen to start.
+    /// A checker that starts later, for a machine whose start it has not seen.
     pub(crate) fn from(machine: &Machine, q: [f32; 2], torque: [f32; 2], silent: u32) -> Self {
         let seen = q.map(|q| Some((q, 0)));
         Self { state: machine.state(), torque, seen, confirmed: machine.homed(), silent, armed: q }
@@ -69,7 +69,7 @@ impl Watch {
         self.silent = if silent && before.drives() { self.silent + 1 } else { 0 };
         let last = core::mem::replace(&mut self.torque, torque.unwrap_or([0.0; 2]));
 
-        // 16: torque on open brakes in four states and no other, on engaged ones while arming and disarming, and the robot's own safe action else.
+        // 16: torque on open brakes in four states and no other, on engaged brakes while arming and disarming, else the robot's own safe action.
         let safe = matches!(output.actuation, Actuation::Safe(_));
         if drives != output.state.drives()
             || (!drives && safe == matches!(output.state, State::Arming | State::Disarming))
@@ -153,7 +153,7 @@ impl Watch {
     }
 }
 
-/// `v^2 / (2 a) + v t <= room`, as the textbook writes it, in double precision and with room for rounding.
+/// `v^2 / (2 a) + v t <= distance`, in the textbook's form, in double precision and with a margin for rounding.
 fn has_room(reference: &Reference<f32, 2>, i: usize) -> bool {
     let (q, v) = (f64::from(reference.q[i]), f64::from(reference.qd[i]));
     let (a, t, limit) = (f64::from(DECELERATION), f64::from(LATENCY), f64::from(LIMIT));

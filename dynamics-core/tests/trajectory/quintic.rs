@@ -55,13 +55,13 @@ fn it_meets_every_point_when_it_should_and_is_smooth_there() {
 #[test]
 fn the_velocity_at_a_point_is_the_mean_slope_twice_the_lesser_or_zero() {
     let at_middle = |points, durations: &[f64; 2]| through(points, durations).sample(durations[0]).qd;
-    // Slopes 1 and 2: the mean. Slopes 1 and -1: it turns back.
+    // Slopes 1 and 2: the mean. Slopes 1 and -1: the joint turns back, so zero.
     assert_eq!(at_middle(&[[0.0, 0.0], [1.0, 1.0], [3.0, 0.0]], &[1.0, 1.0]), [1.5, 0.0]);
     // Slopes 1 and 10: twice the lesser. Slopes -10 and -1: likewise.
     assert_eq!(at_middle(&[[0.0, 0.0], [1.0, -10.0], [11.0, -11.0]], &[1.0, 1.0]), [2.0, -2.0]);
-    // It stands on one side: zero.
+    // The joint does not move in one of the segments: zero.
     assert_eq!(at_middle(&[[0.0, 1.0], [0.0, 2.0], [1.0, 2.0]], &[1.0, 1.0]), [0.0, 0.0]);
-    // Slopes in time, not way: 2 / 2 and 3 / 1.
+    // Slopes are per time, not per segment: 2 / 2 and 3 / 1.
     assert_eq!(at_middle(&[[0.0, 0.0], [2.0, 0.0], [5.0, 0.0]], &[2.0, 1.0]), [2.0, 0.0]);
 }
 
@@ -105,10 +105,10 @@ proptest! {
                 let r = motion.sample(start + t);
                 for i in 0..2 {
                     let (from, to) = (pair[0].q[i], pair[1].q[i]);
-                    // Sampling a moment after the segment is allowed to be in the next one by rounding.
+                    // By rounding, a sample just after the segment may be in the next one.
                     let slack = 1e-12;
                     prop_assert!(r.q[i] >= from.min(to) - slack && r.q[i] <= from.max(to) + slack);
-                    // Not by the clamp alone: the velocity itself never turns back.
+                    // Not only because of the clamp: the velocity itself never changes its sign.
                     let peak = motion.peaks().velocity[i];
                     prop_assert!(r.qd[i] * (to - from).signum() >= -1e-12 * peak, "{} of {}", r.qd[i], to - from);
                 }
@@ -133,7 +133,7 @@ proptest! {
     fn velocity_and_acceleration_are_the_slopes_that_they_say((points, durations) in tour()) {
         let motion = Motion::quintic(&points, Timing::Durations(&durations), &Bounds::none()).unwrap();
         let (qd, qdd) = slope_errors(&motion, &[]);
-        // The jerk steps at points: there, the second difference is off by half a step of time.
+        // The jerk jumps at points: there, the second difference has an error of half a time step.
         prop_assert!(qd < 1e-5 && qdd < 2e-2, "{} {}", qd, qdd);
     }
 }

@@ -1,4 +1,4 @@
-//! Impossible motions are refused, by name.
+//! Impossible motions are rejected by name.
 
 use dynamics_core::Limits;
 use dynamics_core::control::trajectory::{Bounds, Motion, MotionError, POINTS_MAX, SweepSpec, Timing, Waypoint};

@@ -1,4 +1,4 @@
-//! Time scaling: on the bound, never beyond it.
+//! Time scaling: up to the bound, never beyond it.
 
 use crate::trajectory::support::{moments, sampled_peaks};
 use dynamics_core::control::trajectory::{Bounds, Motion, MotionError, SweepSpec, Timing, Waypoint};
@@ -6,7 +6,7 @@ use dynamics_core::control::trajectory::{Bounds, Motion, MotionError, SweepSpec,
 const VELOCITY: [f64; 2] = [1.3, 2.1];
 const GENTLE: [f64; 2] = [3.0, 0.9];
 
-/// The most of a bound that a motion may use: the stated margin, but for the rounding of a double.
+/// The greatest share of a bound that a motion may use: the stated margin, except for the rounding of a double.
 const INSIDE: f64 = 1.0 - 0.999 * Bounds::<f64, 2>::MARGIN;
 
 fn bounds() -> Bounds<f64, 2> {
@@ -90,7 +90,7 @@ fn rounded_to_single_precision_it_stays_inside_every_bound() {
             assert!((0..2).all(|i| r.qd[i].abs() <= limits[i]), "at {t}");
         }
     }
-    // Made in single precision from the start.
+    // Computed in single precision from the start.
     let points = points().map(|p| Waypoint::through(p.q.map(|q| q as f32)));
     let bounds = Bounds { velocity: limits, position: [(0.0, 1.7), (0.0, 2.2)], ..Bounds::none() };
     let single = Motion::quintic(&points, Timing::Fastest, &bounds).unwrap();

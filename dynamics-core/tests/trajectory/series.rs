@@ -26,7 +26,7 @@ fn velocity_and_acceleration_of_a_series_are_its_derivatives() {
     let motion = Motion::fourier(&spec(), &Bounds::none()).unwrap();
     let h = 1e-4;
     for step in 1..110 {
-        // Beside the ends of the ramps, where the third derivative jumps.
+        // Away from the ends of the ramps, where the third derivative jumps.
         let t = 0.1 * f64::from(step) + 0.03;
         let [before, here, after] = [t - h, t, t + h].map(|t| motion.sample(t));
         for joint in 0..2 {

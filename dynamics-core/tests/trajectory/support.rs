@@ -9,7 +9,7 @@ pub(crate) fn moments(duration: f64, count: u32) -> impl Iterator<Item = f64> {
 }
 
 /// Largest differences between `qd` and the slope of `q`, and between `qdd` and the slope of `qd`, relative to the
-/// peaks; moments within `1e-5` of the duration of one in `apart` are left out.
+/// peaks. Moments within `1e-5` of the duration from one in `apart` are skipped.
 pub(crate) fn slope_errors<const N: usize>(motion: &Motion<f64, N>, apart: &[f64]) -> (f64, f64) {
     let h = 1e-5 * motion.duration();
     let peaks = motion.peaks();
@@ -31,7 +31,7 @@ pub(crate) fn slope_errors<const N: usize>(motion: &Motion<f64, N>, apart: &[f64
     errors
 }
 
-/// It starts and ends at rest where it should, holds there, and a NaN time counts as before the start.
+/// Asserts that the motion starts and ends at rest at the given positions, stays there, and that a NaN time counts as before the start.
 pub(crate) fn check_ends<const N: usize>(motion: &Motion<f64, N>, from: [f64; N], to: [f64; N]) {
     assert_eq!(motion.start(), Reference::at_rest(from));
     assert_eq!(motion.end(), Reference::at_rest(to));
@@ -41,7 +41,7 @@ pub(crate) fn check_ends<const N: usize>(motion: &Motion<f64, N>, from: [f64; N]
     for t in [motion.duration(), motion.duration().next_up(), 1e9, f64::INFINITY] {
         assert_eq!(motion.sample(t), motion.end(), "at {t}");
     }
-    // The limits from inside: no step in position at either end.
+    // Approaching the ends from inside: no step in position at either end.
     let near = 1e-9 * motion.duration();
     for i in 0..N {
         let fastest = motion.peaks().velocity[i];

@@ -48,7 +48,7 @@ fn velocity_and_acceleration_are_slopes() {
 #[test]
 fn peaks_are_never_understated_and_hardly_overstated() {
     let mut worst = 0.0_f64;
-    // The last is at phase 0 at both ends, and its shortest ramp is a fiftieth of its period.
+    // The last one has phase 0 at both ends, and its shortest ramp is a fiftieth of its period.
     for (from, to) in [(0.1, 5.0), (5.0, 0.0), (2.0, 2.0), (0.0, 0.4), (0.25, 0.25)] {
         for ramp in [0.08, 0.2, 0.5, 1.0, 2.0, 6.0] {
             let motion = sweep(&SweepSpec { from, to, ramp, ..SPEC });

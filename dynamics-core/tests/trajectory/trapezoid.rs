@@ -11,7 +11,7 @@ fn bounds<const N: usize>(velocity: [f64; N], acceleration: [f64; N]) -> Bounds<
 
 #[test]
 fn it_speeds_up_cruises_and_slows_down() {
-    // 10 m at 2 m/s and 1 m/s^2: 2 s up, 3 s along, 2 s down.
+    // 10 m at 2 m/s and 1 m/s^2: 2 s of acceleration, 3 s at constant speed, 2 s of deceleration.
     let motion = Motion::trapezoid([1.0], [11.0], &bounds([2.0], [1.0])).unwrap();
     assert!((motion.duration() - 7.0 * MARGIN).abs() < 1e-12);
     check_ends(&motion, [1.0], [11.0]);
@@ -30,7 +30,7 @@ fn it_speeds_up_cruises_and_slows_down() {
 
 #[test]
 fn a_short_way_makes_a_triangle() {
-    // 1 m at 1 m/s^2: 1 s up, 1 s down, at most 1 m/s where 2 are allowed.
+    // 1 m at 1 m/s^2: 1 s of acceleration, 1 s of deceleration, at most 1 m/s, with 2 m/s allowed.
     let motion = Motion::trapezoid([0.0], [-1.0], &bounds([2.0], [1.0])).unwrap();
     assert!((motion.duration() - 2.0 * MARGIN).abs() < 1e-12);
     check_ends(&motion, [0.0], [-1.0]);
@@ -56,7 +56,7 @@ fn joints_keep_to_one_line_and_the_tightest_bounds_rule() {
             assert!((share - r.q[0] / 2.0).abs() < 1e-12);
         }
     }
-    // Joint 1 is at its velocity bound; no other joint is: 0.5, 1 and 20 ways a second.
+    // Joint 1 is at its velocity bound; no other joint is: 0.5, 1 and 20 times its distance per second.
     let peaks = motion.peaks();
     assert!(peaks.velocity[0] > 0.99999 && peaks.velocity[1] < 0.51 && peaks.acceleration[0] > 1.9999);
 }
@@ -66,7 +66,7 @@ fn its_slopes_are_what_it_says_between_the_jumps_of_acceleration() {
     let motion = Motion::trapezoid_in([0.0, 0.4], [3.0, -1.0], 5.0, 0.25, &Bounds::none()).unwrap();
     let (qd, qdd) = slope_errors(&motion, &[0.0, 1.25, 3.75, 5.0]);
     assert!(qd < 1e-9 && qdd < 1e-9, "{qd} {qdd}");
-    // The jumps are real: not left out, they show.
+    // The jumps are real: if they are not excluded, the test finds them.
     let near_a_jump = motion.sample(1.25 - 1e-9).qdd[0] - motion.sample(1.25 + 1e-9).qdd[0];
     assert!((near_a_jump - motion.peaks().acceleration[0]).abs() < 1e-9);
 }

@@ -8,7 +8,7 @@ use stm32f4xx_hal::pac;
 pub struct Counter(pac::TIM2);
 
 impl Counter {
-    /// Start the timer.
+    /// Starts the timer.
     fn new(timer: pac::TIM2) -> Self {
         timer.psc().write(|w| w.psc().set(0));
         timer.arr().write(|w| w.arr().set(u32::MAX));
@@ -16,13 +16,13 @@ impl Counter {
         Self(timer)
     }
 
-    /// True if the same work always counts the same, and more work more. False where instructions are not counted.
+    /// True if equal work gives equal counts, and more work gives a higher count. False if the emulator does not count instructions.
     fn is_exact(&self) -> bool {
         let (short, long) = ([self.trial(100), self.trial(100), self.trial(100)], self.trial(1000));
         short[1] == short[2] && long > short[2]
     }
 
-    /// Out of line, so that every run is the same instructions.
+    /// Not inlined, so that every run has the same instructions.
     #[inline(never)]
     fn trial(&self, loops: u32) -> u32 {
         let start = self.now();
@@ -34,9 +34,9 @@ impl Counter {
         self.0.cnt().read().bits()
     }
 
-    /// The count of one call, and its result. Out of line, so that every call is made by the same instructions.
+    /// Returns the count of one call, and its result. Not inlined, so that every call is made by the same instructions.
     ///
-    /// The count includes the call itself: as much as the count of an empty function.
+    /// The count includes the call itself, which is the count of an empty function.
     #[inline(never)]
     pub fn call<A, B, R>(&self, function: fn(&A, &mut B) -> R, from: &A, to: &mut B) -> (u32, R) {
         let start = self.now();
@@ -45,7 +45,7 @@ impl Counter {
     }
 }
 
-/// Count everything and end the emulator; with failure where instructions are not counted exactly.
+/// Runs the counts and ends the emulator; with a failure if instructions are not counted exactly.
 pub fn run(all: fn(&Counter)) -> ! {
     if let Some(chip) = pac::Peripherals::take() {
         let counter = Counter::new(chip.TIM2);
@@ -57,7 +57,7 @@ pub fn run(all: fn(&Counter)) -> ! {
     give_up()
 }
 
-/// End the emulator with failure.
+/// Ends the emulator with a failure.
 pub fn give_up() -> ! {
     debug::exit(debug::EXIT_FAILURE);
     loop {

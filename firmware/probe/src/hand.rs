@@ -1,4 +1,4 @@
-//! Gravity torques written by hand, with every trick that fits: the reference for a kernel of gravity alone.
+//! Gravity torques, optimised by hand: the reference for a kernel of gravity alone.
 #![allow(clippy::disallowed_types, reason = "constants alone: the compiler gives each scalar its literal")]
 
 use dynamics_core::{Scalar, SinCos};
@@ -6,12 +6,12 @@ use dynamics_core::{Scalar, SinCos};
 /// Standard gravity in the plain scene, m/s^2.
 const G: f64 = 9.81;
 
-/// The Puma 560 (`robots/puma560.toml`) on the floor: its potential energy by hand, differentiated by hand.
+/// Returns the gravity torques of the Puma 560 (`robots/puma560.toml`) on the floor, N m: the derivatives of its potential energy.
 ///
-/// Joint 1 is along gravity; joints 2 and 3 are parallel and level; the wrist carries its mass on its axes. So
-/// `U = A s2 + B c2 + C s23 + D c23 + E (c23 c5 - s23 c4 s5)`, and joints 1 and 6 feel nothing.
+/// Joint 1 is along gravity; joints 2 and 3 are parallel and horizontal; the mass of the wrist is on its axes. So
+/// `U = A s2 + B c2 + C s23 + D c23 + E (c23 c5 - s23 c4 s5)`, and the torques of joints 1 and 6 are zero.
 ///
-/// 16 multiplications, 8 additions and subtractions.
+/// Cost: 16 multiplications, 8 additions and subtractions.
 pub fn puma560<S: Scalar>(turn: &[SinCos<S>; 6]) -> [S; 6] {
     // Masses (kg) of links 2 to 6, their first moments and the distances between the joints (m), as in the file.
     const M2: f64 = 17.4;

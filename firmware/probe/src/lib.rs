@@ -1,15 +1,15 @@
-//! Counts the instructions of calls in the emulated chip, in three programs.
+//! Three programs that count the instructions of calls in the emulated chip.
 //!
-//! | program, and the feature that it is built with | counts |
+//! | program, and its feature | counts |
 //! |---|---|
 //! | `probe-kernels`, `kernels` | kernels and the recursion, for `cargo xtask bench` and `cargo xtask cycles` |
 //! | `probe-cost`, `cost` | the control tick of a scene, for `cargo xtask firmware cost` |
 //! | `probe-micro`, `micro` | instructions of one class each, for `cargo xtask cycles`; on a board, cycles |
 //!
-//! With `-icount shift=0` QEMU runs an instruction in 1 ns of its time, and TIM2 without prescaler counts them (as in
+//! With `-icount shift=0` an instruction takes 1 ns of QEMU's time, and TIM2 without prescaler counts them (as in
 //! `firmware/src/boards/netduinoplus2.rs`).
 //!
-//! The same functions are counted here and measured elsewhere, so the desk's measurements (the workspace `bench`) take these from here:
+//! The desk's measurements (the workspace `bench`) time the same functions, so they use these modules too:
 //!
 //! | module | holds |
 //! |---|---|

@@ -15,30 +15,29 @@ pub struct State<S> {
     pub qdd: [S; 6],
 }
 
-/// Number of states for a measurement on the desk: enough that the branch predictor cannot learn the branches of any
-/// contestant.
+/// Number of states for a measurement on the desk: enough that the branch predictor cannot learn the branches of any program.
 pub const DESK: usize = 1024;
 
-/// An endless stream of random states: `q` within 3, `qd` within 2, `qdd` within 5, uniform.
+/// An endless stream of random states, uniform: `q` within +-3, `qd` within +-2, `qdd` within +-5.
 ///
-/// Every number is a multiple of 2^-20, so that f32 holds it and both precisions get the same state. The chip needs no
-/// double precision to make one in f32.
+/// Every number is a multiple of 2^-20, so that f32 represents it exactly and both precisions get the same state. The chip needs no double
+/// precision to compute it.
 #[derive(Clone, Debug)]
 pub struct States(ChaCha8Rng);
 
 impl States {
-    /// The stream from its start, the same every time.
+    /// Creates the stream at its start; it is the same every time.
     #[must_use]
     pub fn new() -> Self {
         Self(ChaCha8Rng::seed_from_u64(1))
     }
 
-    /// The next state.
+    /// Returns the next state.
     pub fn draw<S: Real>(&mut self) -> State<S> {
         State { q: self.joints(3), qd: self.joints(2), qdd: self.joints(5) }
     }
 
-    /// The first `K` states.
+    /// Returns the first `K` states.
     #[must_use]
     pub fn first<S: Real, const K: usize>() -> [State<S>; K] {
         let mut states = Self::new();
@@ -47,7 +46,7 @@ impl States {
 
     fn joints<S: Real>(&mut self, size: i32) -> [S; 6] {
         core::array::from_fn(|_| {
-            // 21 bits, one of them the sign; three more with the size.
+            // 21 bits, one of them the sign; at most three more after the multiplication by the size.
             let fraction = (self.0.next_u32() >> 11) as i32 - (1 << 20);
             S::from_i32(size * fraction) / S::from_i32(1 << 20)
         })

@@ -1,4 +1,4 @@
-//! The link where nothing moves its bytes but the processor: an interrupt a byte in, and a store a byte out. The emulated chip has no DMA.
+//! The link without a DMA, for the emulated chip: an interrupt for each received byte, and a register write for each sent byte.
 
 use super::pac;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -7,7 +7,7 @@ use firmware::board::{INCOMING, LinkInput, LinkOutput, OUTGOING};
 use heapless::spsc::{Consumer, Queue};
 use link::{Arrival, Inlet};
 
-/// Receiver of USART2. The registers are shared with [`Output`], which uses none of those read here with a side effect.
+/// Receiver of USART2. [`Output`] shares the peripheral, but does not use the register that is read here.
 pub struct Input(Inlet);
 
 /// The queue's reading end.
@@ -16,10 +16,10 @@ pub struct Incoming(Consumer<'static, u8>);
 /// Transmitter of USART2.
 pub struct Output(pac::USART2);
 
-/// The queue was full when a byte came.
+/// True if the queue was full when a byte arrived.
 static LOST: AtomicBool = AtomicBool::new(false);
 
-/// The link on a USART that is set up; `None` where it was started before.
+/// Starts the link on a USART that is set up; `None` if it was started before.
 pub fn start(usart: pac::USART2) -> Option<(Input, Incoming, Output)> {
     // A queue holds one less than its size.
     let (bytes, pending) = singleton!(: Queue<u8, { INCOMING + 1 }> = Queue::new())?.split();
@@ -28,8 +28,8 @@ pub fn start(usart: pac::USART2) -> Option<(Input, Incoming, Output)> {
 
 impl LinkInput for Input {
     fn received(&mut self) -> bool {
-        // One look at the status a byte: each look wakes the emulator's input loop, and that is most of a byte's cost.
-        // Reading the data register acknowledges the interrupt; it comes once per byte, so there is always one.
+        // The status register is not read: each access wakes the emulator's input loop, which is most of a byte's cost. Reading the data register
+        // acknowledges the interrupt, which occurs once per byte, so there always is a byte.
         #[allow(unsafe_code, reason = "the receiver's register; the transmitter's owner does not read it")]
         // SAFETY: a single volatile read of the data register, which nothing else reads.
         let byte = unsafe { (*pac::USART2::ptr()).dr().read().dr().bits() };
@@ -54,12 +54,12 @@ impl firmware::board::Incoming for Incoming {
 impl LinkOutput for Output {
     fn write(&mut self, bytes: &[u8]) {
         for &byte in bytes {
-            // The emulated transmitter takes a byte at once: no need to wait, and a look at the status costs.
+            // The emulated transmitter takes a byte at once: there is no need to wait, and reading the status would take time.
             self.0.dr().write(|w| w.dr().set(u16::from(byte)));
         }
     }
 
-    // Nothing waits here.
+    // No byte ever waits.
     fn room(&mut self) -> usize {
         OUTGOING
     }

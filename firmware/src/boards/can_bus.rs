@@ -1,8 +1,7 @@
 //! A bxCAN controller with the interface that the schedule of [`firmware::joint_io::can`] needs.
 //!
-//! The `bxcan` crate sets the controller up. Frames, sending and receiving are written out here: its `transmit` can
-//! wait without a bound for an abandoned mailbox, its frames contain a panic reachable from the tick, and it does not
-//! report bus-off.
+//! The `bxcan` crate sets the controller up. Frames, sending and receiving are implemented here instead, because its `transmit` can wait without
+//! a bound for a mailbox with an aborted frame, its frames can panic in the tick, and it does not report bus-off.
 
 use super::can_frame::Frame;
 use super::pac;
@@ -13,7 +12,7 @@ use stm32f4xx_hal::can::Can;
 
 type Registers = pac::can1::RegisterBlock;
 
-/// A controller and where its registers are.
+/// A CAN controller and the address of its registers.
 pub trait Controller: bxcan::Instance {
     /// The registers.
     const REGISTERS_AT: *const Registers;
@@ -27,19 +26,19 @@ impl Controller for Can<pac::CAN2> {
     const REGISTERS_AT: *const Registers = pac::CAN2::ptr();
 }
 
-/// 1 Mbit/s from 42 MHz: 3 clocks a quantum, 1 + 11 + 2 quanta a bit, sampled at 86 %, resynchronised by one quantum.
+/// Bit timing for 1 Mbit/s from 42 MHz: 3 clocks per quantum, 1 + 11 + 2 quanta per bit, sample point at 86 %, resynchronisation by one quantum.
 pub const BIT_TIMING_1_MBIT: u32 = 1 << 20 | 10 << 16 | 2;
 
 /// Mailboxes of a controller.
 const MAILBOXES: usize = 3;
 
-/// RFxR: a mask for how many frames wait; one was lost; give one free.
+/// RFxR: mask of the number of frames that wait; a frame was lost; release a frame.
 const WAITING: u32 = 0b11;
 const OVERRUN: u32 = 1 << 4;
 const RELEASE: u32 = 1 << 5;
 /// ESR: the controller has left the bus.
 const BUS_OFF: u32 = 1 << 2;
-/// TxIR: send. TxIR and RxIR: remote request, extended identifier.
+/// TxIR: request to send. TxIR and RxIR: remote request, extended identifier.
 const REQUEST: u32 = 1;
 const REMOTE: u32 = 1 << 1;
 const EXTENDED: u32 = 1 << 2;
@@ -58,8 +57,8 @@ pub struct Bus<C: Controller> {
 }
 
 impl<C: Controller> Bus<C> {
-    /// A bus whose controller is set up. It joins by itself, as soon as the bus is idle, and comes back by itself after
-    /// bus-off: waiting for that here could last for ever.
+    /// Creates a bus from a controller that is set up. The controller joins as soon as the bus is idle, and also returns after bus-off, without
+    /// the processor. This function does not wait for that, because the wait could last for ever.
     pub fn new(mut controller: bxcan::Can<C>) -> Self {
         controller.enable_non_blocking().ok();
         Self { _controller: controller }
@@ -79,7 +78,7 @@ fn registers<C: Controller>() -> &'static Registers {
     }
 }
 
-/// An identifier as TxIR has it.
+/// An identifier in the format of TxIR.
 fn head(id: Id) -> u32 {
     match id {
         Id::Standard(id) => u32::from(id.as_raw()) << 21,
@@ -87,7 +86,7 @@ fn head(id: Id) -> u32 {
     }
 }
 
-/// The identifier of RxIR; `None` of a remote request.
+/// The identifier in RxIR; `None` for a remote request.
 fn identifier(head: u32) -> Option<Id> {
     match head & (EXTENDED | REMOTE) {
         0 => StandardId::new((head >> 21) as u16).map(Id::Standard),
@@ -96,7 +95,7 @@ fn identifier(head: u32) -> Option<Id> {
     }
 }
 
-/// Queue a data frame in an empty mailbox; false when there is none.
+/// Puts a data frame into an empty mailbox; returns false if there is none.
 fn queue(registers: &Registers, id: Id, length: u8, bytes: [u8; 8]) -> bool {
     let status = registers.tsr().read().bits();
     let Some(mailbox) = (0..MAILBOXES).find(|&mailbox| status & empty_bit(mailbox) != 0) else { return false };
@@ -113,7 +112,7 @@ fn queue(registers: &Registers, id: Id, length: u8, bytes: [u8; 8]) -> bool {
     true
 }
 
-/// Request the abort of every waiting frame; a frame on the wire is still sent to its end.
+/// Requests the abort of every waiting frame. A frame on the wire is still sent to its end.
 fn give_up(registers: &Registers) {
     let status = registers.tsr().read().bits();
     let bits = (0..MAILBOXES)
@@ -126,10 +125,10 @@ fn give_up(registers: &Registers) {
     }
 }
 
-/// The last frames of a program, after giving up all others. Takes bounded time, and needs no
-/// ownership of the controller: call it with interrupts off, as the last action of the program.
+/// Sends the last frames of the program, after aborting all others. Takes bounded time and needs no ownership of the controller: call it with
+/// interrupts off, as the last action of the program.
 pub fn send_last<C: Controller>(packets: impl Iterator<Item = Packet>) {
-    /// Looks at the mailboxes before a frame is given up: two frames at 1 Mbit/s are 270 us, a look some 20 cycles of 168 MHz.
+    /// Number of attempts before a frame is dropped: two frames at 1 Mbit/s take 270 us, an attempt some 20 cycles at 168 MHz.
     const LOOKS: u32 = 10_000;
     let registers = registers::<C>();
     give_up(registers);

@@ -1,4 +1,4 @@
-//! A CAN frame as the controllers of all boards take it.
+//! The CAN frame that the controllers of all boards use.
 
 use embedded_can::Id;
 
@@ -6,9 +6,9 @@ use embedded_can::Id;
 pub struct Frame {
     /// The identifier.
     pub id: Id,
-    /// Number of its bytes in use.
+    /// Length of the data, bytes.
     pub length: u8,
-    /// The data, and what is behind it.
+    /// The data; bytes after `length` have no meaning.
     pub bytes: [u8; 8],
 }
 

@@ -1,4 +1,4 @@
-//! Parts that boards with a Cortex-M4 share, whatever the chip: the cycle counter, nonces of random words, and the end of the program.
+//! Parts that all boards with a Cortex-M4 share: the cycle counter, nonces from random words, and the end of the program.
 
 use link::{Cost, Nonce, NonceSource};
 use session::meter::Counter;
@@ -6,7 +6,7 @@ use session::meter::Counter;
 /// The core's cycle counter.
 pub struct CycleCounter;
 
-/// The cycle counter, counting.
+/// Starts the cycle counter.
 pub fn cycle_counter(core: &mut cortex_m::Peripherals) -> CycleCounter {
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
@@ -27,7 +27,7 @@ impl Counter for CycleCounter {
     }
 }
 
-/// A nonce of words from a random number generator; `None` when it gives none.
+/// Makes a nonce from words of a random number generator; `None` if it returns none.
 pub fn nonce(mut word: impl FnMut() -> Option<u32>) -> Option<(Nonce, NonceSource)> {
     let mut nonce = Nonce::default();
     for bytes in nonce.chunks_exact_mut(4) {
@@ -36,7 +36,7 @@ pub fn nonce(mut word: impl FnMut() -> Option<u32>) -> Option<(Nonce, NonceSourc
     Some((nonce, NonceSource::Generator))
 }
 
-/// Interrupts off, then the drives, then the log, then it stops for good.
+/// Switches interrupts off, then the drives, then writes the log, then stops for good.
 pub fn halt(drives_off: impl FnOnce(), write_log: impl FnOnce()) -> ! {
     cortex_m::interrupt::disable();
     drives_off();

@@ -1,12 +1,12 @@
-//! The link of an STM32F405: USART2 at 1 Mbaud, whose bytes two streams of DMA1 move.
+//! The link of an STM32F405: USART2 at 1 Mbaud with two streams of DMA1.
 //!
 //! | stream | does | interrupts |
 //! |---|---|---|
-//! | 5, channel 4 | stores what comes, round and round in a buffer that `serve` reads behind it | at each half of the buffer; USART2 where the line falls idle |
-//! | 6, channel 4 | sends a piece of the queue out | behind each piece |
+//! | 5, channel 4 | stores received bytes in a circular buffer for `serve` | at each half of the buffer; USART2's when the line becomes idle |
+//! | 6, channel 4 | sends a piece of the transmit queue | at the end of each piece |
 //!
-//! Both buffers are zeroed variables, in SRAM1 (`memory.x`), which the DMA reaches. This core has no cache; a barrier stands before each piece
-//! that is handed over.
+//! Both buffers are zero-initialised statics in SRAM1 (`memory.x`), which the DMA can access. The core has no data cache; a memory barrier precedes
+//! the start of each piece.
 //!
 //! Written from the reference manual (RM0090) and compiled; **not yet run on silicon**.
 
@@ -24,14 +24,15 @@ use stm32f4xx_hal::rcc::Rcc;
 use stm32f4xx_hal::serial::config::{Config, DmaConfig};
 use stm32f4xx_hal::serial::{Rx, Tx};
 
-/// One byte of a full buffer is never read: the hardware may be storing it anew. Two, so that there are halves.
+/// Size of the receive buffer. One byte more than can be read, because the hardware may be overwriting it, and another one so that the size is
+/// even.
 const BUFFER: usize = INCOMING + 2;
 
 static RECEIVED: [AtomicU8; BUFFER] = [const { AtomicU8::new(0) }; BUFFER];
 static HALVES: Halves = Halves::new();
 static TO_SEND: [AtomicU8; OUTGOING] = [const { AtomicU8::new(0) }; OUTGOING];
 
-/// The receiver, and the stream behind it.
+/// The receiver and its DMA stream.
 pub struct Input {
     line: Rx<USART2>,
     stream: Stream5<DMA1>,
@@ -40,24 +41,25 @@ pub struct Input {
 /// Reader of the received bytes.
 pub struct Incoming(Circular<Position, BUFFER>);
 
-/// Where the receiving stream stores.
+/// Position in the buffer at which the receiving stream stores.
 struct Position;
 
-/// Queue out.
+/// The transmit queue.
 pub struct Output(Outgoing<Transmitter, OUTGOING>);
 
-/// The stream before the transmitter.
+/// The transmitter and its DMA stream.
 struct Transmitter {
     _line: Tx<USART2>,
     stream: Stream6<DMA1>,
 }
 
-/// The link on PA2 and PA3, 1 Mbaud. `None` where the clock cannot give this rate; ours can: 42 MHz is 42 times the rate.
+/// Starts the link on PA2 and PA3 at 1 Mbaud. `None` if the clock does not permit this rate; with [`clocks`](super::f405::clocks) it does, because
+/// 42 MHz is 42 times the rate.
 pub fn start(usart: USART2, dma: DMA1, pins: (PA2, PA3), rcc: &mut Rcc) -> Option<(Input, Incoming, Output)> {
     let config = Config::default().baudrate(1_000_000.bps()).dma(DmaConfig::TxRx);
     let (transmitter, mut line) = usart.serial(pins, config, rcc).ok()?.split();
     let StreamsTuple(.., mut storing, mut sending, _) = StreamsTuple::new(dma, rcc);
-    // Both are disabled by the reset, which also leaves bytes as their unit, and no FIFO.
+    // After reset both are disabled, transfer single bytes, and use no FIFO.
     belongs::<_, 4, PeripheralToMemory>(&line, &storing);
     storing.set_channel(DmaChannel::Channel4);
     storing.set_direction(DmaDirection::PeripheralToMemory);
@@ -68,7 +70,7 @@ pub fn start(usart: USART2, dma: DMA1, pins: (PA2, PA3), rcc: &mut Rcc) -> Optio
     storing.set_circular_mode(true);
     storing.listen(DmaEvent::HalfTransfer | DmaEvent::TransferComplete);
     #[allow(unsafe_code, reason = "starts the stream, which writes to memory by itself")]
-    // SAFETY: it writes to `RECEIVED` alone, within its length, which is a static of atomics: valid for ever, and changed by others at any time.
+    // SAFETY: the stream writes only to `RECEIVED`, within its length. That is a static of atomics, valid for ever, which may change at any time.
     unsafe {
         storing.enable();
     }
@@ -79,7 +81,7 @@ pub fn start(usart: USART2, dma: DMA1, pins: (PA2, PA3), rcc: &mut Rcc) -> Optio
     sending.set_direction(DmaDirection::MemoryToPeripheral);
     sending.set_peripheral_address(transmitter.address());
     sending.set_memory_increment(true);
-    // After an error the stream is idle too, and the next piece follows.
+    // After an error the stream is idle too, and the next piece can be sent.
     sending.listen(DmaEvent::TransferComplete | DmaEvent::TransferError);
     let transmitter = Transmitter { _line: transmitter, stream: sending };
     Some((
@@ -89,13 +91,13 @@ pub fn start(usart: USART2, dma: DMA1, pins: (PA2, PA3), rcc: &mut Rcc) -> Optio
     ))
 }
 
-/// Compiles only where the manual's table joins this stream, this channel and this half of the link.
+/// Checks at compile time that this stream and this channel serve this half of the link, by the manual's table.
 fn belongs<STREAM, const CHANNEL: u8, DIRECTION>(_: &impl DMASet<STREAM, CHANNEL, DIRECTION>, _: &STREAM) {}
 
 impl LinkInput for Input {
     fn received(&mut self) -> bool {
-        // Reading status and data clears the flag, with those of noise and overruns; the packet's check sum finds what they cost. The read of
-        // the data takes no byte from the stream: above the tick this runs well within the 10 us that the next byte needs to come.
+        // Reading status and data clears the idle flag and those of noise and overruns; the packet's check sum detects damaged bytes. Reading the
+        // data does not take a byte from the DMA: at this priority the code runs well within the 10 us until the next byte.
         self.line.clear_idle_interrupt();
         true
     }
@@ -146,7 +148,7 @@ impl LinkOutput for Output {
 
 impl Sending for Transmitter {
     fn is_idle(&mut self) -> bool {
-        // The stream disables itself behind the last byte, and after an error. The flags must be clear before it is enabled again.
+        // The stream disables itself after the last byte and after an error. The flags must be cleared before it is enabled again.
         let idle = !self.stream.is_enabled();
         if idle {
             self.stream.clear_all_flags();
@@ -157,10 +159,10 @@ impl Sending for Transmitter {
     fn start(&mut self, piece: &'static [AtomicU8]) {
         self.stream.set_memory_address(piece.as_ptr().addr() as u32);
         self.stream.set_number_of_transfers(piece.len() as u16);
-        // The bytes are in memory before the stream reads them.
+        // The barrier ensures that the bytes are in memory before the stream reads them.
         fence(Ordering::SeqCst);
         #[allow(unsafe_code, reason = "starts the stream, which reads memory by itself")]
-        // SAFETY: it reads this piece alone, which is valid for ever and of atomics; the stream is idle, and all else was set up by `start`.
+        // SAFETY: the stream reads only this piece, which is a static of atomics; it is idle, and everything else was set up by `start`.
         unsafe {
             self.stream.enable();
         }

@@ -1,13 +1,13 @@
-//! The boards' link by DMA, in the emulated chip, which has none: a stand-in moves the bytes, so that all else of that way runs in tests and is
-//! counted.
+//! The boards' DMA link in the emulated chip, which has no DMA. Code here moves the bytes instead, so that the rest of the DMA link runs in tests
+//! and its instructions are counted.
 //!
-//! | of a board | here |
+//! | on a board | here |
 //! |---|---|
 //! | the receiving stream | the receiver's interrupt, a byte at a time |
 //! | the idle line | a zero, which ends a packet |
 //! | the sending stream | [`transmit`], all at once |
 //!
-//! The cost of these three is no part of the link's cost.
+//! The cost of these three does not count as the link's cost.
 
 use super::pac::{Interrupt, USART2};
 use core::sync::atomic::{AtomicU8, AtomicUsize, Ordering, fence};
@@ -21,22 +21,22 @@ static POSITION: AtomicUsize = AtomicUsize::new(0);
 static HALVES: Halves = Halves::new();
 static TO_SEND: [AtomicU8; OUTGOING] = [const { AtomicU8::new(0) }; OUTGOING];
 
-/// The receiver and the stream behind it.
+/// The receiver and its stand-in for a DMA stream.
 pub struct Input;
 
 /// Reader of the received bytes.
 pub struct Incoming(Circular<Position, BUFFER>);
 
-/// Where the stream stores.
+/// Position in the buffer at which the next byte is stored.
 struct Position;
 
-/// Queue out.
+/// The transmit queue.
 pub struct Output(Outgoing<Transmitter, OUTGOING>);
 
-/// The stream before the transmitter.
+/// The transmitter and its stand-in for a DMA stream.
 struct Transmitter(USART2);
 
-/// The link on a USART that is set up. Always there; a board's may not be.
+/// Starts the link on a USART that is set up. Never `None`; on a board it may be.
 #[allow(clippy::unnecessary_wraps, reason = "as on a board")]
 pub fn start(usart: USART2) -> Option<(Input, Incoming, Output)> {
     let outgoing = Outgoing::new(&TO_SEND, Transmitter(usart));
@@ -60,7 +60,7 @@ impl LinkInput for Input {
     }
 
     fn half_filled(&mut self) {
-        // A stream's flags would say which.
+        // A DMA stream's flags would show which half it is.
         let first = POSITION.load(Ordering::Relaxed) >= BUFFER / 2;
         HALVES.count(first, !first);
     }
@@ -102,7 +102,7 @@ impl LinkOutput for Output {
 
 impl Sending for Transmitter {
     fn is_idle(&mut self) -> bool {
-        // As a stream's register would be read.
+        // Stands for reading a stream's register.
         self.0.cr3().read().dmat().is_disabled()
     }
 
@@ -113,7 +113,7 @@ impl Sending for Transmitter {
     }
 }
 
-/// The hardware's work. A function of its own, so that a count can leave it out by its name.
+/// Does the hardware's work. Not inlined, so that a count of instructions can exclude it by its name.
 #[inline(never)]
 fn transmit(usart: &USART2, piece: &[AtomicU8]) {
     for byte in piece {

@@ -25,41 +25,41 @@ pub struct ControlTimer {
 /// The chip's random number generator.
 pub struct Generator(pac::RNG);
 
-/// The emergency stop, where the board has a pin for it, and the independent watchdog.
+/// The emergency stop, if the board has a pin for it, and the independent watchdog.
 pub struct Guards {
-    /// High when pressed, and when its wire is broken: a closed contact to ground, against a pull-up.
+    /// Pin of the emergency stop, with a pull-up and a normally closed contact to ground: high if pressed or if the wire is broken.
     stop: Option<ErasedPin<InputPin>>,
     watchdog: pac::IWDG,
-    /// Start value of the watchdog's count-down, eighths of a millisecond.
+    /// Start value of the watchdog's down-counter, in units of 0.125 ms.
     reload: u16,
     running: bool,
 }
 
-/// Ticks without feeding before the watchdog resets the chip. Its oscillator has 17 to 47 kHz instead of 32: 2.7 to 7.5
-/// ticks.
+/// Nominal number of ticks without feeding before the watchdog resets the chip. Its oscillator has 17 to 47 kHz instead of 32 kHz: in fact 2.7 to
+/// 7.5 ticks.
 const TICKS_UNFED: f32 = 4.0;
 
-/// 168 MHz from the crystal; 42 MHz for APB1, with the link and the CAN controllers; 48 MHz for the random number generator.
+/// Clock configuration: 168 MHz from the crystal; 42 MHz for APB1, with the link and the CAN controllers; 48 MHz for the random number generator.
 pub fn clocks() -> Config {
     Config::hse(8.MHz()).sysclk(168.MHz()).pclk1(42.MHz()).require_pll48clk()
 }
 
-/// The random number generator, running.
+/// Starts the random number generator.
 pub fn generator(rng: pac::RNG, rcc: &mut Rcc) -> Generator {
     Generator(rng.constrain(rcc).release())
 }
 
-/// The control timer, held.
+/// Sets up the control timer, stopped; `rate_hz` is the control rate, Hz.
 pub fn control_timer(timer: pac::TIM3, rate_hz: f32, rcc: &mut Rcc) -> ControlTimer {
     let mut timer = timer.counter_hz(rcc);
     timer.listen(Event::Update);
-    // Whole hertz: the cast saturates, and a rate below 1 Hz is no control rate.
+    // The rate is rounded down to whole hertz, at least 1 Hz; the cast saturates.
     ControlTimer { timer, rate: (rate_hz as u32).max(1).Hz() }
 }
 
-/// The watchdog, not running, and the emergency stop's pin.
+/// Sets up the watchdog, not running, and the emergency stop's pin; `rate_hz` is the control rate, Hz.
 pub fn guards(stop: Option<ErasedPin<InputPin>>, watchdog: pac::IWDG, rate_hz: f32) -> Guards {
-    // 32 kHz by 4; a count of at least a millisecond, at most what the register holds. The cast saturates.
+    // 32 kHz divided by 4; a count of at least a millisecond, at most the register's maximum. The cast saturates.
     let reload = ((8_000.0 * TICKS_UNFED / rate_hz) as u16).clamp(8, 0xfff);
     Guards { stop, watchdog, reload, running: false }
 }
@@ -72,8 +72,8 @@ impl BoardLines for Guards {
     fn feed(&mut self) {
         if !self.running {
             self.running = true;
-            // Started first, with half a second to go: the settings take effect some cycles of its oscillator after they are written,
-            // and the next tick loads them. Nothing has to be waited for.
+            // The watchdog is started first, with its default of half a second. The settings take effect some cycles of its oscillator after they
+            // are written, and the next tick loads them, so there is no need to wait.
             self.watchdog.kr().write(|w| w.key().start());
             self.watchdog.kr().write(|w| w.key().unlock());
             self.watchdog.pr().write(|w| w.pr().divide_by4());
@@ -90,8 +90,8 @@ impl Nonces for Generator {
 }
 
 impl Generator {
-    /// The next random word. The generator tests itself; one that has doubts, or is silent for far longer than the 40 periods of
-    /// 48 MHz that a word takes, gives none.
+    /// Returns the next random word; `None` if the generator's self-test reports an error, or if there is no word after far more than the 40
+    /// periods of 48 MHz that one takes.
     fn word(&self) -> Option<u32> {
         for _ in 0..10_000 {
             let status = self.0.sr().read();
@@ -108,12 +108,12 @@ impl Generator {
 
 impl Ticker for ControlTimer {
     fn run(&mut self) {
-        // Fails only for rates above the timer's clock; the timer then stays held, and the host hears nothing.
+        // Fails only for rates above the timer's clock. The timer then stays stopped, and the host receives no reports.
         self.timer.start(self.rate).ok();
     }
 
     fn hold(&mut self) {
-        // Not running is no error here.
+        // It is no error if the timer is not running.
         self.timer.cancel().ok();
         self.timer.clear_flags(Flag::Update);
     }
@@ -131,7 +131,7 @@ impl Ticker for ControlTimer {
     }
 }
 
-/// Pull pins of port C low, without owning them. Only for the end of the program, when no owner runs any more.
+/// Sets pins of port C low, without owning them. Only for the end of the program, when no owner runs any more.
 pub fn set_port_c_low(pins: u16) {
     #[allow(unsafe_code, reason = "the program is over; whoever owned the pins does not run again")]
     // SAFETY: a write to the set-reset register changes only the pins that it names: its upper half resets.

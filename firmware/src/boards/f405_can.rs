@@ -1,4 +1,4 @@
-//! A bare STM32F405 with an 8 MHz crystal and two CAN transceivers: MIT-mode actuators, up to three a bus.
+//! A bare STM32F405 with an 8 MHz crystal and two CAN transceivers: up to three MIT-mode actuators per bus.
 //!
 //! Written from the reference manual (RM0090) and compiled; **not yet run on silicon**.
 //!
@@ -8,7 +8,7 @@
 //! | PB8, PB9 | CAN1 receive, transmit: bus 1, 1 Mbit/s |
 //! | PB12, PB13 | CAN2 receive, transmit: bus 2, 1 Mbit/s |
 //! | PC4 | brake line: low engages, so a reset or a broken wire brakes |
-//! | PC5 | emergency stop: a closed contact to ground; open, or a broken wire, is pressed |
+//! | PC5 | emergency stop: a normally closed contact to ground; an open contact or a broken wire counts as pressed |
 
 use super::can_bus::{self, BIT_TIMING_1_MBIT, Bus};
 use super::dma_link;
@@ -26,7 +26,7 @@ use stm32f4xx_hal::can::{Can, CanExt as _};
 use stm32f4xx_hal::gpio::{Output as OutputPin, PC4, PinState};
 use stm32f4xx_hal::prelude::*;
 
-/// The arm's drives; another kind does not compile.
+/// The arm's drives. Drives of another kind cause a compile error.
 const DRIVES: [MitDrive; arm::N] = match arm::drives() {
     Drives::Mit(drives) => drives,
     Drives::Link | Drives::Pwm(_) => {
@@ -34,7 +34,7 @@ const DRIVES: [MitDrive; arm::N] = match arm::drives() {
     }
 };
 
-/// Drives that a bxCAN reaches; others do not compile.
+/// Checks at compile time that a bxCAN can reach all drives.
 const _: () = {
     let mut i = 0;
     while i < arm::N {
@@ -44,7 +44,7 @@ const _: () = {
     }
 };
 
-/// Every reply is in before the next tick; a faster rate does not compile.
+/// Checks at compile time that every reply arrives before the next tick.
 const _: () = {
     let mut bus = 0;
     while bus < 2 {
@@ -76,7 +76,7 @@ impl Board<{ arm::N }> for F405Can {
         let mut rcc = device.RCC.freeze(f405::clocks());
         let (gpioa, gpiob, gpioc) =
             (device.GPIOA.split(&mut rcc), device.GPIOB.split(&mut rcc), device.GPIOC.split(&mut rcc));
-        // First of all: a brake that is engaged.
+        // Before anything else, the brakes are engaged.
         let brake = gpioc.pc4.into_push_pull_output_in_state(PinState::Low);
         let Some((input, incoming, output)) =
             dma_link::start(device.USART2, device.DMA1, (gpioa.pa2, gpioa.pa3), &mut rcc)
@@ -88,7 +88,7 @@ impl Board<{ arm::N }> for F405Can {
         let second = device.CAN2.can((gpiob.pb13, gpiob.pb12), &mut rcc);
         let mut first = bxcan::Can::builder(first).set_bit_timing(BIT_TIMING_1_MBIT).leave_disabled();
         let second = bxcan::Can::builder(second).set_bit_timing(BIT_TIMING_1_MBIT).leave_disabled();
-        // Both controllers share 28 filters, which the first owns; everything goes to the first of a controller's queues.
+        // Both controllers share 28 filters, which the first one owns. All frames go to FIFO 0 of their controller.
         let mut filters = first.modify_filters();
         filters.set_split(14).enable_bank(0, Fifo::Fifo0, Mask32::accept_all());
         filters.slave_filters().enable_bank(14, Fifo::Fifo0, Mask32::accept_all());

@@ -9,11 +9,11 @@
 //! | PB0, PB1, PB2, PB10 | direction: high drives the motor forwards |
 //! | PC0, PC1, PC2, PC3 | enable of each bridge |
 //! | PA5, PA6, PA7 | SPI1: clock, from the encoders, to the encoders; 5 MHz, mode 1 |
-//! | PC6, PC7, PC8, PC9 | chip select of each encoder, low |
+//! | PC6, PC7, PC8, PC9 | chip select of each encoder, active low |
 //! | PC4 | brake line: low engages, so a reset or a broken wire brakes |
-//! | PC5 | emergency stop: a closed contact to ground; open, or a broken wire, is pressed |
+//! | PC5 | emergency stop: a normally closed contact to ground; an open contact or a broken wire counts as pressed |
 //!
-//! Bridges want a pull-down at their enable: the pins float until the program runs.
+//! Each bridge needs a pull-down at its enable input, because the pins float until the program runs.
 
 use super::dma_link;
 use super::f405::{self, ControlTimer, CycleCounter, Guards};
@@ -29,10 +29,10 @@ use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::spi::Spi;
 use stm32f4xx_hal::timer::ErasedChannel;
 
-/// Joints that the board has lines for.
+/// Number of joints that the board has lines for.
 const CHANNELS: usize = 4;
 
-/// The arm's drives; another kind does not compile.
+/// The arm's drives. Drives of another kind cause a compile error.
 const DRIVES: [PwmDrive; arm::N] = match arm::drives() {
     Drives::Pwm(drives) => drives,
     Drives::Link | Drives::Mit(_) => {
@@ -73,7 +73,7 @@ impl Board<{ arm::N }> for F405Pwm {
         let mut rcc = device.RCC.freeze(f405::clocks());
         let (gpioa, gpiob, gpioc) =
             (device.GPIOA.split(&mut rcc), device.GPIOB.split(&mut rcc), device.GPIOC.split(&mut rcc));
-        // First of all: a brake that is engaged, and bridges that are off.
+        // Before anything else, the brakes are engaged and the bridges switched off.
         let brake = gpioc.pc4.into_push_pull_output_in_state(PinState::Low);
         let low = PinState::Low;
         let enable: [Pin; CHANNELS] = [
@@ -121,12 +121,12 @@ impl Board<{ arm::N }> for F405Pwm {
         let mut lines = [const { None::<Lines> }; CHANNELS];
         let pins = duty.into_iter().zip(direction).zip(enable).zip(select);
         for (line, (((pwm, direction), enable), select)) in lines.iter_mut().zip(pins) {
-            // Its chip select is high already, and setting it cannot fail: the type of its error has no value.
+            // The chip select is already high, and setting it cannot fail: its error type has no values.
             let Ok(encoder) = AtomicDevice::new_no_delay(bus, select);
             *line = Some(Channel { pwm, direction, enable, encoder, sensor: NoSensor });
         }
         let channels = DRIVES.each_ref().map(|drive| lines.get_mut(usize::from(drive.channel)).and_then(Option::take));
-        // A robot file names every channel once, and the board has them all.
+        // The reader of robot files checks that each channel is used once, and the board has all channels.
         let channels = channels.map(|channel| channel.unwrap_or_else(|| Self::halt(|| {})));
         Parts {
             input,
@@ -143,7 +143,7 @@ impl Board<{ arm::N }> for F405Pwm {
     fn halt(write_log: impl FnOnce()) -> ! {
         f405::halt(
             || {
-                // Enables and brake; bridges that are off do not hear the timer.
+                // Enable pins and brake line; bridges that are off ignore the PWM.
                 f405::set_port_c_low(0b1_1111);
             },
             write_log,

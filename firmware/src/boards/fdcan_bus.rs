@@ -1,13 +1,13 @@
 //! An FDCAN controller of an STM32G4 with the interface that the schedule of [`firmware::joint_io::can`] needs.
 //!
-//! Written from the reference manual (RM0440) and compiled; **not yet run on silicon**. The `fdcan` crate (0.2.1) is not used: it sets no
-//! compensation of the transceiver's delay, without which a sender at 5 Mbit/s reads its own bits wrong, and it waits without a bound for a
-//! frame that is given up.
+//! Written from the reference manual (RM0440) and compiled; **not yet run on silicon**. The `fdcan` crate (0.2.1) is not used, for two reasons. It
+//! does not set the compensation of the transceiver's delay, without which a sender at 5 Mbit/s reads its own bits wrong. And it waits without a
+//! bound for an aborted frame.
 //!
-//! A controller has room for three frames to send, of which the lowest identifier goes first, and for three that have come:
-//! [`Queued`](firmware::joint_io::queued::Queued) stands before it, and moves on at its interrupt.
+//! A controller holds three frames to send, the lowest identifier first, and three received ones.
+//! [`Queued`](firmware::joint_io::queued::Queued) adds queues, which move frames at the controller's interrupt.
 //!
-//! | of a bit at 170 MHz | sampled at | clocks: synchronisation, before, behind the sample |
+//! | bit at 170 MHz | sampled at | clocks: synchronisation, before, after the sample |
 //! |---|---|---|
 //! | nominal, 1 Mbit/s | 80 % | 1 + 135 + 34 |
 //! | data, 5 Mbit/s | 76 % | 1 + 25 + 8 |
@@ -24,10 +24,10 @@ use stm32g4::{Periph, Reg, Resettable, Writable};
 
 type Registers = fdcan::RegisterBlock;
 
-/// The controllers' memory: a part for each, by the word.
+/// Address of the controllers' message memory, and the length of each controller's part, words.
 const MEMORY_AT: usize = 0x4000_a400;
 const MEMORY_WORDS: usize = 212;
-/// Where in a part the received frames and those to send are, and the words of each.
+/// Offsets in a part of received frames and of frames to send, and the length of a frame, words.
 const RECEIVED_AT: usize = 44;
 const TO_SEND_AT: usize = 158;
 const FRAME_WORDS: usize = 18;
@@ -37,28 +37,28 @@ pub const FIRST: usize = 0x4000_6400;
 pub const SECOND: usize = 0x4000_6800;
 pub const THIRD: usize = 0x4000_6c00;
 
-/// Rooms for frames to send.
+/// Number of buffers for frames to send.
 const ROOMS: u32 = 3;
 
-/// First word of a frame: an extended identifier, or the place of a standard one; a remote request.
+/// First word of a frame: flag of an extended identifier, flag of a remote request, bit position of a standard identifier.
 const EXTENDED: u32 = 1 << 30;
 const REMOTE: u32 = 1 << 29;
 const STANDARD_AT: u32 = 18;
-/// Second word: the length, a frame of FD, at two rates.
+/// Second word: bit position of the length, flags of bit-rate switching and of an FD frame.
 const LENGTH_AT: u32 = 16;
 const SWITCHES_RATE: u32 = 1 << 20;
 const FD: u32 = 1 << 21;
 
-/// CCCR: off the bus, settings open, FD frames, two rates.
+/// CCCR: off the bus, configuration enabled, FD frames, bit-rate switching.
 const INIT: u32 = 1 << 0;
 const OPEN: u32 = 1 << 1;
 const FD_OPERATION: u32 = 1 << 8;
 const RATE_SWITCH: u32 = 1 << 9;
-/// DBTP: the compensation is on.
+/// DBTP: transceiver delay compensation.
 const COMPENSATED: u32 = 1 << 23;
-/// TXBC: the lowest identifier first.
+/// TXBC: queue mode, the lowest identifier first.
 const QUEUE: u32 = 1 << 24;
-/// IR and IE: a frame has come, one was lost, one is sent, one is given up.
+/// IR and IE: a frame was received, lost, sent, or aborted.
 const HAS_COME: u32 = 1 << 0;
 const LOST: u32 = 1 << 2;
 const SENT: u32 = 1 << 7;
@@ -74,7 +74,7 @@ struct DataTiming {
 }
 
 impl DataTiming {
-    /// A sender samples its own bit that comes back where a receiver samples it: so many clocks behind the bit's measured delay.
+    /// Timing of a data rate. The compensation makes a sender sample its returning bits at the receiver's sample point, after the measured delay.
     const fn of(rate: DataRate) -> Self {
         match rate {
             DataRate::Mbit5 => Self { dbtp: COMPENSATED | (25 - 1) << 8 | (8 - 1) << 4 | (7 - 1), tdcr: (1 + 25) << 8 },
@@ -86,7 +86,7 @@ impl DataTiming {
     }
 }
 
-/// CCCR of a controller that is on its bus.
+/// Value of CCCR for a controller that is on its bus.
 const fn mode(fd: bool) -> u32 {
     if fd { FD_OPERATION | RATE_SWITCH } else { 0 }
 }
@@ -95,13 +95,13 @@ const fn mode(fd: bool) -> u32 {
 pub struct Bus<const AT: usize> {
     owner: Periph<Registers, AT>,
     memory: &'static [AtomicU32; MEMORY_WORDS],
-    /// Frames of FD, at two rates.
+    /// True for FD frames with bit-rate switching.
     fd: bool,
 }
 
 impl<const AT: usize> Bus<AT> {
-    /// A controller whose clock and pins are set up, with FD frames at this data rate, or classic ones. It joins the bus by itself, as soon as
-    /// that is idle. One that nothing is wired to stays off.
+    /// Starts a controller, for FD frames at this data rate or for classic ones. Its clock and pins must be set up. It joins the bus as soon as
+    /// that is idle. A controller that is not `wired` stays off.
     pub fn start(owner: Periph<Registers, AT>, rate: Option<DataRate>, wired: bool) -> Self {
         let registers = &*owner;
         put(registers.cccr(), INIT);
@@ -113,13 +113,13 @@ impl<const AT: usize> Bus<AT> {
             put(registers.dbtp(), dbtp);
             put(registers.tdcr(), tdcr);
         }
-        // Every frame to the first of the two receivers, which keeps what it has when it is full.
+        // All frames go to receive FIFO 0, which keeps the old frames if it is full.
         put(registers.rxgfc(), 0);
         put(registers.txbc(), QUEUE);
         put(registers.txbtie(), (1 << ROOMS) - 1);
         put(registers.txbcie(), (1 << ROOMS) - 1);
         put(registers.ie(), HAS_COME | SENT | GIVEN_UP);
-        // All on the first of its two lines.
+        // All interrupts use the first of the two lines.
         put(registers.ile(), 1);
         let memory = memory::<AT>();
         memory.iter().for_each(|word| word.store(0, Ordering::Relaxed));
@@ -143,7 +143,7 @@ fn memory<const AT: usize>() -> &'static [AtomicU32; MEMORY_WORDS] {
     };
     let at = MEMORY_AT + index * MEMORY_WORDS * size_of::<u32>();
     #[allow(unsafe_code, reason = "memory of the controllers, at the address that the reference manual gives")]
-    // SAFETY: three parts of this length stand there as long as the chip, aligned to words, and are accessed by words. Controller and core both
+    // SAFETY: three parts of this length exist there as long as the chip, aligned to words, and are accessed by words. Controller and core both
     // write to it, as to atomics.
     unsafe {
         &*core::ptr::with_exposed_provenance(at)
@@ -158,7 +158,7 @@ fn registers<const AT: usize>() -> &'static Registers {
     }
 }
 
-/// Write a whole register.
+/// Writes a whole register.
 fn put<R: Writable + Resettable<Ux = u32>>(register: &Reg<R>, bits: u32) {
     #[allow(unsafe_code, reason = "whole registers, as the reference manual lays them out")]
     // SAFETY: the controller's registers name no memory of the program: no bits in them break its rules.
@@ -167,7 +167,7 @@ fn put<R: Writable + Resettable<Ux = u32>>(register: &Reg<R>, bits: u32) {
     }
 }
 
-/// An identifier as the first word of a frame has it.
+/// An identifier in the format of a frame's first word.
 fn head(id: Id) -> u32 {
     match id {
         Id::Standard(id) => u32::from(id.as_raw()) << STANDARD_AT,
@@ -175,7 +175,7 @@ fn head(id: Id) -> u32 {
     }
 }
 
-/// The identifier of a first word; `None` of a remote request.
+/// The identifier in a frame's first word; `None` for a remote request.
 fn identifier(head: u32) -> Option<Id> {
     match head & (EXTENDED | REMOTE) {
         0 => StandardId::new((head >> STANDARD_AT & 0x7ff) as u16).map(Id::Standard),
@@ -184,12 +184,12 @@ fn identifier(head: u32) -> Option<Id> {
     }
 }
 
-/// The words of a room.
+/// The words of a frame's buffer.
 fn room(memory: &[AtomicU32; MEMORY_WORDS], first: usize, index: u32) -> Option<&[AtomicU32; 4]> {
     memory.get(first + FRAME_WORDS * index as usize..)?.first_chunk()
 }
 
-/// Put a data frame into a free room; false when there is none.
+/// Puts a data frame into a free buffer; returns false if there is none.
 fn queue(registers: &Registers, memory: &[AtomicU32; MEMORY_WORDS], fd: bool, frame: &Frame) -> bool {
     let status = registers.txfqs().read();
     if status.tfqf().bit_is_set() {
@@ -202,22 +202,22 @@ fn queue(registers: &Registers, memory: &[AtomicU32; MEMORY_WORDS], fd: bool, fr
     second.store(u32::from(frame.length) << LENGTH_AT | if fd { FD | SWITCHES_RATE } else { 0 }, Ordering::Relaxed);
     low.store(u32::from_le_bytes([a, b, c, d]), Ordering::Relaxed);
     high.store(u32::from_le_bytes([e, f, g, h]), Ordering::Relaxed);
-    // The frame is in memory before the controller reads it.
+    // The barrier ensures that the frame is in memory before the controller reads it.
     fence(Ordering::SeqCst);
     put(registers.txbar(), 1 << index);
     true
 }
 
-/// Request that every waiting frame is given up; a frame on the wire is still sent to its end.
+/// Requests the abort of every waiting frame. A frame on the wire is still sent to its end.
 fn give_up(registers: &Registers) {
-    // Of a room without a frame it would be told as well, by an interrupt.
+    // Only buffers with a frame: aborting an empty one would also cause an interrupt.
     put(registers.txbcr(), registers.txbrp().read().bits());
 }
 
-/// The last frames of a program, after giving up all others. Takes bounded time, and needs no
-/// ownership of the controller: call it with interrupts off, as the last action of the program.
+/// Sends the last frames of the program, after aborting all others. Takes bounded time and needs no ownership of the controller: call it with
+/// interrupts off, as the last action of the program.
 pub fn send_last<const AT: usize>(fd: bool, packets: impl Iterator<Item = Packet>) {
-    /// Looks at the rooms before a frame is given up: two frames at 1 Mbit/s are 270 us, a look some 20 cycles of 170 MHz.
+    /// Number of attempts before a frame is dropped: two frames at 1 Mbit/s take 270 us, an attempt some 20 cycles at 170 MHz.
     const LOOKS: u32 = 10_000;
     let (registers, memory) = (registers::<AT>(), memory::<AT>());
     give_up(registers);
@@ -256,13 +256,13 @@ impl<const AT: usize> embedded_can::nb::Can for Bus<AT> {
         let words = room(self.memory, RECEIVED_AT, index);
         let [head, kind, low, high] =
             words.map_or([REMOTE, 0, 0, 0], |words| words.each_ref().map(|word| word.load(Ordering::Relaxed)));
-        // And the frame before its room is given free.
+        // The frame is read before its buffer is released.
         fence(Ordering::SeqCst);
         put(registers.rxf0a(), index);
         let length = kind >> LENGTH_AT & 0xf;
         let ([a, b, c, d], [e, f, g, h]) = (low.to_le_bytes(), high.to_le_bytes());
         match identifier(head) {
-            // Of a classic frame a length code above 8 means 8; an FD frame is longer then, and nobody's.
+            // In a classic frame a length code above 8 means 8. An FD frame with such a code is longer and belongs to no drive.
             Some(id) if length <= 8 || kind & FD == 0 => {
                 Ok(Frame { id, length: length.min(8) as u8, bytes: [a, b, c, d, e, f, g, h] })
             }
@@ -274,7 +274,7 @@ impl<const AT: usize> embedded_can::nb::Can for Bus<AT> {
 impl<const AT: usize> CanBus for Bus<AT> {
     fn is_off(&mut self) -> bool {
         let off = self.owner.psr().read().bo().bit_is_set();
-        // It went off the bus by itself, and comes back after 129 times 11 recessive bits once it may.
+        // The controller has left the bus. Once INIT is cleared, it returns after 129 times 11 recessive bits.
         if off && self.owner.cccr().read().bits() & INIT != 0 {
             put(self.owner.cccr(), mode(self.fd));
         }

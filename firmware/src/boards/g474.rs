@@ -19,7 +19,7 @@ pub mod pac {
         USART2, fdcan,
     };
 
-    /// Vectors of the tasks. `firmware/memory/stm32g474/chip_memory.x` gives their handlers the names that this chip has for them.
+    /// Vectors of the tasks. `firmware/memory/stm32g474/chip_memory.x` maps their handlers to this chip's names.
     pub mod interrupt {
         use super::Interrupt;
 
@@ -35,9 +35,9 @@ pub mod pac {
         pub const DMA1_STREAM6: Interrupt = Interrupt::DMA1_CH2;
         /// The controller of the first bus.
         pub const CAN1_RX0: Interrupt = Interrupt::FDCAN1_IT0;
-        /// That of the second.
+        /// The controller of the second bus.
         pub const CAN1_RX1: Interrupt = Interrupt::FDCAN2_IT0;
-        /// That of the third.
+        /// The controller of the third bus.
         pub const CAN2_RX0: Interrupt = Interrupt::FDCAN3_IT0;
     }
 }
@@ -53,18 +53,19 @@ pub struct Generator(RNG);
 
 /// The emergency stop at PC5, and the independent watchdog.
 pub struct Guards {
-    /// Its pin, an input with a pull-up. High when pressed, and when its wire is broken: a closed contact to ground.
+    /// Port of the emergency stop's pin, which has a pull-up and a normally closed contact to ground: high if pressed or if the wire is broken.
     port: GPIOC,
     watchdog: IWDG,
-    /// Start value of the watchdog's count-down, eighths of a millisecond.
+    /// Start value of the watchdog's down-counter, in units of 0.125 ms.
     reload: u16,
     running: bool,
 }
 
-/// Ticks without feeding before the watchdog resets the chip. Its oscillator has 29.5 to 34 kHz instead of 32: 3.8 to 4.3 ticks.
+/// Nominal number of ticks without feeding before the watchdog resets the chip. Its oscillator has 29.5 to 34 kHz instead of 32 kHz: in fact 3.8 to
+/// 4.3 ticks.
 const TICKS_UNFED: f32 = 4.0;
 
-/// 170 MHz from the crystal, for everything; 48 MHz for the random number generator from the chip's own oscillator.
+/// Starts the clocks: 170 MHz from the crystal, for everything except the random number generator, which uses the chip's 48 MHz oscillator.
 pub fn start_clocks(rcc: &RCC, power: &PWR, flash: &FLASH) {
     rcc.cr().modify(|_, w| w.hseon().on());
     rcc.crrcr().modify(|_, w| w.hsi48on().set_bit());
@@ -74,7 +75,7 @@ pub fn start_clocks(rcc: &RCC, power: &PWR, flash: &FLASH) {
     rcc.pllcfgr().write(|w| w.pllsrc().hse().pllm().div6().plln().div85().pllr().div2().pllren().set_bit());
     rcc.cr().modify(|_, w| w.pllon().on());
     while rcc.cr().read().pllrdy().bit_is_clear() {}
-    // Above 150 MHz the core's voltage is boosted, and the change goes by way of half the clock for a microsecond at least.
+    // Above 150 MHz the core needs a higher voltage, and the clock must be halved for at least 1 us during the change.
     rcc.cfgr().modify(|_, w| w.hpre().div2());
     power.cr5().modify(|_, w| w.r1mode().clear_bit());
     flash.acr().modify(|_, w| w.latency().wait4().prften().set_bit().icen().set_bit().dcen().set_bit());
@@ -83,41 +84,41 @@ pub fn start_clocks(rcc: &RCC, power: &PWR, flash: &FLASH) {
     while !rcc.cfgr().read().sws().is_pll() {}
     cortex_m::asm::delay(CLOCK_HZ / 1_000_000);
     rcc.cfgr().modify(|_, w| w.hpre().div1());
-    // CAN from the clock of its bus, which is exact to the crystal and as fast as the controller's memory needs.
+    // CAN uses the clock of its peripheral bus, which has the crystal's accuracy and is fast enough for the controller's memory.
     rcc.ccipr().modify(|_, w| w.fdcansel().pclk().clk48sel().hsi48());
     rcc.ahb1enr().modify(|_, w| w.dma1en().enabled().dmamux1en().enabled());
     rcc.ahb2enr().modify(|_, w| w.rngen().enabled());
     rcc.apb1enr1().modify(|_, w| w.tim3en().enabled().usart2en().enabled().fdcanen().enabled());
-    // A peripheral answers two cycles after its clock is on; a read takes longer.
+    // A peripheral is ready two cycles after its clock is on; this read takes longer.
     rcc.apb1enr1().read();
 }
 
-/// The random number generator, running.
+/// Starts the random number generator.
 pub fn generator(rng: RNG) -> Generator {
     rng.cr().modify(|_, w| w.rngen().enabled());
     Generator(rng)
 }
 
-/// The control timer, held.
+/// Sets up the control timer, stopped; `rate_hz` is the control rate, Hz.
 pub fn control_timer(timer: TIM3, rate_hz: f32) -> ControlTimer {
-    // Whole hertz: the cast saturates, and a rate below 1 Hz is no control rate.
+    // The rate is rounded down to whole hertz, at least 1 Hz; the cast saturates.
     let period = CLOCK_HZ / (rate_hz as u32).clamp(1, CLOCK_HZ);
-    // The counter has 16 bits. The least prescaler that divides the period makes the rate exact, where there is one near.
+    // The counter has 16 bits. The smallest prescaler that divides the period makes the rate exact, if there is a suitable one.
     let least = period.div_ceil(1 << 16);
     let prescaler = (least..2 * least).find(|prescaler| period.is_multiple_of(*prescaler)).unwrap_or(least);
     timer.psc().write(|w| w.psc().set((prescaler - 1) as u16));
     timer.arr().write(|w| w.arr().set(period / prescaler - 1));
-    // Of updates only those by the counter's end raise the flag.
+    // Only an overflow of the counter sets the update flag.
     timer.cr1().write(|w| w.urs().counter_only());
     timer.dier().write(|w| w.uie().enabled());
     ControlTimer(timer)
 }
 
-/// The watchdog, not running, and the emergency stop's pin with its pull-up.
+/// Sets up the watchdog, not running, and the emergency stop's pin with its pull-up; `rate_hz` is the control rate, Hz.
 pub fn guards(port: GPIOC, watchdog: IWDG, rate_hz: f32) -> Guards {
     port.pupdr().modify(|_, w| w.pupdr(5).pull_up());
     port.moder().modify(|_, w| w.moder(5).input());
-    // 32 kHz by 4; a count of at least a millisecond, at most what the register holds. The cast saturates.
+    // 32 kHz divided by 4; a count of at least a millisecond, at most the register's maximum. The cast saturates.
     let reload = ((8_000.0 * TICKS_UNFED / rate_hz) as u16).clamp(8, 0xfff);
     Guards { port, watchdog, reload, running: false }
 }
@@ -130,8 +131,8 @@ impl BoardLines for Guards {
     fn feed(&mut self) {
         if !self.running {
             self.running = true;
-            // Started first, with half a second to go: the settings take effect some cycles of its oscillator after they are written,
-            // and the next tick loads them. Nothing has to be waited for.
+            // The watchdog is started first, with its default of half a second. The settings take effect some cycles of its oscillator after they
+            // are written, and the next tick loads them, so there is no need to wait.
             self.watchdog.kr().write(|w| w.key().start());
             self.watchdog.kr().write(|w| w.key().unlock());
             self.watchdog.pr().write(|w| w.pr().divide_by4());
@@ -148,8 +149,8 @@ impl Nonces for Generator {
 }
 
 impl Generator {
-    /// The next random word. The generator tests itself; one that has doubts, or is silent for far longer than the some 400 periods of
-    /// 48 MHz that four words take, gives none.
+    /// Returns the next random word; `None` if the generator's self-test reports an error, or if there is no word after far more than the about 400
+    /// periods of 48 MHz that four words take.
     fn word(&self) -> Option<u32> {
         for _ in 0..10_000 {
             let status = self.0.sr().read();
@@ -166,7 +167,7 @@ impl Generator {
 
 impl Ticker for ControlTimer {
     fn run(&mut self) {
-        // From zero, with prescaler and period as they were set.
+        // Restart at zero, with prescaler and period as set before.
         self.0.egr().write(|w| w.ug().update());
         self.0.sr().write(|w| w.uif().clear());
         self.0.cr1().modify(|_, w| w.cen().enabled());
@@ -193,22 +194,22 @@ impl Ticker for ControlTimer {
 /// The brake line at PC4. High opens the brakes.
 pub struct BrakeLine(());
 
-/// The brake line, an output that engages the brakes. Called first of all.
+/// Sets up the brake line as an output and engages the brakes. Called before anything else.
 pub fn brake_line(rcc: &RCC, port: &GPIOC) -> BrakeLine {
     rcc.ahb2enr().modify(|_, w| w.gpioaen().enabled().gpioben().enabled().gpiocen().enabled());
-    // A port answers two cycles after its clock is on; a read takes longer.
+    // A port is ready two cycles after its clock is on; this read takes longer.
     rcc.ahb2enr().read();
     engage_brakes();
     port.moder().modify(|_, w| w.moder(4).output());
     BrakeLine(())
 }
 
-/// Pull the brake line low, without owning it: what its owner does, and what the end of the program does, when no owner runs any more.
+/// Sets the brake line low, without owning it. Used by its owner, and at the end of the program, when no owner runs any more.
 pub fn engage_brakes() {
     port_c(1 << (16 + 4));
 }
 
-/// Set pins of port C by the lower half, and reset them by the upper half.
+/// Sets the pins of port C in the lower half of `pins`, and resets those in the upper half.
 fn port_c(pins: u32) {
     #[allow(unsafe_code, reason = "one port's pins have several owners")]
     // SAFETY: a write to the set-reset register changes only the pins that it names; PC4 is the brake line's.

@@ -1,5 +1,5 @@
-//! An STM32G474RE with a 24 MHz crystal and three CAN transceivers, such as a Nucleo-G474RE with transceivers on its pins: MIT-mode
-//! actuators, up to three a bus with classic frames, up to six with FD frames.
+//! An STM32G474RE with a 24 MHz crystal and three CAN transceivers, such as a Nucleo-G474RE with transceivers on its pins. Per bus it drives up
+//! to three MIT-mode actuators with classic frames, or up to six with FD frames.
 //!
 //! Written from the reference manual (RM0440) and compiled; **not yet run on silicon**.
 //!
@@ -10,9 +10,9 @@
 //! | PB12, PB13 | FDCAN2 receive, transmit: bus 2, the same |
 //! | PA8, PA15 | FDCAN3 receive, transmit: bus 3, the same |
 //! | PC4 | brake line: low engages, so a reset or a broken wire brakes |
-//! | PC5 | emergency stop: a closed contact to ground; open, or a broken wire, is pressed |
+//! | PC5 | emergency stop: a normally closed contact to ground; an open contact or a broken wire counts as pressed |
 //!
-//! Not at the other pins that FDCAN1 has: one of them decides at reset whether the chip's boot loader runs, and a bus at rest says that it does.
+//! The other pins of FDCAN1 are not used: one of them selects the boot loader at reset, and an idle bus would select it.
 
 use super::dma_channels;
 use super::fdcan_bus::{self, Bus, FIRST, SECOND, THIRD};
@@ -25,7 +25,7 @@ use firmware::joint_io::can::{BUSES, CanJoints};
 use firmware::joint_io::frames::Frames as _;
 use firmware::joint_io::queued::Queued;
 
-/// The arm's drives; another kind does not compile.
+/// The arm's drives. Drives of another kind cause a compile error.
 const DRIVES: [MitDrive; arm::N] = match arm::drives() {
     Drives::Mit(drives) => drives,
     Drives::Link | Drives::Pwm(_) => {
@@ -39,7 +39,7 @@ const LOADS: [BusLoad; BUSES] = {
     [BusLoad::of(&DRIVES, 0, identifier), BusLoad::of(&DRIVES, 1, identifier), BusLoad::of(&DRIVES, 2, identifier)]
 };
 
-/// Every reply is in before the next tick; a faster rate does not compile.
+/// Checks at compile time that every reply arrives before the next tick.
 const _: () = {
     let mut bus = 0;
     while bus < BUSES {
@@ -49,7 +49,7 @@ const _: () = {
     }
 };
 
-/// Each bus's data rate; classic frames where its drives have none.
+/// Data rate of each bus; `None` for classic frames.
 const RATES: [Option<DataRate>; BUSES] = {
     let mut rates = [None; BUSES];
     let mut i = 0;
@@ -79,7 +79,7 @@ impl Board<{ arm::N }> for G474Fdcan {
 
     fn start(chip: super::Chip, rate_hz: f32) -> Parts<Self, { arm::N }> {
         let super::Chip { device, mut core } = chip;
-        // First of all: a brake that is engaged.
+        // Before anything else, the brakes are engaged.
         let brake = g474::brake_line(&device.RCC, &device.GPIOC);
         g474::start_clocks(&device.RCC, &device.PWR, &device.FLASH);
         set_up_pins(&device.GPIOA, &device.GPIOB);
@@ -117,7 +117,7 @@ impl Board<{ arm::N }> for G474Fdcan {
     }
 }
 
-/// Link and CAN. A receiver that nothing is wired to, or whose transceiver has no power, is at rest by its pull-up.
+/// Sets up the pins of link and CAN. A pull-up keeps a receive pin idle if nothing is wired to it or its transceiver has no power.
 fn set_up_pins(a: &GPIOA, b: &GPIOB) {
     a.afrl().modify(|_, w| w.afr(2).af7().afr(3).af7());
     a.afrh().modify(|_, w| w.afrh11().af9().afrh12().af9().afrh8().af11().afrh15().af11());

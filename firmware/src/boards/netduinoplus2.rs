@@ -1,8 +1,8 @@
 //! QEMU's `netduinoplus2`: the emulated STM32F405.
 //!
-//! The clock controller reads zero there, so waiting for an oscillator or the PLL would never end: the clocks stay as
-//! the emulator has them. GPIO is not emulated, so there is no brake line: the fault frame is the only sign of braking.
-//! Registers are set directly: the HAL's constructors wait for clocks.
+//! In the emulator the clock controller reads as zero, so waiting for an oscillator or the PLL would never end. The clocks are therefore left as
+//! they are, and registers are set directly, because the HAL's constructors wait for clocks. GPIO is not emulated, so there is no brake line: only
+//! the fault frame shows that the arm brakes.
 
 #[cfg(not(feature = "dma"))]
 use super::byte_link as wire;
@@ -32,23 +32,23 @@ pub struct NetduinoPlus2;
 /// TIM3.
 pub struct ControlTimer(pac::TIM3);
 
-/// TIM2, free-running: counts instructions.
+/// TIM2, free-running; counts instructions.
 pub struct InstructionCounter(pac::TIM2);
 
-/// No line but the link, and a stand-in for the watchdog, which the emulator lacks: TIM4, whose interrupt comes at the control rate.
+/// Lines of a board without inputs. TIM4, with an interrupt at the control rate, stands in for the watchdog, which the emulator lacks.
 pub struct NoLines {
     watchdog: pac::TIM4,
     running: bool,
 }
 
-/// Interrupts of the watchdog's stand-in since it was fed.
+/// Number of interrupts of the watchdog's stand-in since it was fed.
 static UNFED: AtomicU32 = AtomicU32::new(0);
 
-/// The interrupt without feeding that resets the chip. It counts interrupts, not time: where the machine under the emulator stands still, the
-/// emulator's time goes on without ticks.
+/// Number of interrupts without feeding after which the chip is reset. Interrupts are counted instead of time, because the emulator's time goes on
+/// while the computer under it is suspended.
 const TICKS_UNFED: u32 = 4;
 
-/// Joints that rest at zero, know it, and are moved by no torque: what a live session needs to be armed.
+/// Joints that rest at zero, are homed, and do not move under torque, so that a live session can be armed.
 pub struct RestingJoints;
 
 impl Board<{ arm::N }> for NetduinoPlus2 {
@@ -77,7 +77,7 @@ impl Board<{ arm::N }> for NetduinoPlus2 {
         at_the_control_rate(&timer.0, rate_hz);
         at_the_control_rate(&watchdog, rate_hz);
         #[allow(unsafe_code, reason = "lets the watchdog's interrupt in")]
-        // SAFETY: its handler shares nothing but an atomic with other code, and no critical section relies on its absence.
+        // SAFETY: the handler shares only an atomic with other code, and no critical section relies on the interrupt being masked.
         unsafe {
             NVIC::unmask(pac::Interrupt::TIM4);
         }
@@ -96,7 +96,7 @@ impl Board<{ arm::N }> for NetduinoPlus2 {
 
     fn halt(write_log: impl FnOnce()) -> ! {
         write_log();
-        // Ends the emulator, so that a peer waiting for an answer notices at once.
+        // Ends the emulator, so that a host that waits for an answer notices at once.
         debug::exit(debug::EXIT_FAILURE);
         loop {
             cortex_m::asm::wfi();
@@ -106,27 +106,27 @@ impl Board<{ arm::N }> for NetduinoPlus2 {
 
 /// Sets a timer up for interrupts at the control rate, not counting yet. TIM2 counts from power-on.
 fn at_the_control_rate(timer: &pac::tim3::RegisterBlock, rate_hz: f32) {
-    // The timers have 16 bits: a prescaler of 1000 leaves 1 MHz, good for 16 Hz and up. The cast saturates.
+    // The timers have 16 bits: a prescaler of 1000 gives 1 MHz, which permits 16 Hz and more. The cast saturates.
     let period = (TIMER_HZ / 1000.0 / rate_hz) as u16;
     timer.psc().write(|w| w.psc().set(1000 - 1));
-    // QEMU 7.2 (`stm32f2xx_timer_set_alarm`) sets the alarm to now plus the time at which the count was zero plus
-    // the reload. That is a period only for a count that was zero at power-on: one that is reset later makes every
-    // period longer by that time. The reload is the whole period there, not one less. TIM2 gives the time, to a
-    // microsecond. After a reset TIM2 begins anew, and periods are longer: ticks at the timer's pace are for the first start.
+    // QEMU 7.2 (`stm32f2xx_timer_set_alarm`) sets the alarm to now plus the time at which the count was zero plus the reload. That is one period only
+    // if the count was zero at power-on; a later reset of the count makes every period longer by that time. So the count is set to the time since
+    // power-on, from TIM2, to 1 us. The reload is the whole period there, not one less. After a reset TIM2 restarts, and periods are longer: ticks by
+    // the timer have the right rate only after the first start.
     timer.cnt().write(|w| w.cnt().set((time() / 1000) as u16));
     timer.arr().write(|w| w.arr().set(period.max(1)));
     timer.dier().write(|w| w.uie().enabled());
 }
 
-/// Lets a timer run from now.
+/// Starts a timer.
 fn let_run(timer: &pac::tim3::RegisterBlock) {
     timer.sr().reset();
     timer.cr1().write(|w| w.cen().enabled());
-    // The alarm was lost while the timer was held; in the emulator a new reload, even the same, sets it a period ahead.
+    // The alarm was lost while the timer was stopped. In the emulator, writing the reload sets it one period ahead, even with the same value.
     timer.arr().modify(|_, w| w);
 }
 
-/// The watchdog's stand-in: more urgent than everything else, as a reset is.
+/// The watchdog's stand-in. Like a reset, it has priority over everything else.
 #[interrupt]
 fn TIM4() {
     #[allow(unsafe_code, reason = "the owner of the timer does not use its status while it runs")]
@@ -139,7 +139,7 @@ fn TIM4() {
     }
 }
 
-/// Reading of TIM2.
+/// Reads TIM2.
 fn time() -> u32 {
     #[allow(unsafe_code, reason = "the counter's owner only reads it too")]
     // SAFETY: a single volatile read, without a side effect.

@@ -1,4 +1,4 @@
-//! ODrive v3 and its like: an STM32F405 with an 8 MHz crystal.
+//! ODrive v3 and similar boards: an STM32F405 with an 8 MHz crystal.
 //!
 //! Written from the reference manual (RM0090) and compiled; **not yet run on silicon**.
 //!
@@ -6,9 +6,9 @@
 //! |---|---|---|
 //! | PA2, PA3 | GPIO3, GPIO4 | USART2: the link, 1 Mbaud |
 //! | PC4 | GPIO5 | brake line: low engages, so a reset or a broken wire brakes |
-//! | PB12 | EN_GATE | held low: the power stages stay off until a later slice drives them |
+//! | PB12 | EN_GATE | held low: the power stages stay off, because this firmware does not drive them yet |
 //!
-//! Measurements come and commands go over the link; the timer paces the tick.
+//! Measurements and commands are sent over the link; the timer starts the ticks.
 
 use super::dma_link;
 use super::f405::{self, ControlTimer, CycleCounter, Guards};
@@ -23,7 +23,7 @@ use stm32f4xx_hal::prelude::*;
 /// The board.
 pub struct OdriveV3;
 
-/// The brake line, and the power stages' enable that stays low.
+/// The brake line, and the enable pin of the power stages, which stays low.
 pub struct Lines {
     brake: PC4<OutputPin>,
     _power_off: PB12<OutputPin>,

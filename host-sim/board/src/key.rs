@@ -1,7 +1,7 @@
 //! Link keys as files, and random numbers.
 //!
-//! A key file is two lines: `newtau link key 1`, and 64 hexadecimal digits. It is written for its owner alone, and never over
-//! another file: a key that is lost must be provisioned anew at the board.
+//! A key file has two lines: `newtau link key 1`, and 64 hexadecimal digits. Only its owner can read it. It never replaces another file, because a
+//! lost key means that the board must be provisioned again.
 
 use link::seal::KEY_BYTES;
 use link::{Key, key_page};
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// First line of a key file.
 const TITLE: &str = "newtau link key 1";
 
-/// Reason why a key cannot be had.
+/// Reason why a key is not available.
 #[derive(Debug, thiserror::Error)]
 pub enum KeyError {
     /// The file cannot be read or written.
@@ -29,7 +29,7 @@ pub enum KeyError {
         /// The file.
         path: PathBuf,
     },
-    /// The file holds something else. The message does not repeat it: it may be nearly a key.
+    /// The file has other content. The message does not repeat it, because it may be nearly a key.
     #[error("{}:{line}: found {found}, expected {expected}; `newtau firmware key new FILE` makes a key", path.display())]
     Content {
         /// The file.
@@ -72,7 +72,7 @@ pub fn new() -> Result<Key, KeyError> {
     random::<KEY_BYTES>().map(Key::new)
 }
 
-/// Write a key to a new file.
+/// Writes a key to a new file.
 ///
 /// # Errors
 /// The file exists or cannot be written.
@@ -81,7 +81,7 @@ pub fn save(key: &Key, path: &Path) -> Result<(), KeyError> {
     write_for_owner(path, format!("{TITLE}\n{digits}\n").as_bytes())
 }
 
-/// Write a new file that only its owner can read.
+/// Writes a new file that only its owner can read.
 ///
 /// # Errors
 /// The file exists or cannot be written.
@@ -92,7 +92,7 @@ pub fn write_for_owner(path: &Path, bytes: &[u8]) -> Result<(), KeyError> {
     })
 }
 
-/// Read a key file.
+/// Reads a key file.
 ///
 /// # Errors
 /// The file cannot be read, can be read by others, or is no key file.
@@ -109,7 +109,7 @@ pub fn load(path: &Path) -> Result<Key, KeyError> {
             return Err(KeyError::Open { path: path.to_owned(), mode });
         }
     }
-    // Bytes that are no text are no key either.
+    // Bytes that are not text are not a key either.
     let text = String::from_utf8_lossy(&fs::read(path).map_err(file)?).into_owned();
     let mut lines = text.lines();
     if lines.next() != Some(TITLE) {
@@ -118,7 +118,7 @@ pub fn load(path: &Path) -> Result<Key, KeyError> {
     let digits = lines.next().unwrap_or_default();
     let number = |index: usize| {
         let pair = digits.get(2 * index..2 * index + 2)?;
-        // `from_str_radix` takes a sign too.
+        // `from_str_radix` accepts a sign too.
         pair.bytes().all(|digit| digit.is_ascii_hexdigit()).then(|| u8::from_str_radix(pair, 16).ok())?
     };
     let mut bytes = [0; KEY_BYTES];
@@ -137,7 +137,7 @@ pub fn load(path: &Path) -> Result<Key, KeyError> {
     }
 }
 
-/// Bytes of a board's key page with this key, and a new random number beside it.
+/// Returns the bytes of a board's key page: this key and a new random number.
 ///
 /// # Errors
 /// [`KeyError::Random`].

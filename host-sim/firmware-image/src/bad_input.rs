@@ -14,7 +14,7 @@ impl BadInput {
 }
 
 impl From<&FileError> for BadInput {
-    /// Place, problem and expected value on one line.
+    /// Position, problem and expected value on one line.
     fn from(error: &FileError) -> Self {
         Self(format!("{error}; expected {}", error.expected()))
     }

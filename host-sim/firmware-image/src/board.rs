@@ -75,23 +75,23 @@ boards! {
 }
 
 impl Board {
-    /// The name of its Cargo feature and of the board.
+    /// The name of the board, which is also that of its Cargo feature.
     pub const fn name(self) -> &'static str {
         self.properties().name
     }
 
-    /// The default scene of the board: its robot has drives of the kind that the board has lines for.
+    /// The default scene of the board: its robot has the kind of drives that the board has connections for.
     pub const fn scene(self) -> &'static str {
         self.properties().scene
     }
 
-    /// The kind of drives that the board has lines for, as a robot file names it. `None` for a board that only talks to
-    /// its host and so takes any arm. Another kind would not compile; this check reports it before the compiler starts.
+    /// The kind of drives that the board has connections for, as a robot file names it. `None` for a board that only talks to its host and so accepts
+    /// any arm. A scene with another kind would not compile; this lets a check report it before the compiler starts.
     pub const fn drives(self) -> Option<&'static str> {
         self.properties().drives
     }
 
-    /// Its CAN controllers; `None` for a board without.
+    /// Its CAN controllers; `None` for a board without CAN.
     pub(crate) const fn can_buses(self) -> Option<CanBuses> {
         self.properties().can_buses
     }
@@ -129,7 +129,7 @@ impl Chip {
         }
     }
 
-    /// Address of the link key's page, as the chip's `chip_memory.x` has it; a test compares both.
+    /// Address of the link key's page, as in the chip's `chip_memory.x`; a test compares both.
     pub const fn key_page(self) -> &'static str {
         match self {
             Self::F405 => "0x080e0000",
@@ -152,23 +152,23 @@ impl fmt::Display for Board {
     }
 }
 
-/// Whom a firmware lets talk.
+/// Hosts that a firmware accepts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Trust {
-    /// A host with the key in the board's key page.
+    /// Only a host with the key in the board's key page.
     #[default]
     Key,
-    /// Anybody on the wire.
+    /// Any host on the link.
     Anybody,
 }
 
 impl Trust {
-    /// The choice of `--insecure`.
+    /// The value for the option `--insecure`.
     pub const fn insecure(insecure: bool) -> Self {
         if insecure { Self::Anybody } else { Self::Key }
     }
 
-    /// Part of a program's file name.
+    /// Suffix for a program's file name.
     pub(crate) const fn suffix(self) -> &'static str {
         match self {
             Self::Key => "",

@@ -1,4 +1,4 @@
-//! Building the firmware for a scene and a board.
+//! Build of the firmware for a scene and a board.
 
 use crate::bad_input::BadInput;
 use crate::board::{Board, Trust};
@@ -12,34 +12,34 @@ use robot_compiler::emit::Choices;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-/// A program: what it is built of.
+/// Settings of a program's build.
 #[derive(Clone, Copy, Debug)]
 pub struct Build<'a> {
     /// The scene whose arm and controller are built in.
     pub scene: &'a Path,
     /// The board.
     pub board: Board,
-    /// Whom the firmware lets talk.
+    /// Hosts that the firmware accepts.
     pub trust: Trust,
-    /// Another law, or sine and cosine, than the scene file's.
+    /// Changes of the control law or of the sine and cosine method, relative to the scene file.
     pub choices: Choices<'a>,
-    /// True if a stand-in for a DMA moves the link of the emulated board, which then goes the way of the other boards.
+    /// True if a software stand-in for DMA moves the bytes of the emulated board's link, so that it uses the driver of the other boards.
     pub dma_stand_in: bool,
-    /// More of the environment for cargo, by name and value.
+    /// Additional environment variables for cargo, by name and value.
     pub environment: &'a [(&'a str, &'a str)],
 }
 
 impl<'a> Build<'a> {
-    /// The program of a scene as its file says, for a host with the board's key.
+    /// Settings for a scene as its file specifies it, for a host with the board's key.
     #[must_use]
     pub fn of(scene: &'a Path, board: Board) -> Self {
         Self { scene, board, trust: Trust::Key, choices: Choices::default(), dma_stand_in: false, environment: &[] }
     }
 
-    /// Builds it; returns a copy that later builds for other scenes do not touch. Installs a missing tool chain, and says so.
+    /// Builds the program. Returns a copy that later builds for other scenes do not change. Installs a missing tool chain, and prints that.
     ///
     /// # Errors
-    /// [`BadInput`]: a scene that is wrong or does not fit the board. Others: a compiler that cannot be had, or fails.
+    /// [`BadInput`]: a wrong scene, or one that does not fit the board. Others: a compiler that cannot be installed, or fails.
     pub fn run(&self) -> Result<PathBuf> {
         for_the_bench(self.scene, self.board)?;
         schedules(self.scene, self.board)?;
@@ -55,10 +55,10 @@ impl<'a> Build<'a> {
         keep(&std::fs::read(&built)?, self.program()?)
     }
 
-    /// Path where [`Build::run`] puts the program, even before it is built.
+    /// Path of the copy that [`Build::run`] returns, even before it is built.
     ///
     /// # Errors
-    /// There is no such scene file.
+    /// The scene file does not exist.
     pub fn program(&self) -> Result<PathBuf> {
         let stand_in = if self.dma_stand_in { "-dma" } else { "" };
         let name = emitted::scene_hash(&self.scene()?, self.choices);
@@ -76,7 +76,7 @@ impl<'a> Build<'a> {
     }
 }
 
-/// Rejects a scene for the bench only on a board that exists: its bounds on lateness are lifted.
+/// Rejects a bench-only scene on a real board, because such a scene has no limits on late ticks.
 ///
 /// # Errors
 /// [`BadInput`]: `safety.bench_only = true` and a board other than the emulated one.
@@ -93,10 +93,10 @@ fn for_the_bench(scene: &Path, board: Board) -> Result<()> {
     Ok(())
 }
 
-/// Schedules of the scene's frames on the board's CAN buses; none on a board without.
+/// Schedules of the scene's frames on the board's CAN buses; none for a board without CAN.
 ///
 /// # Errors
-/// [`BadInput`]: drives that the board does not reach, or a rate that its buses do not hold.
+/// [`BadInput`]: drives that the board cannot reach, or a rate at which the frames do not fit.
 pub fn schedules(scene: &Path, board: Board) -> Result<Vec<Schedule>> {
     if board.can_buses().is_none() {
         return Ok(Vec::new());
@@ -105,7 +105,7 @@ pub fn schedules(scene: &Path, board: Board) -> Result<Vec<Schedule>> {
     Ok(can_buses::schedules(&file, scene, board).map_err(BadInput)?)
 }
 
-/// Locks build and copy against other processes: two test processes may request two scenes at once.
+/// Locks build and copy against other processes, because two test processes may request two scenes at once.
 pub fn lock(folder: &Path) -> Result<File> {
     std::fs::create_dir_all(folder)?;
     let lock = File::create(folder.join("firmware.lock"))?;
@@ -113,9 +113,9 @@ pub fn lock(folder: &Path) -> Result<File> {
     Ok(lock)
 }
 
-/// Copies a program to a place that later builds do not touch.
+/// Copies a program to a path that later builds do not change.
 pub fn keep(text: &[u8], copy: PathBuf) -> Result<PathBuf> {
-    // A running emulator may hold the old copy open. So an equal copy is left alone, and another is replaced by a new file.
+    // A running emulator may hold the old copy open. So an equal copy is left alone, and a different one is replaced by a new file.
     if std::fs::read(&copy).ok().as_deref() != Some(text) {
         let fresh = copy.with_extension("new");
         std::fs::write(&fresh, text)?;

@@ -1,7 +1,7 @@
-//! Load of a scene's frames on its board's CAN buses, and whether they fit.
+//! Load of a scene's frames on its board's CAN buses, and a check that they fit.
 //!
-//! The same numbers are held when the board is compiled ([`dynamics_core::drive::bus_time`]); here a scene that does not fit is refused in
-//! its line, before the compiler starts.
+//! The board's compilation checks the same numbers ([`dynamics_core::drive::bus_time`]). Here, a scene that does not fit is rejected with the line of
+//! the error, before the compiler starts.
 
 use crate::board::Board;
 use crate::scene_keys::SceneKeys;
@@ -14,7 +14,7 @@ use toml_edit::{Document, Item};
 /// Frames of a tick on one bus.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Schedule {
-    /// As in a robot file, from 1.
+    /// Number of the bus as in a robot file, from 1.
     bus: u8,
     load: BusLoad,
     rate_hz: f64,
@@ -45,7 +45,7 @@ impl fmt::Display for Schedule {
 /// The schedule of each bus that has actuators; none for a board without CAN.
 ///
 /// # Errors
-/// In a line of the robot's file: a bus or FD frames that the board does not have. In one of the scene's: a rate at which the frames do not fit.
+/// For a line of the robot file: a bus or FD frames that the board does not have. For a line of the scene: a rate at which the frames do not fit.
 pub fn schedules(file: &SceneFile, scene: &Path, board: Board) -> Result<Vec<Schedule>, String> {
     let (Some(buses), Some(protocol)) = (board.can_buses(), file.protocol()) else { return Ok(Vec::new()) };
     let drives = file.mit_drives();
@@ -80,7 +80,7 @@ pub fn schedules(file: &SceneFile, scene: &Path, board: Board) -> Result<Vec<Sch
     }
 }
 
-/// A file and the line, counted from 1, of a value in it; the file alone where the value is not there.
+/// A file and the line, counted from 1, of a value in it. The file alone if it does not contain the value.
 fn place(path: &Path, value: impl FnOnce(&Item) -> Option<&Item>) -> String {
     let text = std::fs::read_to_string(path).unwrap_or_default();
     let document = Document::parse(text.as_str()).ok();
@@ -139,7 +139,7 @@ mod tests {
         assert!(lines(CLASSIC, Board::OdriveV3, |_, _| ()).is_empty());
     }
 
-    /// The longest replies that there are, at 1 kHz.
+    /// The longest possible replies, at 1 kHz.
     #[test]
     fn six_joints_leave_30_percent_free_on_three_classic_buses_and_on_one_of_fd() {
         let three = of(CLASSIC, Board::G474Fdcan, |index, spec| {
@@ -174,7 +174,7 @@ mod tests {
             why.contains("mit6_fd_wave.toml:6: control.rate: found 1244 Hz, expected at most 1243, which bus 1 holds"),
             "{why}"
         );
-        // The lower data rate does not hold 1 kHz.
+        // At the lower data rate, the frames do not fit at 1 kHz.
         let why = of(FD, Board::G474Fdcan, |_, spec| spec.data_rate = Some(DataRate::Mbit2)).unwrap_err();
         assert!(
             why.contains(

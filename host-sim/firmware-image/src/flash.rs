@@ -1,7 +1,7 @@
-//! `firmware flash`: from a scene to a program on a board.
+//! `firmware flash`: builds a scene's firmware and writes it to a board.
 //!
-//! Everything that needs no probe is checked first: the board is a real one, the board has lines for the scene's drives,
-//! the tool is installed, and the log of the built program can be decoded. The tool does the rest.
+//! Everything that needs no probe is checked first: the board is a real one, it has connections for the scene's drives, the tool is installed, and
+//! the log of the built program can be decoded. The tool does the rest.
 
 pub mod key;
 mod scene_choice;
@@ -17,7 +17,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The tool, and how to get it.
+/// The probe's tool, and the command that installs it.
 const PROBE_TOOL: &str = "probe-rs";
 const INSTALL: &str = "cargo install probe-rs-tools --locked";
 
@@ -27,27 +27,27 @@ pub struct FlashOptions {
     /// The board that the probe is wired to
     #[arg(long, value_enum)]
     board: Board,
-    /// The scene whose arm and controller are built in; without it and without --robot, the board's example
+    /// The scene whose arm and controller are built in. Without it and without --robot, the board's example
     #[arg(long, conflicts_with = "robot")]
     scene: Option<PathBuf>,
-    /// The robot; its scene under scenes/ is taken, where it has just one that fits the board
+    /// The robot. Its scene under scenes/ is used, if exactly one fits the board
     #[arg(long)]
     robot: Option<PathBuf>,
-    /// Trust anybody on the wire, without a key: for the bench alone; the firmware says so to every host
+    /// Accept every host, without a key. Only for the bench: the firmware reports this to every host
     #[arg(long)]
     insecure: bool,
-    /// Stay, and print the program's log as it comes; only with the drives' power off (docs/flash.md)
+    /// Stay connected and print the program's log. Only with the drives' power off (docs/flash.md)
     #[arg(long)]
     log: bool,
-    /// Which probe, where there are several: VID:PID or VID:PID:SERIAL as `probe-rs list` shows them
+    /// The probe, if there are several: VID:PID or VID:PID:SERIAL, as `probe-rs list` shows it
     #[arg(long, value_name = "SELECTOR")]
     probe: Option<String>,
-    /// Check board and scene, print the commands, and run none
+    /// Check board and scene, and print the commands without running them
     #[arg(long)]
     dry_run: bool,
 }
 
-/// Build for a board and a scene, and write the program through a probe.
+/// Builds the firmware for a board and a scene, and writes it through a probe.
 ///
 /// # Errors
 /// [`BadInput`] for an emulated board, a scene that does not fit, or a missing tool; a build or a tool that fails.
@@ -87,7 +87,7 @@ pub fn flash(options: &FlashOptions) -> Result<()> {
     Ok(())
 }
 
-/// Writes a built program that is no firmware to an STM32F405, and starts it.
+/// Writes a built program other than the firmware to an STM32F405, and starts it.
 ///
 /// # Errors
 /// [`BadInput`] for a missing tool; a tool that fails.
@@ -115,7 +115,7 @@ fn no_tool() -> BadInput {
     BadInput(format!("{PROBE_TOOL}: found none on the path, expected it there: `{INSTALL}`"))
 }
 
-/// The full path of a scene for which a real board has lines.
+/// Returns the full path of a scene, if a real board has connections for its drives.
 ///
 /// # Errors
 /// [`BadInput`] for an emulated board, a wrong file, or drives of another kind.
@@ -133,7 +133,7 @@ fn is_real(board: Board) -> Result<()> {
     Err(BadInput(format!("--board {board}: found the emulated board, expected one of {real}")).into())
 }
 
-/// Calls of the tool, in order. `run` resets by itself, and stays to print the log.
+/// Calls of the tool, in order. `run` resets the chip, and then keeps running to print the log.
 fn probe_steps(options: &FlashOptions, program: &Path) -> Vec<Vec<OsString>> {
     let probe = options.probe.as_deref();
     let call = |subcommand: &str, more: &[&str], file: Option<&Path>| {
@@ -146,7 +146,7 @@ fn probe_steps(options: &FlashOptions, program: &Path) -> Vec<Vec<OsString>> {
     }
 }
 
-/// Words of one call of the tool.
+/// Arguments of one call of the tool.
 fn probe_call(chip: Chip, subcommand: &str, probe: Option<&str>, more: &[&str], file: Option<&Path>) -> Vec<OsString> {
     let mut words: Vec<OsString> = [subcommand, "--chip", chip.probe_name()].map(OsString::from).into();
     if let Some(probe) = probe {

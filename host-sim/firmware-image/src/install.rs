@@ -1,4 +1,4 @@
-//! Packages of the system that are installed where they are missing. Every step prints its action.
+//! Installation of missing system packages. Every step is printed.
 
 use crate::bad_input::BadInput;
 use crate::board::TARGET;
@@ -7,7 +7,7 @@ use anyhow::Result;
 use std::path::Path;
 use std::process::Command;
 
-/// The emulator.
+/// Installs the emulator if it is missing.
 ///
 /// # Errors
 /// As [`apt`].
@@ -27,7 +27,7 @@ pub fn is_possible() -> bool {
     installer().is_some()
 }
 
-/// `None` where Debian packages cannot be installed.
+/// Returns the method; `None` if Debian packages cannot be installed.
 fn installer() -> Option<Installer> {
     let root = output(Command::new("id").arg("-u")).as_deref() == Some("0");
     let sudo = || {
@@ -43,7 +43,7 @@ fn installer() -> Option<Installer> {
 /// Installs Debian packages.
 ///
 /// # Errors
-/// [`BadInput`]: that is not possible here; the message says what to install.
+/// [`BadInput`]: installation is not possible here; the message names the packages.
 pub fn apt(packages: &[&str]) -> Result<()> {
     let list = packages.join(" ");
     let Some(installer) = installer() else {

@@ -1,15 +1,15 @@
-//! The firmware of a scene and a board: built, flashed, and given its key.
+//! The firmware of a scene and a board: its build, flashing, and key.
 //!
 //! | module | holds |
 //! |---|---|
 //! | [`board`] | the boards and their chips |
 //! | [`build`] | the build of a program for a scene and a board |
-//! | [`can_buses`] | what a scene's frames take of a board's CAN buses |
+//! | [`can_buses`] | load of a scene's frames on a board's CAN buses |
 //! | [`emitted`] | Rust source of the arm, written before cargo starts |
-//! | [`flash`] | programs and keys, written to a board by probe-rs |
-//! | [`install`] | the emulator and other packages, installed where they are missing |
-//! | [`log_strings`] | whether the log of a program can be decoded |
-//! | [`process`] | other programs: found, run, and named if they fail |
+//! | [`flash`] | writing programs and keys to a board with probe-rs |
+//! | [`install`] | installation of the emulator and other missing packages |
+//! | [`log_strings`] | check that the log of a program can be decoded |
+//! | [`process`] | finding and running other programs, with errors that name them |
 //! | [`scene_keys`] | keys of a scene file that are needed before its robot is compiled |
 //! | [`toolchain`] | the compiler for the chip |
 #![forbid(unsafe_code)]

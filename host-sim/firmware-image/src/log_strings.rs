@@ -4,15 +4,15 @@ use anyhow::{Context as _, Result, bail};
 use object::{Object as _, ObjectSection as _, ObjectSymbol as _};
 use std::path::Path;
 
-/// Symbol that a probe looks for in the chip's memory to find the log.
+/// Symbol that a probe searches for in the chip's memory to find the log.
 const RTT_CONTROL_BLOCK: &str = "_SEGGER_RTT";
 
-/// The section that the linker script `defmt.x` makes: a symbol for each string.
+/// The section that the linker script `defmt.x` creates, with a symbol for each string.
 const SECTION: &str = ".defmt";
 
-/// The number of strings that the program can log.
+/// Returns the number of strings that the program can log.
 ///
-/// A log travels as numbers, and the strings lie in the program's file. Without them the log is lost silently.
+/// The log contains only numbers; the strings are in the program's file. Without them the log would be lost silently.
 ///
 /// # Errors
 /// A file that cannot be read, or one without strings.
@@ -21,10 +21,10 @@ pub fn count(elf: &Path) -> Result<usize> {
     strings(&parse(&bytes, elf)?, elf)
 }
 
-/// The number of strings that a probe can read from the program through RTT.
+/// Returns the number of strings that a probe can read from the program through RTT.
 ///
 /// # Errors
-/// As [`count`], and a program without RTT's control block: the emulator's logs over semihosting, for example.
+/// As [`count`]; also a program without RTT's control block, such as one for the emulator, which logs by semihosting.
 pub fn count_over_rtt(elf: &Path) -> Result<usize> {
     let bytes = std::fs::read(elf).with_context(|| format!("cannot read {}", elf.display()))?;
     let program = parse(&bytes, elf)?;
@@ -41,7 +41,7 @@ fn parse<'bytes>(bytes: &'bytes [u8], elf: &Path) -> Result<object::File<'bytes>
 
 fn strings(program: &object::File<'_>, elf: &Path) -> Result<usize> {
     let section = program.section_by_name(SECTION).map(|section| section.index());
-    // The strings' symbols are JSON; the others mark levels and the version.
+    // The symbols of strings are JSON. Other symbols mark levels and the version.
     let of_string = |symbol: &object::Symbol<'_, '_>| {
         section.is_some() && symbol.section_index() == section && symbol.name().is_ok_and(|name| name.starts_with('{'))
     };

@@ -1,4 +1,4 @@
-//! Other programs: found, run, and named if they fail; files for their owner alone.
+//! Running of other programs, with errors that name them; files that only their owner can read.
 
 use anyhow::{Context as _, Result, bail};
 use std::fs::OpenOptions;
@@ -35,25 +35,25 @@ pub fn which(program: &str) -> Option<PathBuf> {
     std::env::split_paths(&paths).map(|folder| folder.join(program)).find(|path| path.is_file())
 }
 
-/// The cargo that runs this task, in the workspace's folder.
+/// Command for the cargo that runs this task, in the workspace's folder.
 pub fn cargo<'a>(arguments: impl IntoIterator<Item = &'a str>) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.current_dir(root()).args(arguments);
     command
 }
 
-/// `cargo run` of a package, in the tasks' own profile.
+/// Command `cargo run` for a package, in the profile of the tasks.
 pub fn cargo_run(package: &str) -> Command {
     cargo(["run", "--quiet", "--locked", "--release", "--package", package, "--"])
 }
 
-/// Runs a command, and ends this program with its exit code; returns only if the command cannot start.
+/// Runs a command, and ends this program with its exit code. Returns only if the command cannot start.
 pub fn become_command(command: &mut Command) -> Result<()> {
     let status = command.status().with_context(|| format!("cannot start {command:?}"))?;
     std::process::exit(status.code().unwrap_or(1));
 }
 
-/// Runs a command to its end; an error names the command.
+/// Runs a command to its end. An error names the command.
 pub fn run(command: &mut Command) -> Result<()> {
     let status = command.status().with_context(|| format!("cannot start {command:?}"))?;
     if !status.success() {

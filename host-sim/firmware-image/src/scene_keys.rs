@@ -3,7 +3,7 @@
 use anyhow::{Context as _, Result};
 use std::path::{Path, PathBuf};
 
-/// A scene file as unchecked keys and values; `robot_compiler` checks them when it matters.
+/// A scene file as unchecked keys and values; `robot_compiler` checks them later.
 pub struct SceneKeys {
     path: PathBuf,
     table: toml::Table,
@@ -13,7 +13,7 @@ impl SceneKeys {
     /// Reads the file.
     ///
     /// # Errors
-    /// There is none, or it is no TOML.
+    /// The file does not exist or is not TOML.
     pub fn read(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path).with_context(|| format!("no scene file {}", path.display()))?;
         Self::parse(path, &text)
@@ -31,13 +31,13 @@ impl SceneKeys {
         Ok(self.path.parent().unwrap_or(Path::new("")).join(robot))
     }
 
-    /// True if the model is compiled into a kernel; only a kernel can run from SRAM.
+    /// True if the model is compiled into a kernel. Only a kernel can run from SRAM.
     pub fn has_a_kernel(&self) -> bool {
         let kernel = self.table.get("control").and_then(|control| control.get("kernel")?.as_str());
         kernel != Some("generic")
     }
 
-    /// True for a scene whose firmware must never reach a drive.
+    /// True for a scene whose firmware must never control a drive.
     pub fn bench_only(&self) -> bool {
         let bench = self.table.get("safety").and_then(|safety| safety.get("bench_only")?.as_bool());
         bench == Some(true)

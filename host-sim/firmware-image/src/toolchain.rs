@@ -1,7 +1,7 @@
-//! Tool chain that builds for the chip.
+//! Tool chain for the chip's programs.
 //!
-//! The ordinary one is rustup's, with its precompiled `core` for the target. If rustup cannot fetch that, Debian's rustc is
-//! used with the library's sources, from which `core` is built here.
+//! The preferred tool chain is rustup's, with its precompiled `core` for the target. If rustup cannot download that, Debian's rustc is used, and
+//! `core` is built here from the library's sources.
 
 use crate::board::TARGET;
 use crate::process::{output, root, run, which};
@@ -16,7 +16,7 @@ const PROFILE: &str = "firmware";
 /// Oldest rustc that builds this workspace (`rust-version` in Cargo.toml).
 const MINOR_MIN: u32 = 95;
 
-/// Environment variable that names the only allowed tool chain, `rustup` or `debian`; it makes the second choice testable.
+/// Environment variable with the only allowed tool chain, `rustup` or `debian`, so that the second one can be tested.
 const CHOICE: &str = "NEWTAU_TOOLCHAIN";
 
 fn allowed(name: &str) -> bool {
@@ -28,7 +28,7 @@ fn allowed(name: &str) -> bool {
 pub enum Toolchain {
     /// The cargo that runs this task, with the target installed.
     Rustup,
-    /// Debian's, with `core` built from source.
+    /// Debian's compiler, with `core` built from source.
     Debian {
         /// The linker.
         linker: PathBuf,
@@ -47,7 +47,7 @@ impl fmt::Display for Toolchain {
 }
 
 impl Toolchain {
-    /// The installed tool chain, the ordinary one first.
+    /// The installed tool chain; rustup's is preferred.
     pub fn find() -> Option<Self> {
         if allowed("rustup") && has_target(&sysroot()?) {
             return Some(Self::Rustup);
@@ -55,7 +55,7 @@ impl Toolchain {
         (allowed("debian") && debian_is_new_enough()).then(linker).flatten().map(|linker| Self::Debian { linker })
     }
 
-    /// The installed tool chain, or one that can be installed; prints each step.
+    /// The installed tool chain, or one that is installed now. Prints each step.
     pub fn find_or_install() -> Result<Self> {
         if let Some(found) = Self::find() {
             return Ok(found);
@@ -91,7 +91,7 @@ impl Toolchain {
         }
     }
 
-    /// The compiler, `rustc 1.95.0`: counts and sizes belong to one compiler.
+    /// Name and version of the compiler, such as `rustc 1.95.0`: instruction counts and sizes are valid for one compiler only.
     pub fn rustc(&self) -> Result<String> {
         rustc_version(match self {
             Self::Rustup => "rustc",
@@ -99,8 +99,7 @@ impl Toolchain {
         })
     }
 
-    /// `cargo SUBCOMMAND` for the chip, optimised, in a target folder of its own, so that the two tool chains do not
-    /// disturb each other's builds.
+    /// `cargo SUBCOMMAND` for the chip, optimised, in a separate target folder, so that the two tool chains do not disturb each other's builds.
     pub fn cargo(&self, subcommand: &str) -> Command {
         let mut command = match self {
             Self::Rustup => crate::process::cargo([]),
@@ -108,8 +107,8 @@ impl Toolchain {
         };
         command.current_dir(root()).args([subcommand, "--profile", PROFILE, "--target", TARGET]);
         command.arg("--target-dir").arg(target_directory());
-        // rustup's cargo sets the first four for its child processes; they would lead the other cargo to the wrong compiler. The
-        // last one splits a crate into units again, and another code is measured than the one that is flashed.
+        // rustup's cargo sets the first four for its child processes; with them, the other cargo would use the wrong compiler. The last one would
+        // split a crate into several units, so that the measured code would differ from the flashed code.
         for name in ["RUSTC", "RUSTUP_TOOLCHAIN", "RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS", "CARGO_INCREMENTAL"] {
             command.env_remove(name);
         }
@@ -122,7 +121,7 @@ impl Toolchain {
     }
 }
 
-/// Name and number of a compiler, without the hash and date of its build.
+/// Name and version of a compiler, without the hash and date of its build.
 pub fn rustc_version(program: &str) -> Result<String> {
     let text = output(Command::new(program).arg("--version"));
     let Some(text) = text else { bail!("{program} --version says nothing") };
@@ -134,7 +133,7 @@ pub fn target_directory() -> PathBuf {
     crate::process::target_directory().join("chip")
 }
 
-/// Path of a product of a build for the chip.
+/// Path of a built program for the chip.
 pub fn product(name: &str) -> PathBuf {
     target_directory().join(TARGET).join(PROFILE).join(name)
 }
@@ -156,7 +155,7 @@ fn debian_is_new_enough() -> bool {
     source && Path::new("/usr/bin/cargo").exists() && minor.is_some_and(|minor| minor >= MINOR_MIN)
 }
 
-/// rustup's own lld where there is a rustup, else the cross binutils.
+/// rustup's own lld if there is one, otherwise the linker of the cross binutils.
 fn linker() -> Option<PathBuf> {
     let host = output(Command::new("rustc").arg("-vV"))
         .and_then(|text| text.lines().find_map(|line| line.strip_prefix("host: ").map(str::to_owned)))?;

@@ -1,14 +1,14 @@
-//! An arm as identification sees it.
+//! The interface through which identification uses an arm.
 
 use dynamics_core::regressor::{PARAMETER_NAMES, PARAMETERS, inverse_dynamics_regressor};
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, Live, Model, Scene, Term, Trig};
 use nalgebra::Vector3;
 
-/// Torque by inertial parameters, for any number of joints.
+/// Torque as a linear function of inertial parameters, for any number of joints.
 ///
-/// Parameters of an arm of `n` joints: ten of each link in the order of [`PARAMETER_NAMES`], base first, then the reflected inertia of
-/// each rotor: `11 n`.
+/// The parameters of an arm of `n` joints are the ten of each link in the order of [`PARAMETER_NAMES`], base first, then the reflected inertia of
+/// each rotor: `11 n` in total.
 pub trait Arm: Send + Sync {
     /// Number of joints.
     fn joints(&self) -> usize;
@@ -28,13 +28,13 @@ pub trait Arm: Send + Sync {
     fn under(&self, gravity: Vector3<f64>) -> Box<dyn Arm>;
 }
 
-/// Number of parameters of an arm with so many joints.
+/// Number of parameters of an arm with `joints` joints.
 #[must_use]
 pub const fn parameter_count(joints: usize) -> usize {
     (PARAMETERS + 1) * joints
 }
 
-/// Name of a parameter: `Ixx3` is that of the third link, `rotor3` the inertia of the third rotor.
+/// Name of a parameter: `Ixx3` belongs to the third link, `rotor3` is the inertia of the third rotor.
 #[must_use]
 pub fn parameter_name(index: usize, joints: usize) -> String {
     match index.checked_sub(PARAMETERS * joints) {

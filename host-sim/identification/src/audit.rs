@@ -1,44 +1,44 @@
-//! An audit of the mass matrix over all postures, against the maker's.
+//! An audit of the identified mass matrix against the maker's, over all postures.
 //!
-//! A controller divides by the mass matrix `M(q)`, and its gains are worth what `M(q)` says. So an identified arm is searched for the
-//! posture in which `M` is nearest to singular, and for the direction in which it is lightest and heaviest beside the maker's: the
-//! extreme eigenvalues of `M_0^-1 M`, which have no unit.
+//! A controller multiplies by the mass matrix `M(q)`, so an error of `M(q)` changes its effective gains. The audit searches for the posture in which
+//! the identified `M` is nearest to singular. It also searches for the posture and direction in which `M` is lightest and heaviest relative to the
+//! maker's `M_0`: the extreme eigenvalues of `M_0^-1 M`, which have no unit.
 
 use crate::arm::Arm;
 use crate::random::Random;
 use dynamics_core::regressor::PARAMETERS;
 use nalgebra::DMatrix;
 
-/// Random postures.
+/// Number of random postures.
 const POSTURES: usize = 200;
-/// Of these, so many are improved.
+/// Number of the best postures that are improved.
 const IMPROVED: usize = 2;
 /// First and last step of the improvement, as shares of the range.
 const STEPS: (f64, f64) = (0.1, 4e-3);
 /// Range of a joint without limits, rad or m.
 const FREE: (f64, f64) = (-std::f64::consts::PI, std::f64::consts::PI);
 
-/// A value and the posture it belongs to, rad or m.
+/// An extreme value and its posture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Extreme {
-    /// The value.
+    /// The value; its unit is that of the quantity searched.
     pub value: f64,
-    /// Where it was found.
+    /// Posture at which it was found, rad or m.
     pub q: Vec<f64>,
 }
 
-/// Extremes of the mass matrix over the postures within the limits: found by a search, not proven.
+/// Extremes of the mass matrix over the postures within the limits. A search found them; they are not proven bounds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Audit {
-    /// Smallest eigenvalue of the identified mass matrix, kg m^2 (kg for slides). Above zero in a possible arm.
+    /// Smallest eigenvalue of the identified mass matrix, kg m^2 (kg for slides). Above zero in a physically possible arm.
     pub smallest: Extreme,
-    /// The same of the maker's.
+    /// Smallest eigenvalue of the maker's mass matrix, same units.
     pub smallest_before: Extreme,
-    /// Least and greatest inertia beside the maker's, over all postures and directions; `None` if the maker's matrix is singular.
+    /// Least and greatest ratio of identified to maker's inertia over all postures and directions; `None` if the maker's matrix is singular.
     pub ratio: Option<(Extreme, Extreme)>,
 }
 
-/// `M(q)` by all parameters of an arm: ten of each link, then the rotors.
+/// Computes `M(q)` from all parameters of an arm: ten of each link, then the rotors.
 #[must_use]
 pub fn mass_matrix(arm: &dyn Arm, parameters: &[f64], q: &[f64]) -> DMatrix<f64> {
     let n = arm.joints();
@@ -59,11 +59,11 @@ pub fn mass_matrix(arm: &dyn Arm, parameters: &[f64], q: &[f64]) -> DMatrix<f64>
         }
         matrix[(joint, joint)] += parameters[width + joint];
     }
-    // Rounding alone makes it uneven.
+    // The matrix is symmetric except for rounding.
     (&matrix + matrix.transpose()) * 0.5
 }
 
-/// Audit of identified parameters against the maker's, within position limits.
+/// Compares identified parameters with the maker's, within the position limits (rad or m).
 #[must_use]
 pub fn audit(arm: &dyn Arm, maker: &[f64], identified: &[f64], limits: &[(f64, f64)]) -> Audit {
     let range: Vec<(f64, f64)> = limits
@@ -87,7 +87,7 @@ pub fn audit(arm: &dyn Arm, maker: &[f64], identified: &[f64], limits: &[(f64, f
     Audit { smallest, smallest_before, ratio }
 }
 
-/// Lowest value of a function over postures: random ones, the best of them improved one joint at a time.
+/// Lowest value of a function over postures: tries random ones, then improves the best of them one joint at a time.
 fn lowest(range: &[(f64, f64)], value: &dyn Fn(&[f64]) -> f64) -> Extreme {
     let mut random = Random::new(3);
     let mut tried: Vec<Extreme> = (0..POSTURES)

@@ -5,14 +5,14 @@ use crate::random::Random;
 use dynamics_core::regressor::PARAMETERS;
 use nalgebra::{DMatrix, DVector};
 
-/// States that the combinations are found from; each gives a row for every joint.
+/// Number of random states from which the combinations are found. Each gives one row per joint.
 const STATES: usize = 60;
-/// Remainder of a column after those before it, as a share, from which on it is one of its own.
+/// A column is independent if, after projection onto the columns before it, at least this share of its length is left.
 const INDEPENDENT: f64 = 1e-8;
-/// Coefficients of a combination below this are rounding.
+/// Coefficients of a combination below this are rounding errors and count as zero.
 const NOTHING: f64 = 1e-9;
 
-/// Base parameters: the fewest numbers that give the torque of every motion.
+/// Base parameters: the smallest set of numbers that determines the torque of every motion.
 ///
 /// `tau = Y pi = Y_b beta` with `beta = R pi`, where `Y_b` are the columns of [`Base::columns`].
 #[derive(Clone, Debug)]
@@ -23,15 +23,16 @@ pub struct Base {
     pub columns: Vec<usize>,
     /// `R`, base parameters by parameters.
     pub regroup: DMatrix<f64>,
-    /// The last singular value that counts and the first that does not, over the largest, of columns scaled to one length.
+    /// Singular values on both sides of the rank, over the largest: the last that counts and the first that does not. Columns are scaled to equal
+    /// length.
     pub gap: (f64, f64),
 }
 
 impl Base {
-    /// Found numerically, from torques at random states.
+    /// Finds the base parameters numerically, from torques at random states.
     ///
-    /// Columns are taken in an order that keeps the usual names: of a link, `Iyy`, `mz` and `m` last, and rotors at the very end. What is
-    /// left of a column after projection onto those before decides.
+    /// Columns are tried in an order that gives the usual names: within a link `Iyy`, `mz` and `m` come last, and rotors come at the very end. A
+    /// column is kept if a part of it remains after projection onto the kept columns.
     #[must_use]
     pub fn of(arm: &dyn Arm) -> Self {
         let n = arm.joints();
@@ -45,7 +46,7 @@ impl Base {
         let (mut columns, mut directions): (Vec<usize>, Vec<DVector<f64>>) = (Vec::new(), Vec::new());
         for k in preferred(n) {
             let mut rest = scaled.column(k).into_owned();
-            // Twice, against rounding.
+            // Project twice, which reduces rounding errors.
             for direction in directions.iter().chain(&directions) {
                 let along = direction.dot(&rest);
                 rest.axpy(-along, direction, 1.0);
@@ -56,7 +57,7 @@ impl Base {
                 columns.push(k);
             }
         }
-        // Keep the order of links for readers.
+        // Sort by link again, for readable reports.
         columns.sort_unstable();
         let kept = scaled.select_columns(&columns);
         let gram = kept.tr_mul(&kept);
@@ -64,7 +65,7 @@ impl Base {
         let mut regroup =
             gram.cholesky().map_or_else(|| DMatrix::zeros(columns.len(), total), |factor| factor.solve(&right));
         for (b, k) in (0..columns.len()).flat_map(|b| (0..total).map(move |k| (b, k))) {
-            // A scaled coefficient back in units: column k is worth so many of column b.
+            // Undo the scaling: parameter k contributes this much to base parameter b.
             let value = regroup[(b, k)] * if scale(k) > 0.0 { scale(columns[b]) / scale(k) } else { 0.0 };
             let near = value.round();
             let snapped = if (value - near).abs() < NOTHING { near } else { value };
@@ -86,7 +87,7 @@ impl Base {
         self.columns.is_empty()
     }
 
-    /// A base parameter in standard parameters, for example `Ixx2 - Iyy2 + 0.43 m3`.
+    /// Expression of a base parameter in standard parameters, for example `Ixx2 - Iyy2 + 0.43 m3`.
     #[must_use]
     pub fn name(&self, index: usize) -> String {
         let row = self.regroup.row(index);
@@ -107,7 +108,7 @@ impl Base {
         k.checked_sub(PARAMETERS * self.joints).unwrap_or(k / PARAMETERS)
     }
 
-    /// True if a base parameter can have an effect on a joint.
+    /// True if a base parameter can affect the torque of a joint.
     #[must_use]
     pub fn acts(&self, index: usize, joint: usize) -> bool {
         let rotor = self.columns[index] >= PARAMETERS * self.joints;

@@ -1,6 +1,6 @@
-//! Which terms of friction and which cut-off earn their place.
+//! Selection of friction terms and direction rules by cross-validation.
 //!
-//! Each candidate is fitted and judged by the error in blocks of the logs that were held out, joint by joint. What does not lower it by
+//! Each candidate is fitted and judged, joint by joint, by its error in held-out blocks of the logs. A candidate that does not lower the error by
 //! [`EARNED`] is left out.
 
 use crate::base::Base;
@@ -9,13 +9,13 @@ use crate::friction::{Direction, FrictionLaw, Term};
 use crate::prepare::Prepared;
 use rayon::prelude::*;
 
-/// Share by which a term must lower the held-out error. Below this, blocks of one log cannot tell a better law from a lucky one: with
-/// a third of it, terms were taken on one half of a log of a real arm that made its other half worse.
+/// Relative reduction of the held-out error that a term must achieve. With a smaller threshold, chance decides: at a third of it, terms were accepted
+/// on one half of a real arm's log and made the other half worse.
 pub const EARNED: f64 = 0.03;
-/// The same for another way of telling the direction.
+/// The same threshold for a change of the direction rule.
 const EARNED_DIRECTION: f64 = 0.06;
 
-/// Ways of telling the direction, in rad and rad/s (m and m/s).
+/// Candidate rules for the direction of motion; widths in rad (m), speeds in rad/s (m/s).
 const DIRECTIONS: [Direction; 11] = [
     Direction::Hysteresis(1e-4),
     Direction::Hysteresis(3e-5),
@@ -30,7 +30,7 @@ const DIRECTIONS: [Direction; 11] = [
     Direction::Smooth(8e-2),
 ];
 
-/// Terms beside offset, viscous and Coulomb friction, in groups of which a joint takes the best.
+/// Candidate terms besides offset, viscous and Coulomb friction. From each group, a joint accepts the best.
 const GROUPS: [&[Change]; 5] = [
     &[Change::Term(Term::Load)],
     &[
@@ -46,21 +46,21 @@ const GROUPS: [&[Change]; 5] = [
     &[Change::Term(Term::Asymmetric)],
 ];
 
-/// Name of the candidate that has no offset; its joints do no better with one.
+/// Name of the candidate without an offset. The joints that keep it do no better with an offset.
 pub const WITHOUT_OFFSET: &str = "without offset";
 
-/// A candidate and what it did.
+/// A candidate and its results.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tried {
-    /// The candidate, in words.
+    /// Description of the candidate.
     pub what: String,
-    /// Root mean square of each joint's torque in blocks held out, N m or N.
+    /// Root mean square of each joint's torque error in held-out blocks, N m or N.
     pub held_out: Vec<f64>,
-    /// The joints that keep it.
+    /// True for each joint that keeps the candidate.
     pub kept: Vec<bool>,
 }
 
-/// The law of every joint, and all that was tried.
+/// Chooses the friction law of every joint; also returns all candidates that were tried.
 #[must_use]
 pub fn laws(logs: &[Prepared], base: &Base) -> (Vec<FrictionLaw>, Vec<Tried>) {
     let judge = |laws: &[FrictionLaw]| FitProblem { logs, base, laws }.fit().held_out();
@@ -72,7 +72,8 @@ pub fn laws(logs: &[Prepared], base: &Base) -> (Vec<FrictionLaw>, Vec<Tried>) {
     for group in GROUPS {
         try_group(&judge, &mut laws, &mut best, &mut tried, group);
     }
-    // The offset stays in the fit, where it takes the error of a torque's zero. This decides whether a robot file gets it.
+    // The offset stays in the fit, where it absorbs an error of the torque's zero. This comparison only decides whether the robot file gets the
+    // offset.
     let without: Vec<FrictionLaw> = laws.iter().map(FrictionLaw::without_offset).collect();
     let held_out = judge(&without);
     let kept = held_out.iter().zip(&best).map(|(without, with)| (1.0 - EARNED) * without < *with).collect();
@@ -84,7 +85,7 @@ pub fn laws(logs: &[Prepared], base: &Base) -> (Vec<FrictionLaw>, Vec<Tried>) {
 enum Change {
     Direction(Direction),
     Term(Term),
-    /// A Stribeck velocity that is so many times as high.
+    /// A Stribeck velocity multiplied by this factor.
     Speed(f64),
     /// A rise that grows with the load.
     RiseLoad,
@@ -112,7 +113,7 @@ impl Change {
         match self {
             Self::Direction(_) => EARNED_DIRECTION,
             Self::Term(_) | Self::RiseLoad => EARNED,
-            // No further number is fitted to noise.
+            // Changing a speed adds no coefficient, so there is no risk of fitting noise.
             Self::Speed(_) => 0.0,
         }
     }
@@ -127,7 +128,7 @@ impl Change {
     }
 }
 
-/// Fits every change in all joints at once, and lets each joint keep the one that helps it most.
+/// Fits every change in all joints at once. Each joint then keeps the change that helps it most.
 fn try_group(
     judge: &(impl Fn(&[FrictionLaw]) -> Vec<f64> + Sync),
     laws: &mut [FrictionLaw],
@@ -147,7 +148,7 @@ fn try_group(
     let combined: Vec<FrictionLaw> =
         laws.iter().zip(&picked).map(|(law, k)| k.map_or_else(|| law.clone(), |k| changes[k].of(law))).collect();
     let together = if picked.iter().any(Option::is_some) { judge(&combined) } else { best.to_vec() };
-    // Joints share links: what helps one alone may not help beside the others.
+    // Joints share links: a change that helps one joint alone may not help together with the changes of the others.
     let lower = |joint: usize| picked[joint].is_some() && together[joint] < best[joint];
     let kept: Vec<bool> = (0..laws.len()).map(lower).collect();
     for (k, change) in changes.iter().enumerate() {

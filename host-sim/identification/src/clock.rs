@@ -1,23 +1,23 @@
-//! Time stamps that jitter while the samples are even.
+//! Time stamps that jitter although the samples are even.
 //!
-//! A program that stamps samples when it receives them adds its own delays to their times. Velocity and acceleration taken by such stamps
-//! are mostly noise, and noise in a column of a model makes its coefficient too small. The positions show which clock is right: by the
-//! true one they are smooth.
+//! A program that stamps samples when it receives them adds its own delays to their times. Velocities and accelerations computed with such stamps are
+//! mostly noise, and noise in a column of a linear model biases its coefficient towards zero. The positions show which clock is right: with the true
+//! clock they are smooth.
 
 use crate::Series;
 use crate::filter::LowPass;
 use crate::log::Log;
 use crate::statistics::rms;
 
-/// Cut-off of what a clock may drift, Hz.
+/// Highest frequency of clock drift that the even clock follows, Hz.
 const DRIFT: f64 = 0.5;
-/// Share of the roughness by the stamps that is left by an even clock where the stamps are wrong, at most.
+/// The even clock is used if positions are at most this share as rough with it as with the stamps.
 const SMOOTHER: f64 = 0.6;
-/// Stamps that are nearer to even, as a share of a step, are left as they are.
+/// Stamps whose jitter is below this share of a step are left as they are.
 const EVEN: f64 = 0.005;
 
-/// The log with an even clock if positions say that its stamps jitter, else as it is; and the root mean square deviation of the stamps
-/// from the clock that is used, s.
+/// Returns the log with an even clock if its positions show that the stamps jitter, otherwise unchanged; and the root mean square deviation of the
+/// stamps from the clock that is used, s.
 #[must_use]
 pub fn repaired(log: &Log) -> (Log, f64) {
     let (time, jitter) = clock(log);
@@ -55,7 +55,7 @@ fn clock(log: &Log) -> (Vec<f64>, f64) {
     }
 }
 
-/// The straight line of least squares through the stamps.
+/// Straight line fitted to the stamps by least squares.
 fn line(time: &[f64]) -> Vec<f64> {
     let n = time.len() as f64;
     let (middle, mean) = (0.5 * (n - 1.0), time.iter().sum::<f64>() / n);
@@ -68,7 +68,7 @@ fn line(time: &[f64]) -> Vec<f64> {
     (0..time.len()).map(|k| mean + up / across.max(1e-300) * (k as f64 - middle)).collect()
 }
 
-/// Roughness of positions: distance from the cubic through their four neighbours, root mean square over all joints.
+/// Roughness of positions: distance of each sample from the cubic through its four neighbours, root mean square over all joints.
 fn roughness(time: &[f64], q: &Series) -> f64 {
     let mut sum = 0.0;
     for k in 2..time.len() - 2 {
@@ -76,7 +76,7 @@ fn roughness(time: &[f64], q: &Series) -> f64 {
         let weights = near.map(|i| {
             near.iter().filter(|j| **j != i).map(|j| (time[k] - time[*j]) / (time[i] - time[*j])).product::<f64>()
         });
-        // Weights of neighbours that nearly coincide are large: a sample between them says nothing of the clock.
+        // Neighbours that nearly coincide get large weights; a sample between them carries little information about the clock, hence the norm.
         let norm = 1.0 + weights.iter().map(|w| w * w).sum::<f64>();
         for q in q {
             let off = q[k] - near.iter().zip(weights).map(|(i, w)| w * q[*i]).sum::<f64>();

@@ -1,45 +1,45 @@
-//! Bodies that some mass distribution could have, nearest to data and maker.
+//! Physically consistent bodies: the nearest to the data and to the maker's numbers.
 //!
-//! A body is possible if its pseudo-inertia `P = [Sigma, h; h^T, m]` with `Sigma = tr(I) / 2 1 - I` is positive definite (Wensing, Kim and
-//! Slotine 2018). With the maker's `P_0 = L_0 L_0^T` every such body is `P = L_0 T T^T L_0^T`, `T` lower triangular with `exp(theta)` on
-//! its diagonal: log-Cholesky coordinates (Rucker and Wensing 2022) about the maker's body, where all of them are 0. What is looked for is
+//! A body is physically consistent if its pseudo-inertia `P = [Sigma, h; h^T, m]` with `Sigma = tr(I) / 2 1 - I` is positive definite (Wensing, Kim
+//! and Slotine 2018). With the maker's `P_0 = L_0 L_0^T` every such body is `P = L_0 T T^T L_0^T`, where `T` is lower triangular with `exp(theta)` on
+//! its diagonal. These are log-Cholesky coordinates (Rucker and Wensing 2022) relative to the maker's body, which is `theta = 0`. The solution of
 //!
 //! `min_theta (b - R pi(theta))^T Lambda (b - R pi(theta)) + |theta|^2 / rho^2`
 //!
-//! by Levenberg and Marquardt's method, `b` and `Lambda` the base parameters of the data and their inverse covariance: where these say
-//! nothing, the maker's numbers stay.
+//! is found by the Levenberg-Marquardt method. `b` are the base parameters of the data and `Lambda` is their inverse covariance. In directions that
+//! the data do not determine, the maker's numbers stay.
 
 use crate::base::Base;
 use crate::fit::{inverse, solve};
 use dynamics_core::regressor::PARAMETERS;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix4, Vector3};
 
-/// Steps of Levenberg and Marquardt's method at most; some ten are used.
+/// Largest number of Levenberg-Marquardt steps; about ten are usual.
 const STEPS: usize = 100;
-/// Smallest eigenvalue of a maker's body, as a share of its largest, and of the arm's largest mass.
+/// Floor of the eigenvalues of a maker's body, as a share of its largest eigenvalue, and of the arm's largest mass.
 const FLOOR: f64 = 1e-4;
-/// Radius of gyration of a body whose maker tells its inertia and no mass, m.
+/// Assumed radius of gyration of a body for which the maker gives an inertia and no mass, m.
 const RADIUS: f64 = 0.2;
-/// Mass of a body of which the maker tells nothing, kg, and how far it is trusted: within a factor of 20 either way.
+/// Body for which the maker gives nothing: assumed mass, kg, and relative standard deviation (a factor of 20 either way).
 const GUESS: (f64, f64) = (0.5, 1.5);
-/// Logarithmic deviation of a rotor's inertia where the maker says one, and where nobody does.
+/// Standard deviation of the logarithm of a rotor's inertia: if the maker gives a value, and if it is unknown.
 const ROTOR: (f64, f64) = (0.5, 2.0);
 
 /// The maker's numbers of an arm, in the frames of the model's links.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Maker {
-    /// Ten parameters of each link.
+    /// Ten parameters of each link, SI units.
     pub links: Vec<[f64; PARAMETERS]>,
-    /// Parameters of what is fixed to each link and stays as it is: a tool.
+    /// Ten parameters of what is fixed to each link and is not identified, such as a tool.
     pub fixed: Vec<[f64; PARAMETERS]>,
     /// Reflected inertia of each rotor, kg m^2; 0 if it is not known.
     pub rotors: Vec<f64>,
-    /// Trust in the maker: relative deviation of the roots of masses and second moments.
+    /// Trust in the maker's numbers: relative standard deviation of the roots of masses and second moments.
     pub deviation: f64,
 }
 
 impl Maker {
-    /// Trust in a link's numbers: relative standard deviation of the roots of mass and second moments.
+    /// Trust in one link's numbers: relative standard deviation of the roots of mass and second moments.
     #[must_use]
     pub fn deviation_of(&self, link: usize) -> f64 {
         if is_missing(&self.links[link]) { GUESS.1 } else { self.deviation }
@@ -51,43 +51,43 @@ impl Maker {
         (heaviest, self.links.iter().map(|link| link[9].abs()).fold(1e-6, f64::max))
     }
 
-    /// True if some link has neither mass nor inertia: a description of geometry alone.
+    /// True if a link has neither mass nor inertia: the file describes geometry alone.
     #[must_use]
     pub fn is_incomplete(&self) -> bool {
         self.links.iter().any(is_missing)
     }
 }
 
-/// True if the maker tells nothing of a body.
+/// True if the maker gives no inertial parameter of a body.
 fn is_missing(parameters: &[f64; PARAMETERS]) -> bool {
     parameters.iter().all(|x| x.abs() < 1e-12)
 }
 
-/// Bodies and rotors, with their deviations.
+/// Physically consistent bodies and rotors, with their standard deviations.
 #[derive(Clone, Debug)]
 pub struct Consistent {
     /// All parameters: ten of each link without what is fixed to it, then the rotors.
     pub parameters: Vec<f64>,
-    /// A standard deviation of each.
+    /// Standard deviation of each parameter.
     pub deviations: Vec<f64>,
-    /// Share of the maker's uncertainty that is left of each: near 1, the data cannot see it.
+    /// Share of the maker's uncertainty that is left for each parameter. Near 1, the data do not determine it.
     pub unseen: Vec<f64>,
-    /// `R` times the parameters with what is fixed: what torques depend on.
+    /// Base parameters, `R` times all parameters including what is fixed: the torques depend on these alone.
     pub beta: DVector<f64>,
-    /// Covariance of these by data and maker.
+    /// Covariance of the base parameters from data and maker.
     pub beta_covariance: DMatrix<f64>,
-    /// The same by the maker alone.
+    /// Covariance of the base parameters from the maker's numbers alone.
     pub beta_before: DMatrix<f64>,
 }
 
-/// The ten parameters of a pseudo-inertia.
+/// Ten parameters from a pseudo-inertia.
 fn of_pseudo(p: &Matrix4<f64>) -> [f64; PARAMETERS] {
     let sigma: Matrix3<f64> = p.fixed_view::<3, 3>(0, 0).into_owned();
     let i = Matrix3::from_diagonal_element(sigma.trace()) - sigma;
     [p[(3, 3)], p[(0, 3)], p[(1, 3)], p[(2, 3)], i.m11, i.m12, i.m13, i.m22, i.m23, i.m33]
 }
 
-/// The pseudo-inertia of ten parameters.
+/// Pseudo-inertia from ten parameters.
 #[must_use]
 pub fn pseudo(parameters: &[f64; PARAMETERS]) -> Matrix4<f64> {
     let [m, hx, hy, hz, xx, xy, xz, yy, yz, zz] = *parameters;
@@ -95,9 +95,9 @@ pub fn pseudo(parameters: &[f64; PARAMETERS]) -> Matrix4<f64> {
     Matrix4::new(half - xx, -xy, -xz, hx, -xy, half - yy, -yz, hy, -xz, -yz, half - zz, hz, hx, hy, hz, m)
 }
 
-/// Lower factor of the nearest body that has some mass and size: makers leave out both.
+/// Lower Cholesky factor of the nearest body that has some mass and size. Makers may leave out both.
 fn factor(parameters: &[f64; PARAMETERS], mass: f64) -> Matrix4<f64> {
-    // In metres and kilograms a link's eigenvalues are far apart for good reason: a tenth of a metre is the unit of length here.
+    // In metres and kilograms the eigenvalues of a sound link differ by orders of magnitude. With 0.1 m as the unit of length they are comparable.
     let unit = Matrix4::from_diagonal(&nalgebra::Vector4::new(10.0, 10.0, 10.0, 1.0));
     let mut given = pseudo(parameters);
     if is_missing(parameters) {
@@ -105,7 +105,7 @@ fn factor(parameters: &[f64; PARAMETERS], mass: f64) -> Matrix4<f64> {
         given = Matrix4::from_diagonal(&nalgebra::Vector4::new(size, size, size, 1.0)) * GUESS.0;
     }
     if given[(3, 3)] <= 0.0 {
-        // An inertia without a mass: as much as would turn it at the radius of an arm's link.
+        // An inertia without a mass: assume the mass that has this inertia at the typical radius of gyration.
         given[(3, 3)] = (given.trace() / (RADIUS * RADIUS)).max(0.0);
     }
     let scaled = unit * given * unit;
@@ -118,7 +118,7 @@ fn factor(parameters: &[f64; PARAMETERS], mass: f64) -> Matrix4<f64> {
     symmetric.cholesky().map_or_else(Matrix4::identity, |c| c.l())
 }
 
-/// Places of `theta` in `T`: the diagonal, then what is below it.
+/// Positions of the elements of `theta` in `T`: the diagonal first, then the elements below it.
 const PLACES: [(usize, usize); PARAMETERS] =
     [(0, 0), (1, 1), (2, 2), (3, 3), (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2)];
 
@@ -130,7 +130,7 @@ fn triangle(theta: &[f64]) -> Matrix4<f64> {
     t
 }
 
-/// Parameters of the body at `theta` about the body of `l`, and their derivatives.
+/// Parameters of the body at `theta` relative to the body of factor `l`, and their derivatives by `theta`.
 fn body(l: &Matrix4<f64>, theta: &[f64]) -> ([f64; PARAMETERS], [[f64; PARAMETERS]; PARAMETERS]) {
     let t = triangle(theta);
     let around = |inner: Matrix4<f64>| of_pseudo(&(l * inner * l.transpose()));
@@ -149,7 +149,7 @@ struct Search<'a> {
     factors: Vec<Matrix4<f64>>,
     fixed: DVector<f64>,
     rotors: Vec<f64>,
-    /// One over the square of each coordinate's deviation.
+    /// Inverse variance of each coordinate.
     trust: DVector<f64>,
 }
 
@@ -180,7 +180,7 @@ impl Search<'_> {
         off.dot(&(precision * &off)) + theta.component_mul(theta).dot(&self.trust)
     }
 
-    /// Gauss and Newton's matrix of the whole cost.
+    /// Gauss-Newton matrix of the whole cost.
     fn curvature(&self, slope: &DMatrix<f64>, precision: &DMatrix<f64>) -> DMatrix<f64> {
         let through = &self.base.regroup * slope;
         through.tr_mul(&(precision * &through)) + DMatrix::from_diagonal(&self.trust)
@@ -203,7 +203,7 @@ impl Search<'_> {
                     damped[(k, k)] *= 1.0 + damping;
                 }
                 let step = solve(&damped, &downhill);
-                // A step of e in a logarithm is far enough for one.
+                // Limit a step to a factor of e.
                 let longest = step.amax();
                 let next = &theta + step * (1.0 / longest.max(1.0));
                 let there = self.cost(&next, wanted, precision);
@@ -225,7 +225,7 @@ impl Search<'_> {
     }
 }
 
-/// The bodies nearest to the base parameters `wanted`, of covariance `covariance`, and to the maker's.
+/// Returns the bodies nearest to the base parameters `wanted`, weighted by `covariance`, and to the maker's numbers.
 #[must_use]
 pub fn nearest(base: &Base, maker: &Maker, wanted: &DVector<f64>, covariance: &DMatrix<f64>) -> Consistent {
     let n = base.joints;
@@ -256,13 +256,13 @@ pub fn nearest(base: &Base, maker: &Maker, wanted: &DVector<f64>, covariance: &D
     Consistent { parameters: value.as_slice().to_vec(), deviations, unseen, beta, beta_covariance, beta_before }
 }
 
-/// Standard deviation of the roots of a maker's masses and second moments where the log itself is in doubt.
+/// Standard deviation of the roots of a maker's masses and second moments while the log itself is in doubt.
 const WIDE: f64 = 0.25;
-/// Standard deviation of a rotor's inertia: of a known one as a share of it, of an unknown one in inertias of the largest link.
+/// Standard deviation of a rotor's inertia: relative if it is known; otherwise in multiples of the largest link's inertia.
 const WIDE_ROTOR: (f64, f64) = (1.0, 10.0);
 
-/// Mean and covariance of the base parameters by the maker's numbers, linear about his bodies and wide: what a log is judged by before
-/// its columns are believed.
+/// Mean and covariance of the base parameters from the maker's numbers, linearised and wide. The hypothesis tests judge a log with it before they
+/// trust its columns.
 #[must_use]
 pub fn prior(base: &Base, maker: &Maker) -> (DVector<f64>, DMatrix<f64>) {
     let n = base.joints;
@@ -290,7 +290,7 @@ pub fn prior(base: &Base, maker: &Maker) -> (DVector<f64>, DMatrix<f64>) {
     (&base.regroup * mean, &base.regroup * covariance * base.regroup.transpose())
 }
 
-/// Mass, mass centre and inertia about it, of ten parameters about an origin.
+/// Mass (kg), centre of mass (m) and inertia about it (kg m^2), from ten parameters about an origin.
 #[must_use]
 pub fn central(parameters: &[f64; PARAMETERS]) -> (f64, Vector3<f64>, Matrix3<f64>) {
     let [m, hx, hy, hz, xx, xy, xz, yy, yz, zz] = *parameters;

@@ -1,4 +1,4 @@
-//! Corrections of a log: signs, scales, order of columns, delay.
+//! Corrections of a log: signs, scales, order of columns and delay.
 
 use crate::Series;
 use crate::filter::lines;
@@ -6,24 +6,24 @@ use crate::log::Log;
 
 /// Operations that turn the columns of a file into positions and torques of the arm's joints.
 ///
-/// They act in this order: [`Correction::positions_from`] and [`Correction::torques_from`] sort the columns, then the factors multiply
-/// them, then the torque is moved in time. Joints are counted from 0.
+/// They apply in this order: [`Correction::positions_from`] and [`Correction::torques_from`] sort the columns, then the factors multiply them, then
+/// the torque is shifted in time. Joints are counted from 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Correction {
-    /// Of each joint, the joint whose position columns the file has in its place.
+    /// For each joint, the index of the file's columns that hold its position and velocity.
     pub positions_from: Vec<usize>,
-    /// Of each joint, the joint whose torque column the file has in its place.
+    /// For each joint, the index of the file's column that holds its torque.
     pub torques_from: Vec<usize>,
-    /// Factor of each joint's position and velocity: -1 turns the sign.
+    /// Factor of each joint's position and velocity; -1 reverses the sign.
     pub position: Vec<f64>,
     /// Factor of each joint's torque.
     pub torque: Vec<f64>,
-    /// Time by which each joint's torque is recorded too late, s. Negative: the positions are late.
+    /// Delay of each joint's torque in the log, s. Negative if the positions are late.
     pub delay: Vec<f64>,
 }
 
 impl Correction {
-    /// No change, for so many joints.
+    /// No change, for `joints` joints.
     #[must_use]
     pub fn none(joints: usize) -> Self {
         Self {
@@ -41,7 +41,7 @@ impl Correction {
         *self == Self::none(self.position.len())
     }
 
-    /// The log with sorted, scaled and shifted columns. A delay shortens it by its own length.
+    /// Returns the log with sorted, scaled and shifted columns. A delay shortens the log by its own length.
     #[must_use]
     pub fn apply(&self, log: &Log) -> Log {
         let moved = |series: &Series, from: &[usize], factor: &[f64]| -> Series {
@@ -58,7 +58,7 @@ impl Correction {
     }
 }
 
-/// The log with each joint's torque moved by its delay towards earlier times, s.
+/// Returns the log with each joint's torque moved earlier by its delay, s.
 #[must_use]
 pub fn shifted(log: &Log, delay: &[f64]) -> Log {
     if delay.iter().all(|d| *d == 0.0) {
@@ -66,7 +66,7 @@ pub fn shifted(log: &Log, delay: &[f64]) -> Log {
     }
     let (late, early) = delay.iter().fold((0.0_f64, 0.0_f64), |(a, b), d| (a.max(*d), b.min(*d)));
     let (Some(first), Some(last)) = (log.time.first(), log.time.last()) else { return log.clone() };
-    // Only times at which every joint has a torque.
+    // Keep only the times at which every joint has a torque.
     let inside = |t: f64| t - first >= -early - 1e-9 && last - t >= late - 1e-9;
     let kept: Vec<usize> = (0..log.time.len()).filter(|k| inside(log.time[*k])).collect();
     let pick = |series: &Series| -> Series { series.iter().map(|x| kept.iter().map(|k| x[*k]).collect()).collect() };

@@ -1,8 +1,8 @@
 //! Delay between a joint's torque and its position, estimated from a log.
 //!
-//! A torque that is recorded late by `d` is `tau(t) = m(t - d)`, about `m - d m'` for the model's torque `m`. So `-m'` is one column more
-//! in the joint's rows, and its coefficient is what is left of the delay (Gauss and Newton's method: the torque is then moved by it, and
-//! the columns are taken again). The column comes from the model, not from the measured torque, whose noise would bias it towards zero.
+//! A torque that is recorded late by `d` is `tau(t) = m(t - d)`, to first order `m - d m'` for the model's torque `m`. So `-m'` becomes one more
+//! column in the joint's rows, and its coefficient estimates the remaining delay. This is a Gauss-Newton step: the torque is then shifted by the
+//! estimate and the columns are computed again. The column comes from the model. The measured torque's noise would bias the estimate towards zero.
 
 use crate::arm::Arm;
 use crate::base::Base;
@@ -16,18 +16,18 @@ use crate::prepare::{Filters, Prepared};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-/// Largest delay that is looked for, s.
+/// Largest delay that is searched for, s.
 const LONGEST: f64 = 0.25;
-/// Largest change in one step, s: the column is good for a part of the fastest motion's period.
+/// Largest change in one step, s: the linearisation holds for a fraction of the fastest motion's period.
 const STEP: f64 = 0.04;
-/// Steps of the method.
+/// Number of Gauss-Newton steps.
 const STEPS: usize = 8;
 /// Change of a delay below which it has settled, s.
 const SETTLED: f64 = 3e-4;
-/// Standard deviation of a delay before the log is seen, s.
+/// Prior standard deviation of a delay, s.
 const EXPECTED: f64 = 0.1;
 
-/// Ways of telling the direction of friction: the first ones to estimate a delay, all of them to judge it.
+/// Rules for the direction of friction: the first ones estimate a delay, all of them judge it.
 const DIRECTIONS: [Direction; 7] = [
     Direction::Hysteresis(1e-4),
     Direction::Smooth(2e-3),
@@ -38,27 +38,27 @@ const DIRECTIONS: [Direction; 7] = [
     Direction::Hysteresis(2e-2),
 ];
 const BY_LAW: usize = 3;
-/// Share by which a delay must lower the held-out error to be compensated: one of all torques, in half of the joints, and one of a
-/// single joint, in that joint. Friction of a shape that no law here has takes less.
+/// Relative reduction of the held-out error that a delay must achieve to be compensated. The first applies to a delay of all torques, in half of the
+/// joints. The second applies to a delay of a single joint, in that joint. Friction that no law here describes achieves less.
 const WORTH_A_DELAY: f64 = 0.1;
 const WORTH_ONE_DELAY: f64 = 0.25;
 
-/// Standard deviations from which on a delay is compensated.
+/// A delay is compensated if it is larger than this many standard deviations.
 const SURE: f64 = 4.0;
-/// Delay that filters and friction make up by themselves, s.
+/// Delay that filters and friction can cause in the estimate, s. Smaller delays are ignored.
 const OWN: f64 = 1e-3;
 
-/// Delay of each joint's torque after its position, and its standard deviation, s.
+/// Delay of each joint's torque relative to its position, with standard deviations.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Delays {
-    /// s; negative if the position is late.
+    /// Delay of each joint, s; negative if the position is late.
     pub value: Vec<f64>,
-    /// s.
+    /// Standard deviation of each delay, s.
     pub deviation: Vec<f64>,
 }
 
 impl Delays {
-    /// The mean delay of all joints by their deviations, and its deviation, s.
+    /// Mean delay of all joints, weighted by their standard deviations, and its standard deviation, s.
     #[must_use]
     pub fn common(&self) -> (f64, f64) {
         let (mut sum, mut weight) = (0.0, 0.0);
@@ -70,9 +70,10 @@ impl Delays {
         (sum / weight.max(1e-300), weight.max(1e-300).sqrt().recip())
     }
 
-    /// Delays that are worth a try, and whether they are one for all joints: the common one, then each joint's own where it is seen.
+    /// Delays that are worth a try. The flag is true for a delay common to all joints. The common one comes first, then the delay of each joint that
+    /// is significant.
     ///
-    /// Positions may be late together, but not those of one joint: what looks so is friction.
+    /// The positions of all joints may be late together, but not those of a single joint: such an estimate comes from friction.
     #[must_use]
     pub fn candidates(&self) -> Vec<(bool, Vec<f64>)> {
         let n = self.value.len();
@@ -90,7 +91,7 @@ impl Delays {
     }
 }
 
-/// Delays of the torques of prepared logs.
+/// Estimates the delays of the torques in prepared logs.
 #[must_use]
 pub fn delays(logs: &[Prepared], base: &Base, laws: &[FrictionLaw]) -> Delays {
     let problem = FitProblem { logs, base, laws };
@@ -118,7 +119,7 @@ pub fn delays(logs: &[Prepared], base: &Base, laws: &[FrictionLaw]) -> Delays {
             .zip(&sigma)
             .map(|(rows, sigma)| {
                 let left = if step == 0 { DVector::zeros(rows.target.len()) } else { rows.residual(&padded(&x, n)) };
-                // Ends are continued by reflection, and a moved torque has none there.
+                // Near its ends a log is continued by reflection, which is wrong for a shifted torque, so these samples get little weight.
                 let count = left.len();
                 let end = (count / 20).clamp(1, 8);
                 let inside = |k: usize| if k < end || k + end >= count { 1e-6 } else { 1.0 };
@@ -130,7 +131,7 @@ pub fn delays(logs: &[Prepared], base: &Base, laws: &[FrictionLaw]) -> Delays {
         let mut normal = Normal::of(&more, &sigma, &weights, |_| true, unknowns + n);
         for joint in 0..n {
             normal.matrix[(unknowns + joint, unknowns + joint)] += EXPECTED.powi(-2);
-            // An offset is small: it stays one.
+            // Keep the offset small.
             let at = problem.offset(joint);
             normal.matrix[(at, at)] += 1e-9 * normal.matrix[(at, at)];
         }
@@ -170,7 +171,7 @@ fn padded(x: &DVector<f64>, more: usize) -> DVector<f64> {
     all
 }
 
-/// Torque of a joint at the rows' times, moved towards earlier times by `delay`, s.
+/// Torque of a joint at the rows' times, moved earlier by `delay`, s.
 fn moved(logs: &[Prepared], joint: usize, delay: f64, count: usize) -> DVector<f64> {
     let mut all = Vec::with_capacity(count);
     for log in logs {
@@ -182,12 +183,12 @@ fn moved(logs: &[Prepared], joint: usize, delay: f64, count: usize) -> DVector<f
     DVector::from_vec(all)
 }
 
-/// Slope of the torque that a fit predicts for one joint, at its rows, per second: the error that a second of delay makes.
+/// Time derivative of the torque that a fit predicts for one joint, at its rows, N m/s or N/s: the error per second of delay.
 pub(crate) fn torque_slope(logs: &[Prepared], fit: &Fit, joint: usize) -> DVector<f64> {
     -slope(logs, &fit.rows[joint], &fit.x)
 }
 
-/// Minus the slope of the model's torque at the rows' times, per second.
+/// Minus the time derivative of the model's torque at the rows' times, N m/s or N/s.
 fn slope(logs: &[Prepared], rows: &Rows, x: &DVector<f64>) -> DVector<f64> {
     let model = &rows.target - rows.residual(&padded(x, 0));
     let mut slope = Vec::with_capacity(model.len());
@@ -202,10 +203,10 @@ fn slope(logs: &[Prepared], rows: &Rows, x: &DVector<f64>) -> DVector<f64> {
     DVector::from_vec(slope)
 }
 
-/// The delays that lower the held-out error, and those that the logs show.
+/// Returns the delays that lower the held-out error, and those that the logs show, s.
 ///
-/// Friction that turns over otherwise than its law says looks like a delay. So delays are estimated by each way of telling the direction,
-/// and each joint is judged by the one that suits it, with and without its delay.
+/// Friction that reverses in another way than its law looks like a delay. So delays are estimated with each direction rule, and each joint is judged
+/// with the rule that suits it, with and without its delay.
 pub(crate) fn best_delay(arm: &dyn Arm, base: &Base, logs: &[Log], torque: f64) -> (Vec<f64>, Delays) {
     let n = base.joints;
     let prepare = |delay: &[f64]| -> Vec<Prepared> {

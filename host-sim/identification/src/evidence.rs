@@ -1,11 +1,11 @@
-//! Score of a log: how well bodies near the maker's explain its torques.
+//! Score of a log: the log-likelihood of its torques for bodies near the maker's.
 //!
-//! Torque is linear in base parameters and friction. With the normal equations of each joint's rows, and with the products of its columns
-//! and every other joint's torque, a sign, a scale or an exchange of torques costs one small solution and no pass over the samples.
+//! Torque is linear in base parameters and friction. The normal equations of each joint's rows are stored once, with the products of its columns and
+//! every other joint's torque. A reversed sign, a scale or an exchange of torques then needs one small solve and no pass over the samples.
 //!
-//! The score is in nats, greater is better: `-sum_i N ln(sigma_i / rms_i) - d^2 / 2 - friction`. `sigma_i` is the residual of joint `i` at
-//! the most likely parameters, `N` the number of independent samples, `d` the distance from the maker's parameters in standard deviations,
-//! and friction that gives energy instead of taking it is penalised.
+//! The score is in nats, greater is better: `-sum_i N ln(sigma_i / rms_i) - d^2 / 2 - friction`. `sigma_i` is the residual of joint `i` at the most
+//! likely parameters, `N` is the number of independent samples, and `d` is the distance from the maker's parameters in standard deviations. The last
+//! term penalises friction that would add energy.
 
 use crate::arm::Arm;
 use crate::base::Base;
@@ -22,36 +22,36 @@ use nalgebra::{DMatrix, DVector, Vector3};
 const CUTOFF: f64 = 3.0;
 /// Independent samples per second: half the residuals' autocorrelation time of real logs.
 const INDEPENDENT: f64 = 3.0;
-/// Smallest residual that counts; a smaller one counts as this. Share of the torque's root mean square.
+/// Smallest relative residual, as a share of the torque's root mean square. A smaller residual counts as this.
 const FLOOR: f64 = 0.01;
 /// Standard deviation of an offset of the torque, as a share of the torque's root mean square.
 const OFFSET: f64 = 0.05;
-/// Largest penalty for friction that gives energy, nats.
+/// Largest penalty for friction that adds energy, nats.
 const GIVES_ENERGY: f64 = 40.0;
-/// Standard deviation of the logarithm of all masses together, and the largest penalty for it, nats.
+/// Standard deviation of the logarithm of the total mass ratio, and the largest penalty for it, nats.
 const HEAVIER: (f64, f64) = (0.35, 80.0);
-/// Share of the maker's say that is left where a scale is estimated.
+/// Weight of the maker's numbers while a scale is estimated.
 const FAINT: f64 = 1e-6;
-/// Rounds in which residuals and parameters settle.
+/// Iterations between residuals and parameters.
 const ROUNDS: usize = 4;
 /// Columns of friction: offset, viscous, Coulomb.
 const FRICTION: usize = 3;
-/// Gravity whose base parameters contain those of every other direction, m/s^2.
+/// Gravity in a general direction, m/s^2: its base parameters contain those of every other direction.
 const GENERIC: [f64; 3] = [3.1, -4.7, 6.3];
 
 /// Prior distribution of the base parameters, from the maker's numbers.
 #[derive(Clone, Debug)]
 pub struct Expected {
-    /// The base parameters of the arm under a gravity of no special direction.
+    /// Base parameters of the arm under gravity in a general direction.
     pub base: Base,
     mean: DVector<f64>,
     precision: DMatrix<f64>,
-    /// The maker tells the mass of every link.
+    /// True if the maker gives the mass of every link.
     complete: bool,
 }
 
 impl Expected {
-    /// From the maker's numbers.
+    /// Computes the prior from the maker's numbers.
     #[must_use]
     pub fn of(arm: &dyn Arm, maker: &Maker) -> Self {
         let base = Base::of(arm.under(Vector3::from(GENERIC)).as_ref());
@@ -59,7 +59,7 @@ impl Expected {
         Self { base, mean, precision: inverse(&covariance), complete: !maker.is_incomplete() }
     }
 
-    /// True if an unknown is a base parameter of bodies, neither a rotor's inertia alone nor friction.
+    /// True if an unknown is a base parameter of the links; false for a rotor's inertia alone and for friction.
     fn is_body(&self, place: usize) -> bool {
         self.base.columns.get(place).is_some_and(|k| *k < PARAMETERS * self.base.joints)
     }
@@ -67,17 +67,17 @@ impl Expected {
 
 /// Normal equations of one joint, as means over the samples.
 struct Block {
-    /// Places among all unknowns.
+    /// Indices among all unknowns.
     places: Vec<usize>,
     gram: DMatrix<f64>,
-    /// Products of the columns and the torque of each joint.
+    /// Products of this joint's columns with the torque of each joint.
     cross: Vec<DVector<f64>>,
-    /// Mean power of unit friction coefficients.
+    /// Mean power of each friction term at unit coefficient.
     power: DVector<f64>,
 }
 
 impl Block {
-    /// Values of the joint's own unknowns.
+    /// Values of this joint's own unknowns.
     fn own(&self, value: impl Fn(usize) -> f64) -> DVector<f64> {
         DVector::from_iterator(self.places.len(), self.places.iter().map(|place| value(*place)))
     }
@@ -92,28 +92,28 @@ pub struct Evidence {
     unknowns: usize,
 }
 
-/// The torque that explains a joint: whose column, and times what.
+/// Source of a joint's torque: the column's joint, and the factor.
 pub type Source = (usize, f64);
 
 /// Score of one assignment of torques, and its parameters.
 #[derive(Clone, Debug)]
 pub struct Score {
-    /// Greater is better.
+    /// Log-likelihood, nats; greater is better.
     pub nats: f64,
     /// Residual of each joint as a share of its torque.
     pub left: Vec<f64>,
-    /// Distance from the maker's parameters, standard deviations squared.
+    /// Distance from the maker's parameters: sum of squares, in standard deviations.
     pub distance: f64,
-    /// Power of each joint's friction over its standard deviation: below zero, friction drives the joint.
+    /// Power of each joint's friction over its standard deviation. Below zero, friction drives the joint.
     pub friction: Vec<f64>,
-    /// Torque of the bodies over their torque by the maker's numbers: how many times heavier they would be. 1 if he does not tell all.
+    /// Torque of the identified bodies over that of the maker's: the ratio of their weights. 1 if the maker does not give all masses.
     pub heavier: f64,
     /// Base parameters, then offset, viscous and Coulomb friction of each joint.
     pub x: DVector<f64>,
 }
 
 impl Evidence {
-    /// From logs of an arm; `arm` has the gravity to be tested, `expected` its base.
+    /// Computes the normal equations from logs of an arm. `arm` has the gravity to be tested, `expected` the prior.
     #[must_use]
     pub fn of(arm: &dyn Arm, expected: &Expected, logs: &[Log]) -> Self {
         let base = &expected.base;
@@ -133,7 +133,7 @@ impl Evidence {
         let blocks = rows
             .iter()
             .map(|rows| {
-                // The last columns are friction's, and the viscous one is the filtered velocity.
+                // The last columns belong to friction, and the viscous one is the filtered velocity.
                 let first = rows.columns.ncols() - FRICTION;
                 let speed = rows.columns.column(first + 1).into_owned();
                 let mut power = DVector::zeros(rows.columns.ncols());
@@ -157,13 +157,13 @@ impl Evidence {
         }
     }
 
-    /// Each joint with its own torque.
+    /// Assigns each joint its own torque.
     #[must_use]
     pub fn as_recorded(&self) -> Vec<Source> {
         (0..self.blocks.len()).map(|joint| (joint, 1.0)).collect()
     }
 
-    /// The score of torques from these sources.
+    /// Score with the torques assigned by `sources`.
     #[must_use]
     pub fn score(&self, expected: &Expected, sources: &[Source]) -> Score {
         let solved = self.solve(expected, sources, 1.0, None);
@@ -185,8 +185,8 @@ impl Evidence {
         Score { nats, left, distance, friction, heavier, x: solved.x }
     }
 
-    /// Factors of all torques with which the bodies would be about as heavy as the maker's: by a fit, and by the size of torques alone,
-    /// which no sign disturbs.
+    /// Factors of all torques with which the bodies would weigh about as much as the maker's. The first comes from a fit. The second comes from the
+    /// size of the torques alone, which no reversed sign affects.
     pub(crate) fn common_scales(&self, expected: &Expected, sources: &[Source]) -> [f64; 2] {
         let solved = self.solve(expected, sources, FAINT, None);
         let fitted = self.heavier(expected, &solved.x, &solved.squares).abs().recip();
@@ -197,12 +197,12 @@ impl Evidence {
         [fitted, median(self.blocks.iter().zip(&solved.squares).map(size).collect())]
     }
 
-    /// The factor of one joint's torque with which it fits the bodies that the other joints see.
+    /// Factor of one joint's torque with which it agrees with the bodies that the other joints determine.
     pub(crate) fn joint_scale(&self, expected: &Expected, sources: &[Source], joint: usize) -> f64 {
         let solved = self.solve(expected, sources, 1.0, Some(joint));
         let block = &self.blocks[joint];
         let own = block.own(|place| if expected.is_body(place) { solved.x[place] } else { 0.0 });
-        // Torque over the bodies' torque, with friction and the rotor free beside it.
+        // Measured torque over the bodies' torque; friction and the rotor are fitted at the same time.
         let free: Vec<usize> = (0..block.places.len()).filter(|k| !expected.is_body(block.places[*k])).collect();
         let moved = &block.gram * &own;
         let size = free.len() + 1;
@@ -220,7 +220,7 @@ impl Evidence {
         solve(&matrix, &right)[0].abs().recip()
     }
 
-    /// Torque of the bodies over that by the maker's numbers, rotors left out.
+    /// Torque of the bodies over that from the maker's numbers, without rotors.
     fn heavier(&self, expected: &Expected, x: &DVector<f64>, squares: &[f64]) -> f64 {
         let (mut both, mut maker) = (0.0, 0.0);
         for (block, square) in self.blocks.iter().zip(squares) {
@@ -233,7 +233,7 @@ impl Evidence {
         both / maker.max(1e-300)
     }
 
-    /// The most likely parameters, with residuals and parameters in turn. `trust` is the share of the maker's say that counts.
+    /// Most likely parameters, by iterating between residuals and parameters. `trust` is the weight of the maker's numbers.
     fn solve(&self, expected: &Expected, sources: &[Source], trust: f64, without: Option<usize>) -> Solved {
         let b = expected.base.len();
         let squares: Vec<f64> = sources.iter().map(|(from, factor)| self.squares[*from] * factor * factor).collect();
@@ -276,7 +276,7 @@ impl Evidence {
     }
 }
 
-/// Parameters, mean squares of what they leave, and of the torques.
+/// Parameters, mean squares of the residuals, and mean squares of the torques.
 struct Solved {
     x: DVector<f64>,
     left: Vec<f64>,

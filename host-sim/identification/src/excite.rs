@@ -1,8 +1,8 @@
-//! Motions worth recording.
+//! Excitation motions for identification.
 //!
-//! A finite Fourier series per joint (Swevers et al. 1997): periodic, of few frequencies, and within every limit by its scale. Of the
-//! series the one is looked for whose logs tell most: `max log det (A^T W A)`, over base parameters and plain friction at once, by random
-//! starts and then changes of one coefficient at a time. The same seed gives the same motion.
+//! A motion is a finite Fourier series per joint (Swevers et al. 1997). It is periodic, has few frequencies, and is scaled to stay within every
+//! limit. The search looks for the most informative series: `max log det (A^T W A)` over base parameters and plain friction together. It starts from
+//! random series, then changes one coefficient at a time. The same seed gives the same motion.
 
 use crate::arm::Arm;
 use crate::base::Base;
@@ -10,27 +10,27 @@ use crate::fit::{condition, inverse};
 use crate::random::Random;
 use nalgebra::{DMatrix, DVector};
 
-/// Samples of a period.
+/// Samples per period.
 const SAMPLES: usize = 120;
-/// Share of the tries that are starts of their own; the rest improve the best.
+/// Share of the tries that are new random starts. The rest improve the best series.
 const STARTS: f64 = 0.25;
-/// Friction that is identified beside the bodies: offset, viscous, Coulomb.
+/// Friction terms that are identified together with the bodies: offset, viscous, Coulomb.
 const FRICTION: usize = 3;
 
 /// Limits of a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Room {
-    /// Position that is swung about, rad or m.
+    /// Centre of the motion, rad or m.
     pub centre: Vec<f64>,
     /// Lowest and highest position, rad or m.
     pub position: Vec<(f64, f64)>,
-    /// Greatest speed.
+    /// Greatest speed, rad/s or m/s.
     pub velocity: Vec<f64>,
-    /// Greatest acceleration.
+    /// Greatest acceleration, rad/s^2 or m/s^2.
     pub acceleration: Vec<f64>,
     /// Greatest torque, N m or N.
     pub torque: Vec<f64>,
-    /// Expected deviation of a measured torque behind the filter, N m or N.
+    /// Expected standard deviation of a filtered torque measurement, N m or N.
     pub noise: Vec<f64>,
 }
 
@@ -39,38 +39,38 @@ pub struct Room {
 pub struct SearchSettings {
     /// Number of harmonics.
     pub harmonics: usize,
-    /// Period of the first, s.
+    /// Period of the first harmonic, s.
     pub period: f64,
-    /// Motions that are tried.
+    /// Number of motions that are tried.
     pub tries: usize,
     /// Seed of the search.
     pub seed: u64,
 }
 
-/// A series, and what a log of one period of it would tell.
+/// A Fourier series and the expected information in a log of one period.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FourierSeries {
-    /// Of each harmonic, the sine's amplitude in each joint, rad or m.
+    /// Amplitude of the sine for each harmonic and joint, rad or m.
     pub sine: Vec<Vec<f64>>,
-    /// The same of the cosine.
+    /// Amplitude of the cosine for each harmonic and joint, rad or m.
     pub cosine: Vec<Vec<f64>>,
-    /// `log det` of the information, up to a constant.
+    /// `log det` of the information matrix, up to a constant.
     pub information: f64,
-    /// Condition number of the weighted columns of the base parameters, each of one length.
+    /// Condition number of the weighted base-parameter columns, each scaled to equal length.
     pub condition: f64,
-    /// Expected deviation of each base parameter after one period.
+    /// Expected standard deviation of each base parameter after one period.
     pub deviations: Vec<f64>,
 }
 
 /// The arm, and its expected masses and friction.
 pub struct Subject<'a> {
-    /// Torque by parameters.
+    /// Torque as a linear function of parameters.
     pub arm: &'a dyn Arm,
-    /// The base.
+    /// Its base parameters' definition.
     pub base: &'a Base,
-    /// Expected base parameters.
+    /// Expected values of the base parameters.
     pub beta: &'a [f64],
-    /// Where it may be.
+    /// Postures and motions that are allowed.
     pub workspace: &'a dyn Workspace,
 }
 
@@ -80,8 +80,8 @@ pub trait Workspace {
     fn posture(&self, q: &[f64]) -> bool;
     /// True if the straight line in joint space between two postures is free.
     fn line(&self, from: &[f64], to: &[f64]) -> bool;
-    /// True if the whole motion of a series is free: amplitudes of each harmonic in each joint. Asked only of a series that would be the
-    /// best yet, so it may take its time.
+    /// True if the whole motion of a series is free; takes the amplitudes of each harmonic in each joint. It may be slow: it is called only for a
+    /// series that would be the best so far.
     fn series(&self, sine: &[Vec<f64>], cosine: &[Vec<f64>]) -> bool;
 }
 
@@ -93,7 +93,7 @@ struct Coefficients {
     cosine: Vec<Vec<f64>>,
 }
 
-/// The most telling series within the room; `tick` is called after every try. `None` if none was found that stays in the workspace.
+/// Finds the most informative series within the limits. `tick` is called after every try. `None` if no series stays in the workspace.
 #[must_use]
 pub fn excite(subject: &Subject<'_>, room: &Room, search: &SearchSettings, tick: &dyn Fn()) -> Option<FourierSeries> {
     let mut random = Random::new(search.seed);
@@ -166,7 +166,7 @@ fn motion(room: &Room, search: &SearchSettings, coefficients: &Coefficients) -> 
     (0..SAMPLES).map(sample).collect()
 }
 
-/// Scales each joint into its limits, then all of them until torque and workspace hold; false if they do not.
+/// Scales each joint into its limits, then all joints together until the torques and the workspace allow the motion. False if no scale does.
 fn fit_in(subject: &Subject<'_>, room: &Room, search: &SearchSettings, coefficients: &mut Coefficients) -> bool {
     let joints = room.centre.len();
     let first = motion(room, search, coefficients);
@@ -175,7 +175,7 @@ fn fit_in(subject: &Subject<'_>, room: &Room, search: &SearchSettings, coefficie
     for (joint, factor) in factors.iter_mut().enumerate() {
         let (lo, hi) = room.position[joint];
         let centre = room.centre[joint];
-        // A little room between samples.
+        // Add a small margin for the extremes between samples.
         let up = most(&|s| (s[0][joint] - centre).max(0.0)) * 1.02;
         let down = most(&|s| (centre - s[0][joint]).max(0.0)) * 1.02;
         let speed = most(&|s| s[1][joint].abs()) * 1.02;
@@ -214,12 +214,12 @@ fn holds(subject: &Subject<'_>, room: &Room, state: &[Vec<f64>; 3]) -> bool {
         })
 }
 
-/// Columns of the base parameters at each joint.
+/// Base-parameter columns at each joint.
 fn rows(subject: &Subject<'_>, state: &[Vec<f64>; 3]) -> Vec<DVector<f64>> {
     subject.base.rows(subject.arm, state.each_ref().map(Vec::as_slice))
 }
 
-/// `log det` of the information of one period about bodies and friction, and the information.
+/// `log det` of the information about bodies and friction in one period, and the information matrix.
 fn information(subject: &Subject<'_>, room: &Room, motion: &Motion) -> (f64, DMatrix<f64>) {
     let b = subject.base.len();
     let unknowns = b + FRICTION * subject.base.joints;
@@ -246,8 +246,8 @@ fn information(subject: &Subject<'_>, room: &Room, motion: &Motion) -> (f64, DMa
     (determinant, matrix)
 }
 
-/// Postures that gravity's columns differ most in: each next the one that adds most to the information, of random ones that the arm can
-/// go to on a straight line in joint space. From the last it can go back to the first.
+/// Finds postures for static measurements. Each next posture is, of random ones, the one that adds most information about the gravity parameters and
+/// that the arm can reach on a straight line in joint space. The last posture has a free line back to the first.
 #[must_use]
 pub fn postures(subject: &Subject<'_>, room: &Room, count: usize, seed: u64, tick: &dyn Fn()) -> Vec<Vec<f64>> {
     let mut random = Random::new(seed);

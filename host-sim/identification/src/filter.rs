@@ -1,9 +1,9 @@
-//! Even time, a low-pass without delay, and derivatives.
+//! Resampling to even time, a zero-phase low-pass, and derivatives.
 
 use crate::Series;
 use std::f64::consts::PI;
 
-/// A section of second order: `y = b (x + 2 x' + x'') - a1 y' - a2 y''`, with `'` one sample before.
+/// A second-order section: `y = b (x + 2 x' + x'') - a1 y' - a2 y''`, where `'` is one sample earlier.
 #[derive(Clone, Copy, Debug)]
 struct Section {
     b: f64,
@@ -11,21 +11,21 @@ struct Section {
     a2: f64,
 }
 
-/// Butterworth's low-pass of fourth order, run forwards and then backwards: eighth order, no delay.
+/// A fourth-order Butterworth low-pass, run forwards and then backwards: eighth order, zero phase.
 ///
-/// The gain is `1 / (1 + (f / f_c)^8)` before the frequencies are warped by sampling: 1/2 at the cut-off.
+/// The gain is `1 / (1 + (f / f_c)^8)`, 1/2 at the cut-off, apart from the frequency warping of the bilinear transformation.
 #[derive(Clone, Copy, Debug)]
 pub struct LowPass {
     sections: [Section; 2],
-    /// Samples that a step takes to settle: how far the ends are continued.
+    /// Samples in which a step response settles. The ends are continued by this many samples.
     settling: usize,
 }
 
 impl LowPass {
-    /// `cutoff` in Hz, below half the `rate`, Hz.
+    /// Creates the filter; `cutoff` in Hz, below half the `rate`, Hz.
     #[must_use]
     pub fn new(cutoff: f64, rate: f64) -> Self {
-        // Bilinear transformation with the cut-off kept in its place.
+        // Bilinear transformation, prewarped so that the cut-off is exact.
         let w = (PI * (cutoff / rate).min(0.499)).tan();
         let section = |angle: f64| {
             let damping = 2.0 * angle.cos();
@@ -35,8 +35,8 @@ impl LowPass {
         Self { sections: [section(PI / 8.0), section(3.0 * PI / 8.0)], settling: (2.5 * rate / cutoff).ceil() as usize }
     }
 
-    /// The filtered samples, as many as before. Beyond its ends a signal is continued by its own reflection in the end point, which keeps
-    /// value and slope.
+    /// Returns the filtered samples, as many as given. Beyond its ends the signal is continued by its point reflection at the end, which keeps value
+    /// and slope.
     #[must_use]
     pub fn apply(&self, x: &[f64]) -> Vec<f64> {
         let (Some(first), Some(last)) = (x.first(), x.last()) else { return Vec::new() };
@@ -55,7 +55,7 @@ impl LowPass {
 }
 
 impl Section {
-    /// Starts as if the first sample had been there for ever.
+    /// Starts in the steady state of the first sample.
     fn run(&self, y: &mut [f64]) {
         let start = y.first().copied().unwrap_or(0.0);
         let (mut x1, mut x2, mut y1, mut y2) = (start, start, start, start);
@@ -68,7 +68,7 @@ impl Section {
     }
 }
 
-/// Central differences, one-sided at the ends: per second.
+/// Central differences, one-sided at the ends; unit of `x` per second.
 #[must_use]
 pub fn derivative(x: &[f64], rate: f64) -> Vec<f64> {
     let last = x.len().saturating_sub(1);
@@ -80,7 +80,7 @@ pub fn derivative(x: &[f64], rate: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Times from first to last, evenly, `1 / rate` apart.
+/// Evenly spaced times from first to last, `1 / rate` apart, s.
 #[must_use]
 pub fn even_times(time: &[f64], rate: f64) -> Vec<f64> {
     let (Some(first), Some(last)) = (time.first(), time.last()) else { return Vec::new() };
@@ -88,14 +88,14 @@ pub fn even_times(time: &[f64], rate: f64) -> Vec<f64> {
     (0..count).map(|k| first + k as f64 / rate).collect()
 }
 
-/// A natural cubic spline through `(time, x)`, at `at`. Times rise.
+/// Evaluates a natural cubic spline through `(time, x)` at the times `at`. Times must rise.
 #[must_use]
 pub fn spline(time: &[f64], x: &[f64], at: &[f64]) -> Vec<f64> {
     let n = x.len();
     if n < 3 {
         return lines(time, x, at);
     }
-    // Second derivatives m: a tridiagonal system, by elimination from the front.
+    // Second derivatives m: solve a tridiagonal system by forward elimination.
     let h: Vec<f64> = time.windows(2).map(|t| t[1] - t[0]).collect();
     let slope: Vec<f64> = x.windows(2).zip(&h).map(|(x, h)| (x[1] - x[0]) / h).collect();
     let (mut factor, mut right) = (vec![0.0; n], vec![0.0; n]);
@@ -115,7 +115,7 @@ pub fn spline(time: &[f64], x: &[f64], at: &[f64]) -> Vec<f64> {
     })
 }
 
-/// Straight lines through `(time, x)`, at `at`: torque jumps, and a spline would overshoot.
+/// Interpolates linearly through `(time, x)` at the times `at`. Use it for torques: they jump, and a spline would overshoot.
 #[must_use]
 pub fn lines(time: &[f64], x: &[f64], at: &[f64]) -> Vec<f64> {
     between(time, at, |i, t| {

@@ -1,4 +1,4 @@
-//! Weighted least squares with robust weights, held-out error, and deviations.
+//! Robust weighted least squares, held-out error and standard deviations.
 
 mod covariance;
 mod normal;
@@ -14,38 +14,38 @@ use crate::friction::FrictionLaw;
 use crate::prepare::Prepared;
 use nalgebra::{DMatrix, DVector};
 
-/// Rounds of robust weights; loads of friction follow along.
+/// Rounds of robust weights. The loads in the friction terms are updated in the same rounds.
 const ROUNDS: usize = 5;
-/// Huber's constant: residuals beyond so many deviations weigh less.
+/// Huber's constant: residuals beyond this many standard deviations get less weight.
 const HUBER: f64 = 1.5;
-/// Expected offset, as a share of the root mean square of the torque.
+/// Prior size of an offset, as a share of the torque's root mean square.
 const OFFSET: f64 = 0.05;
 /// Blocks that are held out in turn.
 const BLOCKS: usize = 8;
 
-/// Unknowns of a fit: base parameters, and the coefficients of a law of friction for each joint.
+/// A fit: its logs, and its unknowns, which are base parameters and the friction coefficients of each joint.
 #[derive(Clone, Copy, Debug)]
 pub struct FitProblem<'a> {
     /// The logs.
     pub logs: &'a [Prepared],
     /// The base parameters.
     pub base: &'a Base,
-    /// A law for each joint.
+    /// Friction law of each joint.
     pub laws: &'a [FrictionLaw],
 }
 
-/// Coefficients, and what is left.
+/// Solution of a fit and its residuals.
 #[derive(Clone, Debug)]
 pub struct Fit {
     /// Base parameters, then the coefficients of each joint's friction.
     pub x: DVector<f64>,
-    /// Robust deviation of the residual of each joint, N m or N.
+    /// Robust standard deviation of each joint's residual, N m or N.
     pub sigma: Vec<f64>,
     /// Rows of each joint.
     pub rows: Vec<Rows>,
-    /// Robust weight of each row, up to 1.
+    /// Robust weight of each row, from 0 to 1.
     pub weights: Vec<Vec<f64>>,
-    /// Normal equations of all rows, in units of the residuals' deviations.
+    /// Normal equations of all rows, each divided by its residual's standard deviation.
     pub normal: Normal,
 }
 
@@ -56,13 +56,13 @@ impl FitProblem<'_> {
         self.offset(self.laws.len())
     }
 
-    /// Place of the first coefficient of a joint's friction.
+    /// Index of the first friction coefficient of a joint.
     #[must_use]
     pub fn offset(&self, joint: usize) -> usize {
         self.base.len() + self.laws[..joint].iter().map(|law| law.terms.len()).sum::<usize>()
     }
 
-    /// Torque of friction by unit coefficients, through the filter of torques: for each joint, each term.
+    /// Filtered friction torque at unit coefficients, for each joint and term.
     #[must_use]
     pub fn friction(&self, log: &Prepared, loads: &Series) -> Vec<Series> {
         let of = |(joint, law): (usize, &FrictionLaw)| {
@@ -72,7 +72,7 @@ impl FitProblem<'_> {
         self.laws.iter().enumerate().map(of).collect()
     }
 
-    /// Rows of each joint, for these loads of every log.
+    /// Rows of each joint; `loads` are the torques that load-dependent friction terms use, for each log.
     #[must_use]
     pub fn rows(&self, loads: &[Series]) -> Vec<Rows> {
         let friction: Vec<Vec<Series>> =
@@ -106,8 +106,8 @@ impl FitProblem<'_> {
         Rows { places, columns, target, from, held, rate }
     }
 
-    /// Normal equations of all rows. An offset of the torque is expected to be small: on a vertical slide it looks like weight, and is
-    /// to be taken for that.
+    /// Normal equations of all rows. The offset has a prior around zero: on a vertical slide it cannot be told from weight, and the torque should go
+    /// to the weight.
     fn normal(&self, rows: &[Rows], sigma: &[f64], weights: &[Vec<f64>]) -> Normal {
         let mut normal = Normal::of(rows, sigma, weights, |_| true, self.unknowns());
         for (joint, rows) in rows.iter().enumerate() {
@@ -118,7 +118,7 @@ impl FitProblem<'_> {
         normal
     }
 
-    /// Least squares; weights from the residuals, loads from the fit, in turn until both stand.
+    /// Solves the least squares problem. Weights are updated from the residuals and loads from the fit, in a fixed number of rounds.
     #[must_use]
     pub fn fit(&self) -> Fit {
         let mut loads: Vec<Series> = self.logs.iter().map(|log| log.tau.clone()).collect();
@@ -149,7 +149,7 @@ impl FitProblem<'_> {
 }
 
 impl Fit {
-    /// Root mean square of each joint's residual in blocks that were not fitted, N m or N.
+    /// Root mean square of each joint's residual in held-out blocks, N m or N.
     #[must_use]
     pub fn held_out(&self) -> Vec<f64> {
         let blocks = 1 + self.rows.iter().flat_map(|rows| rows.from.iter().map(|(_, block)| *block)).max().unwrap_or(0);
@@ -170,7 +170,7 @@ impl Fit {
         squares.iter().map(|(sum, count)| (sum / (*count).max(1) as f64).sqrt()).collect()
     }
 
-    /// Autocorrelation of each joint's residual over a quarter of a second, from 0 to 1: noise has none left, what the model lacks has.
+    /// Autocorrelation of each joint's residual at a lag of 0.25 s, from 0 to 1. It is near 0 for noise, and larger if the model lacks an effect.
     #[must_use]
     pub fn persistence(&self) -> Vec<f64> {
         let of = |rows: &Rows| {
@@ -183,7 +183,7 @@ impl Fit {
         self.rows.iter().map(of).collect()
     }
 
-    /// Change of the unknowns for a change of one joint's torque, a number for each row.
+    /// Change of the unknowns caused by a change of one joint's torque, given for each row.
     #[must_use]
     pub fn change(&self, joint: usize, torque: &DVector<f64>) -> DVector<f64> {
         let rows = &self.rows[joint];

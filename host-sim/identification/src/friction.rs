@@ -1,17 +1,17 @@
-//! Laws of friction, linear in their coefficients.
+//! Friction laws that are linear in their coefficients.
 //!
-//! `tau_f = o + b qd + s (c + d |load| + e sqrt|qd| + (g + h |load|) exp(-(qd / v_s)^2)) + a s^2`, where `s` stands for the direction.
-//! All terms but the root are those of a robot file ([`JointLaw`]); literature: [`dynamics_core::control::FrictionTerms`].
+//! `tau_f = o + b qd + s (c + d |load| + e sqrt|qd| + (g + h |load|) exp(-(qd / v_s)^2)) + a s^2`, where `s` is the direction of motion. A robot file
+//! knows all terms except the root ([`JointLaw`]); literature: [`dynamics_core::control::FrictionTerms`].
 //!
-//! The sign of a velocity that is noise says nothing. So the direction follows the position: a joint that turns back by less than twice
-//! `w` has not turned its friction over yet. `s` is the play of an element that sticks until it is stretched by `w`,
-//! `s' = clamp(s + dq / w, -1, 1)` (Dahl's and Prandtl's elasto-plastic element in its simplest form). A joint at rest thus keeps the
-//! friction with which it came to rest, which is what drives it when nothing moves.
+//! The sign of a noisy velocity near zero carries no information, so the direction follows the position: friction has reversed only after the joint
+//! has moved back by `2 w`. `s` is the state of an element that sticks until it is stretched by `w`: `s' = clamp(s + dq / w, -1, 1)` (the
+//! elasto-plastic element of Dahl and Prandtl in its simplest form). A joint at rest thus keeps the friction with which it came to rest, as a real
+//! joint does.
 
 /// Rule for the direction of motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Direction {
-    /// The elasto-plastic element, its width in rad or m.
+    /// Elasto-plastic element; its width `w` in rad or m.
     Hysteresis(f64),
     /// `tanh(qd / v)`, with `v` in rad/s or m/s.
     Smooth(f64),
@@ -20,28 +20,28 @@ pub enum Direction {
 /// A term of friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Term {
-    /// `1`, N m: a constant error of the torque.
+    /// `1`, N m: a constant torque error.
     Offset,
     /// `qd`, N m s/rad.
     Viscous,
     /// `s`, N m.
     Coulomb,
-    /// `s |load|`, without unit: gears whose friction grows with the load.
+    /// `s |load|`, dimensionless: gears whose friction grows with the load.
     Load,
     /// `s sqrt|qd|`, N m sqrt(s/rad).
     Root,
     /// `s exp(-(qd / v_s)^2)`, N m, with `v_s` in rad/s: Stribeck's rise towards rest.
     Stribeck(f64),
-    /// `s |load| exp(-(qd / v_s)^2)`, without unit: a rise that grows with the load.
+    /// `s |load| exp(-(qd / v_s)^2)`, dimensionless: a Stribeck rise that grows with the load.
     StribeckLoad(f64),
-    /// `s^2`, N m: another Coulomb torque one way than the other.
+    /// `s^2`, N m: Coulomb torques that differ between the two directions.
     Asymmetric,
-    /// 0: in the place of a term, to see what is lost without it.
+    /// 0: replaces a term, to measure the loss without it.
     Nothing,
 }
 
 impl Term {
-    /// Its name in reports.
+    /// Name in reports.
     #[must_use]
     pub fn name(self) -> String {
         match self {
@@ -84,26 +84,26 @@ fn bell(x: f64) -> f64 {
     (-x * x).exp()
 }
 
-/// Friction of one joint by the terms that a robot file knows. A term that is zero is absent.
+/// Friction of one joint with the terms that a robot file knows. A term that is zero is absent.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JointLaw {
-    /// N m s/rad or N s/m.
+    /// Viscous friction, N m s/rad or N s/m.
     pub viscous: f64,
-    /// N m or N.
+    /// Coulomb friction, N m or N.
     pub coulomb: f64,
     /// Growth of the Coulomb torque per unit of load.
     pub coulomb_load: f64,
-    /// Rise from Coulomb's torque to breakaway, N m or N, and its growth per unit of load.
+    /// Rise from Coulomb friction to breakaway, N m or N, and its growth per unit of load.
     pub rise: (f64, f64),
     /// Stribeck velocity, rad/s or m/s; 0 without a rise.
     pub stribeck_speed: f64,
-    /// Half the difference of both directions' Coulomb torques, N m or N.
+    /// Half the difference between the Coulomb torques of the two directions, N m or N.
     pub asymmetry: f64,
-    /// N m or N.
+    /// Constant torque, N m or N.
     pub offset: f64,
 }
 
-/// The law of one joint.
+/// Friction law of one joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrictionLaw {
     /// Rule for the direction.
@@ -113,33 +113,33 @@ pub struct FrictionLaw {
 }
 
 impl FrictionLaw {
-    /// Offset, viscous and Coulomb friction, and these terms.
+    /// A law of offset, viscous and Coulomb friction, and the terms in `more`.
     #[must_use]
     pub fn with(direction: Direction, more: &[Term]) -> Self {
         let terms = [Term::Offset, Term::Viscous, Term::Coulomb].into_iter().chain(more.iter().copied()).collect();
         Self { direction, terms }
     }
 
-    /// The same without an offset, at the cost of the same number of terms.
+    /// The same law without an offset. The number of terms stays the same.
     #[must_use]
     pub fn without_offset(&self) -> Self {
         let of = |term: &Term| if *term == Term::Offset { Term::Nothing } else { *term };
         Self { direction: self.direction, terms: self.terms.iter().map(of).collect() }
     }
 
-    /// Coefficient of the first term that `of` accepts, from all coefficients; 0 without one.
+    /// Coefficient of the first term that `of` accepts; 0 if there is none.
     fn coefficient(&self, coefficients: &[f64], of: impl Fn(Term) -> bool) -> f64 {
         self.terms.iter().zip(coefficients).find(|(term, _)| of(**term)).map_or(0.0, |(_, c)| *c)
     }
 
-    /// Stribeck velocity, if the law has a rise.
+    /// Stribeck velocity, rad/s or m/s, if the law has a rise.
     #[must_use]
     pub fn stribeck_speed(&self) -> Option<f64> {
         self.terms.iter().find_map(|term| if let Term::Stribeck(speed) = term { Some(*speed) } else { None })
     }
 
-    /// The same law with these coefficients by the terms of a robot file; `None` where it has a term or a number that no robot file
-    /// has: a root, a rise below zero, a Coulomb torque that the asymmetry makes negative, a growth outside `0..=0.5`.
+    /// The same law in the terms of a robot file. `None` if no robot file can express it: a root term, a rise below zero, a Coulomb torque that the
+    /// asymmetry makes negative, or a growth outside `0..=0.5`.
     #[must_use]
     pub fn by_joint(&self, coefficients: &[f64]) -> Option<JointLaw> {
         let of = |wanted: fn(Term) -> bool| self.coefficient(coefficients, wanted);
@@ -161,7 +161,7 @@ impl FrictionLaw {
         fits.then_some(law)
     }
 
-    /// The functions of every term along a motion, before any filter.
+    /// Functions of all terms along a motion, unfiltered.
     ///
     /// | name | quantity | unit |
     /// |---|---|---|
@@ -176,7 +176,7 @@ impl FrictionLaw {
 }
 
 impl Direction {
-    /// Direction between -1 and 1 at every sample; before the first motion it is not known, and 0.
+    /// Direction at every sample, from -1 to 1. Before the first motion it is unknown, and 0.
     #[must_use]
     pub fn along(self, q: &[f64], qd: &[f64]) -> Vec<f64> {
         match self {
@@ -194,7 +194,7 @@ impl Direction {
         }
     }
 
-    /// In words.
+    /// Description for reports.
     #[must_use]
     pub fn name(self) -> String {
         match self {

@@ -1,24 +1,24 @@
-//! Samples in which a joint is held by dry friction.
+//! Samples in which dry friction holds a joint.
 //!
-//! A joint that is held takes any torque between both directions' breakaway: its torque is then no function of its motion, and a row of
-//! the fit would ask for one. Such rows weigh nothing, and no error counts them. In a log of rests nearly every sample is such a one;
-//! there they stay, and friction is what the last motion has left ([`crate::friction::Direction::Hysteresis`]).
+//! The torque of a held joint can have any value between the breakaway torques of the two directions. It is not a function of the motion, so such
+//! rows have zero weight in the fit, and no error counts them. In a log of static postures nearly every sample is held. There the rows are kept, and
+//! the friction is that left by the last motion ([`crate::friction::Direction::Hysteresis`]).
 
 use crate::Series;
 use crate::statistics::median;
 
-/// Time for which a joint has not moved before and after a sample, in `1 / cut-off` of the torque filter.
+/// Time before and after a sample in which a held joint must not move, in `1 / cut-off` of the torque filter.
 const STILL: f64 = 0.1;
-/// Time beside a held sample in which the torque filter still mixes, in `1 / cut-off`.
+/// Time around a held sample in which the torque filter still mixes in its torque, in `1 / cut-off`.
 const MIXED: f64 = 0.5;
 /// Range of a position at rest, in standard deviations of its noise.
 const RANGE: f64 = 9.0;
 /// Range of a position at rest without noise, rad or m.
 const LEAST: f64 = 1e-7;
-/// Share of a log from which on it is one of rests.
+/// Share of held samples above which a log counts as one of static postures.
 const RESTS: f64 = 0.8;
 
-/// For each joint and sample, whether the joint is held; nowhere in a log in which the joint rests nearly always.
+/// Returns, for each joint and sample, true if friction holds the joint. All false in a log in which the joint rests nearly always.
 ///
 /// | name | quantity | unit |
 /// |---|---|---|
@@ -47,7 +47,8 @@ fn of_joint(q: &[f64], still: usize, mixed: usize) -> Vec<bool> {
     (0..count).map(|k| rests[around(k, mixed)].contains(&true)).collect()
 }
 
-/// Standard deviation of a position's noise, from the median of third differences: a motion leaves little in them, a jolt moves no median.
+/// Standard deviation of a position's noise, from the median of third differences. A smooth motion contributes little to them, and a jolt does not
+/// change the median.
 fn noise(q: &[f64]) -> f64 {
     let third = q.windows(4).map(|q| (q[3] - 3.0 * q[2] + 3.0 * q[1] - q[0]).abs());
     1.4826 * median(third.collect()) / 20.0_f64.sqrt()
@@ -58,7 +59,7 @@ fn noise(q: &[f64]) -> f64 {
 mod tests {
     use super::held;
 
-    /// A position that swings for 2 s, stands for 1 s, and swings on, at 100 Hz.
+    /// A position that swings for 2 s, rests for 1 s, and swings again, at 100 Hz.
     fn stopped(noise: f64) -> Vec<f64> {
         let swing = |t: f64| 0.3 * (3.0 * t).sin();
         let jitter = |k: usize| noise * (((k * 7919) % 101) as f64 / 50.0 - 1.0);

@@ -1,4 +1,4 @@
-//! Identification in order.
+//! The identification procedure, from logs to a model.
 
 use crate::Series;
 use crate::arm::Arm;
@@ -15,70 +15,70 @@ use crate::prepare::{Filters, Prepared};
 use crate::random::Random;
 use nalgebra::{DMatrix, DVector};
 
-/// Cut-off of the filter of torques, Hz, where the log is fast enough.
+/// Default cut-off of the torque filter if the log is fast enough, Hz.
 pub const TORQUE_CUTOFF: f64 = 8.0;
-/// Cut-offs of motions that are tried, in cut-offs of torques.
+/// Motion cut-offs that are tried, as multiples of the torque cut-off.
 const MOTION_CUTOFFS: [f64; 6] = [0.6, 1.0, 1.5, 2.5, 5.0, 8.0];
 
-/// Ways of telling the direction of friction: of arms with real gears, and of arms whose friction creeps, as a simulated one's.
+/// Direction rules of friction: for arms with real gears, and for arms whose friction creeps, such as simulated ones.
 const DIRECTIONS: [Direction; 2] = [Direction::Hysteresis(1e-4), Direction::Smooth(2e-3)];
 
-/// States over which a joint's torque is called known or open.
+/// Number of random states over which the remaining uncertainty of a joint's torque is evaluated.
 const STATES: usize = 60;
 
-/// Settings that may be chosen by hand.
+/// Settings that the user may override.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Settings {
-    /// Cut-off of the filter of torques, Hz.
+    /// Cut-off of the torque filter, Hz; chosen automatically if `None`.
     pub torque_cutoff: Option<f64>,
-    /// Cut-off of the filter of motions, Hz.
+    /// Cut-off of the motion filter, Hz; chosen automatically if `None`.
     pub motion_cutoff: Option<f64>,
-    /// Offset, viscous and Coulomb friction only.
+    /// Use offset, viscous and Coulomb friction only.
     pub plain_friction: bool,
-    /// Take the torques as they are in time: no delay is looked for.
+    /// Keep the torques as they are in time, without a search for delays.
     pub keep_delay: bool,
 }
 
-/// The model of an arm.
+/// The identified model of an arm.
 #[derive(Clone, Debug)]
 pub struct Identified {
     /// The base parameters.
     pub base: Base,
     /// The filters that were chosen.
     pub filters: Filters,
-    /// Held-out error of the motion cut-offs that were tried: Hz, and the geometric mean over the joints, N m.
+    /// Motion cut-offs that were tried: the cut-off, Hz, and the geometric mean of the joints' held-out errors, N m.
     pub cutoffs: Vec<(f64, f64)>,
-    /// The law of friction of each joint.
+    /// Friction law of each joint.
     pub laws: Vec<FrictionLaw>,
-    /// Its coefficients.
+    /// Friction coefficients of each joint, one per term.
     pub friction: Vec<Vec<f64>>,
-    /// Their standard deviations.
+    /// Standard deviations of the friction coefficients.
     pub friction_deviations: Vec<Vec<f64>>,
-    /// Candidates that were tried.
+    /// Friction candidates that were tried.
     pub tried: Vec<Tried>,
-    /// Least squares: base parameters before they were made those of possible bodies.
+    /// Base parameters from least squares, before physical consistency is enforced.
     pub free: DVector<f64>,
-    /// Covariance of these.
+    /// Covariance of `free`.
     pub covariance: DMatrix<f64>,
-    /// Possible bodies.
+    /// Physically consistent bodies.
     pub bodies: Consistent,
-    /// Residual of each joint on the logs, N m or N: robust deviation.
+    /// Robust standard deviation of each joint's residual on the logs, N m or N.
     pub sigma: Vec<f64>,
-    /// Condition number of the weighted columns of the base parameters, each of one length.
+    /// Condition number of the weighted base-parameter columns, each scaled to equal length.
     pub condition: f64,
     /// Delay of each joint's torque that is compensated, s.
     pub delay: Vec<f64>,
     /// The delays that the logs show.
     pub delays: Delays,
-    /// Root mean square jitter of the time stamps that an even clock has replaced, s: the largest of the logs.
+    /// Root mean square jitter of the time stamps that an even clock has replaced, s: the largest over the logs.
     pub jitter: f64,
     /// Held-out error of each joint, N m or N.
     pub held_out: Vec<f64>,
-    /// Share of each joint's variance left over that rows a quarter of a second before explain: near 1, it is no noise.
+    /// Autocorrelation of each joint's residual at a lag of 0.25 s. Near 1, the residual is a model error and no noise.
     pub persistence: Vec<f64>,
 }
 
-/// Identify an arm from logs.
+/// Identifies an arm from logs.
 #[must_use]
 pub fn identify(arm: &dyn Arm, maker: &Maker, logs: &[Log], settings: &Settings) -> Identified {
     let base = Base::of(arm);
@@ -145,7 +145,7 @@ pub fn identify(arm: &dyn Arm, maker: &Maker, logs: &[Log], settings: &Settings)
     }
 }
 
-/// Adds what an error of the delays does to the unknowns: what is left of them, or all of one that is not compensated.
+/// Adds the effect of delay errors to the covariance: the uncertainty of a compensated delay, or the whole of one that is not compensated.
 fn add_delay(covariance: &mut DMatrix<f64>, logs: &[Prepared], fit: &Fit, delay: &[f64], delays: &Delays) {
     for (joint, applied) in delay.iter().enumerate() {
         let (Some(value), Some(deviation)) = (delays.value.get(joint), delays.deviation.get(joint)) else { continue };
@@ -155,8 +155,8 @@ fn add_delay(covariance: &mut DMatrix<f64>, logs: &[Prepared], fit: &Fit, delay:
     }
 }
 
-/// Adds what noise of the positions does to the unknowns. Noise in a column makes its coefficient too small, and no residual shows it:
-/// a second fit with as much noise again moves as far as the first one has.
+/// Adds the effect of position noise to the covariance. Noise in a column biases its coefficient towards zero, and no residual shows it. A second fit
+/// with the same amount of noise added again moves about as far as the first fit is biased.
 fn add_position_noise(
     covariance: &mut DMatrix<f64>,
     arm: &dyn Arm,
@@ -181,20 +181,20 @@ fn add_position_noise(
     *covariance += &moved * moved.transpose();
 }
 
-/// Standard deviation of the noise of a position, from third differences, which leave little of a motion.
+/// Standard deviation of a position's noise, from third differences, to which a smooth motion contributes little.
 fn position_noise(q: &[f64]) -> f64 {
     let third: f64 = q.windows(4).map(|q| (q[3] - 3.0 * q[2] + 3.0 * q[1] - q[0]).powi(2)).sum();
     (third / (20 * q.len().max(1)) as f64).sqrt()
 }
 
-/// The cut-off of motions with the least held-out error of torques behind their own filter, which stays the same.
+/// Motion cut-off with the smallest held-out error of the torques. The torque filter stays the same.
 fn best_cutoff(
     base: &Base,
     torque: f64,
     rate: f64,
     prepare: &dyn Fn(f64) -> Vec<Prepared>,
 ) -> (f64, Vec<(f64, f64)>, Vec<Prepared>) {
-    // Each joint counts with the direction that suits it.
+    // Each joint is judged with the direction rule that suits it.
     let mut tried = Vec::new();
     let mut best: Option<(f64, f64, Vec<Prepared>)> = None;
     for motion in MOTION_CUTOFFS.map(|share| share * torque).into_iter().filter(|f| *f < 0.4 * rate) {
@@ -214,7 +214,7 @@ fn best_cutoff(
     best.map_or_else(|| (torque, Vec::new(), prepare(torque)), |(motion, _, logs)| (motion, tried, logs))
 }
 
-/// Coefficients of friction for these base parameters.
+/// Friction coefficients that are optimal for these base parameters.
 fn friction_beside(problem: &FitProblem<'_>, fit: &Fit, beta: &DVector<f64>) -> Vec<Vec<f64>> {
     let loads: Vec<Series> = problem.logs.iter().map(|log| log.of_bodies(beta.as_slice())).collect();
     let rows = problem.rows(&loads);
@@ -231,7 +231,8 @@ fn friction_beside(problem: &FitProblem<'_>, fit: &Fit, beta: &DVector<f64>) -> 
 }
 
 impl Identified {
-    /// Share of the maker's uncertainty about each joint's torque that is left, over states all around: 1 if the logs say nothing of it.
+    /// Share of the maker's uncertainty about each joint's torque that remains, over random states. It is 1 if the logs contain no information about
+    /// the joint.
     #[must_use]
     pub fn open(&self, arm: &dyn Arm) -> Vec<f64> {
         let n = self.base.joints;
@@ -248,7 +249,7 @@ impl Identified {
         sums.iter().map(|(after, before)| (after / before.max(1e-300)).max(0.0).sqrt()).collect()
     }
 
-    /// `(b - R pi)^T C^-1 (b - R pi)`: how far the possible bodies are from least squares, in deviations squared.
+    /// `(b - R pi)^T C^-1 (b - R pi)`: squared distance of the consistent bodies from least squares, in standard deviations.
     #[must_use]
     pub fn distance(&self) -> f64 {
         let off = &self.free - &self.bodies.beta;

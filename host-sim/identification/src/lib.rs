@@ -1,6 +1,6 @@
-//! The model of an arm from logs of its motion: inertial parameters, friction, payload.
+//! Identification of an arm's model from logs of its motion: inertial parameters, friction and payload.
 //!
-//! `tau = Y(q, qd, qdd) pi + friction(q, qd, load)`, SI units throughout. Nothing here reads robot files or prints.
+//! `tau = Y(q, qd, qdd) pi + friction(q, qd, load)`, in SI units. This package reads no robot files and prints nothing.
 #![forbid(unsafe_code)]
 
 pub mod arm;
@@ -27,5 +27,5 @@ mod random;
 mod statistics;
 pub mod verdict;
 
-/// One list of samples for each joint.
+/// Samples of a quantity: one list for each joint.
 pub type Series = Vec<Vec<f64>>;

@@ -1,11 +1,11 @@
-//! Payload of an arm, from a log against a known arm.
+//! Payload of an arm, estimated from a log and a known arm.
 //!
-//! The load is ten parameters more on the last link: `tau - tau_known = Y_n p + friction`. Friction drifts with temperature between two
-//! logs, so its coefficients are estimated anew, near those of the known arm. Every row counts by how many neighbours say the same, and
-//! the known arm's own covariance goes into the interval.
+//! The load adds ten parameters to the last link: `tau - tau_known = Y_n p + friction`. Friction drifts with temperature between two logs, so its
+//! coefficients are estimated again, near those of the known arm. Weights account for autocorrelated residuals, and the interval includes the known
+//! arm's covariance.
 //!
-//! Motion without a load cannot tell torque per ampere from mass: with twice the constant everything weighs twice as much. What can is
-//! the maker's masses, to within how far they are trusted. [`torque_scale`] weighs both.
+//! Motion without a load cannot separate torque per ampere from mass: with twice the constant everything weighs twice as much. The maker's masses
+//! can, within their uncertainty. [`torque_scale`] combines both.
 
 mod scale;
 
@@ -25,25 +25,25 @@ use crate::prepare::{Filters, Prepared};
 use dynamics_core::regressor::PARAMETERS;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
-/// Rounds of robust weights and of the load that friction feels.
+/// Rounds of robust weights and of the load in the friction terms.
 const ROUNDS: usize = 5;
-/// Drift of a coefficient of friction, as a share, and at least, in deviations of the residual.
+/// Standard deviation of a friction coefficient's drift: relative, and at least this multiple of the residual's standard deviation.
 const DRIFT: (f64, f64) = (0.25, 0.5);
 
-/// An arm that is known.
+/// An identified arm.
 #[derive(Clone, Debug)]
 pub struct Known {
-    /// Its base.
+    /// Its base-parameter form.
     pub base: Base,
     /// Base parameters.
     pub beta: DVector<f64>,
     /// Their covariance.
     pub covariance: DMatrix<f64>,
-    /// The law of friction of each joint.
+    /// Friction law of each joint.
     pub laws: Vec<FrictionLaw>,
-    /// Its coefficients.
+    /// Friction coefficients of each joint.
     pub friction: Vec<Vec<f64>>,
-    /// The filters.
+    /// Filters of the identification.
     pub filters: Filters,
     /// Delay of each joint's torque that is compensated, s; empty for none.
     pub delay: Vec<f64>,
@@ -52,28 +52,28 @@ pub struct Known {
 /// Estimated payload.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Payload {
-    /// kg.
+    /// Mass, kg.
     pub mass: f64,
-    /// Its standard deviation, with that of the scale of torques.
+    /// Standard deviation of the mass, kg, including the uncertainty of the torque scale.
     pub mass_deviation: f64,
-    /// kg, as if the scale of torques were one.
+    /// Mass if the torque scale were 1, kg.
     pub unscaled: f64,
-    /// Deviation of that.
+    /// Standard deviation of `unscaled`, kg.
     pub unscaled_deviation: f64,
-    /// Mass centre in the last link's frame, m; `None` where there is no mass to speak of.
+    /// Centre of mass in the last link's frame, m; `None` if the mass is negligible.
     pub com: Option<Vector3<f64>>,
-    /// Deviation of each coordinate, m.
+    /// Standard deviation of each coordinate of `com`, m.
     pub com_deviation: Vector3<f64>,
-    /// Inertia about the mass centre, kg m^2, of a body that is possible.
+    /// Inertia about the centre of mass, kg m^2, of a physically consistent body.
     pub inertia: Matrix3<f64>,
-    /// Measured torque over true torque, and its deviation.
+    /// Measured torque over true torque, and its standard deviation.
     pub scale: (f64, f64),
-    /// Root mean square of what is left, N m or N, of each joint.
+    /// Root mean square of each joint's residual, N m or N.
     pub rms: Vec<f64>,
 }
 
 impl Known {
-    /// From an identification.
+    /// Takes the arm from an identification.
     #[must_use]
     pub fn of(found: &Identified) -> Self {
         Self {
@@ -87,7 +87,7 @@ impl Known {
         }
     }
 
-    /// From numbers that are taken as they are, with viscous and Coulomb friction.
+    /// Takes given parameters as exact, with viscous and Coulomb friction.
     #[must_use]
     pub fn of_numbers(arm: &dyn Arm, parameters: &[f64], friction: &[(f64, f64)], filters: Filters) -> Self {
         let base = Base::of(arm);
@@ -98,13 +98,13 @@ impl Known {
         Self { base, beta, covariance, laws, friction, filters, delay: Vec::new() }
     }
 
-    /// `R` restricted to the last link.
+    /// `R` restricted to the parameters of the last link.
     fn last_link(&self) -> DMatrix<f64> {
         let n = self.base.joints;
         self.base.regroup.columns(PARAMETERS * (n - 1), PARAMETERS).into_owned()
     }
 
-    /// Payload along these logs. `scale` is measured torque over true torque with its deviation: [`torque_scale`], or (1, 0).
+    /// Estimates the payload along these logs. `scale` is measured over true torque and its standard deviation: from [`torque_scale`], or (1, 0).
     #[must_use]
     pub fn payload(&self, arm: &dyn Arm, logs: &[Log], scale: (f64, f64)) -> Payload {
         let in_time = |log: &Log| shifted(&repaired(log).0, &self.delay);
@@ -153,21 +153,21 @@ impl Known {
         Payload::of(&held, &covariance, scale, sigma)
     }
 
-    /// One over the variance that each unknown is expected to have: none for the load, drift for friction.
+    /// Prior inverse variance of each unknown: zero for the load, the drift for friction.
     fn prior(&self, sigma: &[f64], start: &DVector<f64>, more: usize) -> DVector<f64> {
         let mut prior = DVector::zeros(PARAMETERS + more);
         let joint_of = self.laws.iter().enumerate().flat_map(|(joint, law)| vec![joint; law.terms.len()]);
         for (k, joint) in joint_of.enumerate() {
             prior[PARAMETERS + k] = (DRIFT.0 * start[k].abs()).max(DRIFT.1 * sigma[joint]).powi(-2);
         }
-        // Inertia about the link's origin: no load that an arm carries has a radius of gyration of more than half a metre.
+        // Inertia about the link's origin: the prior assumes a radius of gyration below about half a metre.
         for k in 4..PARAMETERS {
             prior[k] = 1.0;
         }
         prior
     }
 
-    /// Coupling of the estimate to an error of the known base parameters: `A^T W Y_b`.
+    /// Sensitivity of the estimate to errors of the known base parameters: `A^T W Y_b`.
     fn through(&self, rows: &[Rows], asked: &[Rows], sigma: &[f64], weights: &[Vec<f64>], more: usize) -> DMatrix<f64> {
         let b = self.base.len();
         let mut sum = DMatrix::zeros(PARAMETERS + more, b);
@@ -186,7 +186,7 @@ impl Known {
     }
 }
 
-/// Rows in the load's parameters and changes of friction, with what is known taken off the torque.
+/// Rows in the load's parameters and in changes of friction, after the known torque is subtracted.
 fn rows_of_load(rows: &Rows, base: usize, last: &DMatrix<f64>, known: &DVector<f64>) -> Rows {
     let bodies = rows.places.iter().filter(|place| **place < base).count();
     let mut columns = DMatrix::zeros(rows.target.len(), PARAMETERS + rows.places.len() - bodies);
@@ -229,7 +229,7 @@ impl Payload {
         if held[0] < 2.0 * deviation(0) {
             return payload;
         }
-        // A ball of a decimetre about the centre that the moments say, to start from.
+        // Start from a ball about 0.1 m in size at the centre of mass that the moments give.
         let centre = Vector3::new(held[1], held[2], held[3]) / held[0];
         let round = Matrix3::from_diagonal_element(centre.dot(&centre)) - centre * centre.transpose();
         let ball = (round + Matrix3::from_diagonal_element(0.004)) * held[0];

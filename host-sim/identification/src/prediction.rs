@@ -10,29 +10,29 @@ use crate::log::Log;
 use crate::prepare::Prepared;
 use crate::statistics;
 
-/// Measured and predicted torque behind the same filter.
+/// Measured and predicted torque, both filtered.
 #[derive(Clone, Debug)]
 pub struct Prediction {
-    /// s.
+    /// Time of each sample, s.
     pub time: Vec<f64>,
-    /// Measured, N m or N.
+    /// Measured torque, N m or N.
     pub measured: Series,
-    /// By the identified model.
+    /// Torque of the identified model, N m or N.
     pub model: Series,
-    /// Velocity of each joint behind its filter.
+    /// Filtered velocity of each joint, rad/s or m/s.
     pub qd: Series,
-    /// Samples of each joint in which friction holds it: no model tells its torque there.
+    /// True for samples in which friction holds the joint; no model predicts its torque there.
     pub held: Vec<Vec<bool>>,
 }
 
 impl Identified {
-    /// The log by an even clock if its stamps jitter, and without the delay of its torques.
+    /// Returns the log with an even clock if its stamps jitter, and with the torque delays removed.
     #[must_use]
     pub fn in_time(&self, log: &Log) -> Log {
         shifted(&repaired(log).0, &self.delay)
     }
 
-    /// Torque along a log, measured and predicted, behind the filters of the identification.
+    /// Predicts the torque along a log with the identified model and the filters of the identification.
     #[must_use]
     pub fn predict(&self, arm: &dyn Arm, log: &Log) -> Prediction {
         let prepared = Prepared::new(&self.in_time(log), arm, &self.base, self.filters);
@@ -49,8 +49,8 @@ impl Identified {
         Prediction { time: prepared.time, measured: prepared.tau, model, qd: prepared.qd, held: prepared.held }
     }
 
-    /// Torque along a log by other parameters and a law `friction(joint, qd, load)` of one's own, N m or N: what a robot file says. The
-    /// load is the torque of the bodies.
+    /// Predicts the torque along a log with other parameters, for example a robot file's, and with a friction law `friction(joint, qd, load)`, N m or
+    /// N. The load is the torque of the bodies.
     #[must_use]
     pub fn predict_by(
         &self,
@@ -71,13 +71,13 @@ impl Identified {
 }
 
 impl Prediction {
-    /// Measured torque that a model leaves, N m or N; 0 where friction holds a joint.
+    /// Measured torque minus a model's torque, N m or N; 0 where friction holds a joint.
     #[must_use]
     pub fn left(&self, model: &Series) -> Series {
         self.moving(&difference(&self.measured, model))
     }
 
-    /// A series of torques without those of held joints: 0 in their place.
+    /// Sets a series to 0 where friction holds the joint.
     #[must_use]
     pub fn moving(&self, series: &Series) -> Series {
         let of = |(x, held): (&Vec<f64>, &Vec<bool>)| {
@@ -86,7 +86,7 @@ impl Prediction {
         series.iter().zip(&self.held).map(of).collect()
     }
 
-    /// Share of the samples in which friction holds each joint.
+    /// Share of each joint's samples in which friction holds it.
     #[must_use]
     pub fn held_share(&self) -> Vec<f64> {
         let of = |held: &Vec<bool>| held.iter().filter(|held| **held).count() as f64 / held.len().max(1) as f64;

@@ -1,4 +1,4 @@
-//! A log and an arm together: filtered torques and columns.
+//! Filtered torques and model columns of a log.
 
 use crate::Series;
 use crate::arm::Arm;
@@ -8,51 +8,51 @@ use crate::held::held;
 use crate::log::Log;
 use nalgebra::DMatrix;
 
-/// Rate that is enough for what is left after the filter of torques, and of motions, in cut-offs.
+/// Sampling rates that suffice after the torque filter and after the motion filter, in multiples of the cut-off.
 const PER_CUTOFF: (f64, f64) = (10.0, 5.0);
 
-/// Rows a second, in cut-offs of the torque filter: a torque behind it holds no more.
+/// Rows per second, in multiples of the torque cut-off; a filtered torque contains no more information.
 const ROWS_PER_CUTOFF: f64 = 4.0;
 
-/// The two filters.
+/// Cut-offs of the two filters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Filters {
-    /// Cut-off of positions, before they are differentiated, Hz.
+    /// Cut-off for positions, which are differentiated after filtering, Hz.
     pub motion: f64,
-    /// Cut-off of measured and predicted torque alike, Hz.
+    /// Cut-off for measured and predicted torques alike, Hz.
     pub torque: f64,
 }
 
-/// A log as least squares sees it. All series are even in time.
+/// A log prepared for least squares. All series are even in time.
 #[derive(Clone, Debug)]
 pub struct Prepared {
-    /// Samples a second.
+    /// Samples per second.
     pub rate: f64,
-    /// s.
+    /// Time of each sample, s.
     pub time: Vec<f64>,
     /// Filtered position, rad or m.
     pub q: Series,
-    /// Its derivative.
+    /// Derivative of `q`, rad/s or m/s.
     pub qd: Series,
-    /// Its second derivative.
+    /// Second derivative of `q`, rad/s^2 or m/s^2.
     pub qdd: Series,
-    /// Torque through the filter, N m or N.
+    /// Filtered torque, N m or N.
     pub tau: Series,
     /// The filter of torques.
     pub low_pass: LowPass,
-    /// Its cut-off, Hz.
+    /// Cut-off of the torque filter, Hz.
     pub cutoff: f64,
-    /// Columns of the base parameters at each joint, through the filter of torques: samples x base parameters.
+    /// Filtered base-parameter columns at each joint: samples x base parameters.
     pub columns: Vec<DMatrix<f64>>,
-    /// Samples of each joint in which friction holds it.
+    /// True for samples in which friction holds the joint.
     pub held: Vec<Vec<bool>>,
 }
 
 impl Prepared {
-    /// Even time, filtered motion, and the columns of the base parameters.
+    /// Resamples a log evenly, filters its motion, and computes the base-parameter columns.
     ///
-    /// Positions pass the filter of motions, are differentiated twice, and give the columns; these and the torque pass the filter of
-    /// torques, so that filtering makes no error of its own.
+    /// Positions pass the motion filter and are differentiated twice, which gives the columns. The columns and the torque then pass the same torque
+    /// filter, so that filtering itself adds no error.
     #[must_use]
     pub fn new(log: &Log, arm: &dyn Arm, base: &Base, filters: Filters) -> Self {
         let rate = log.rate();
@@ -83,7 +83,7 @@ impl Prepared {
         self.time.len()
     }
 
-    /// Every how many samples are a row of the fit.
+    /// Number of samples from one row of the fit to the next.
     #[must_use]
     pub fn row_step(&self) -> usize {
         ((self.rate / (ROWS_PER_CUTOFF * self.cutoff)).floor() as usize).max(1)

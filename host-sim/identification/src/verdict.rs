@@ -9,14 +9,14 @@ use crate::prediction::{Prediction, rms};
 pub enum Grade {
     /// The model explains logs that it has not seen, with plausible parameters.
     Trusted,
-    /// A person should look before the model is used.
+    /// The user should inspect the results before using the model.
     Doubtful,
-    /// The log cannot give a model, or contradicts the arm.
+    /// The log does not determine a model, or contradicts the arm.
     Refused,
 }
 
 impl Grade {
-    /// Its name in reports.
+    /// Name in reports.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -32,34 +32,34 @@ impl Grade {
 pub enum Reason {
     /// One or two faults of the log explain it, the most likely first.
     Explained(Vec<Explanation>),
-    /// Faults of the logs for validation explain them.
+    /// Faults of the validation logs explain them.
     ExplainedThere(Vec<Explanation>),
-    /// The motion does not separate the parameters: the condition number of their columns.
+    /// The motion does not separate the parameters. Holds the condition number of their columns.
     LittleMotion(f64),
-    /// Share of the maker's uncertainty about a joint's torque in other motions that the log leaves.
+    /// The log leaves a joint's torque in other motions uncertain. Holds the joint, and the remaining share of the maker's uncertainty.
     Unexcited(usize, f64),
-    /// All torques together are predicted no better than by the robot file: the mean relative error before and after.
+    /// All torques together are predicted no better than by the robot file. Holds the mean relative error before and after.
     NoBetter(f64, f64),
-    /// A joint's torque is predicted worse than by the robot file: relative error before and after.
+    /// A joint's torque is predicted worse than by the robot file. Holds the joint, and its relative error before and after.
     Worse(usize, f64, f64),
-    /// Relative error of a joint's torque that is no noise.
+    /// A joint's relative torque error, which is not noise.
     Missed(usize, f64),
-    /// A joint is predicted worse in the logs for validation than in the others: relative errors there and here.
+    /// A joint is predicted worse in the validation logs than in the others. Holds the joint, and its relative errors there and here.
     OtherThere(usize, f64, f64),
-    /// All bodies together are so many times as heavy as the maker's.
+    /// All bodies together are heavier than the maker's by this factor.
     Heavier(f64),
-    /// The mass of a link is so many times the maker's.
+    /// The mass of a link is this multiple of the maker's.
     Mass(usize, f64),
-    /// Friction drives a joint instead of braking it: by so many standard deviations.
+    /// Friction drives a joint instead of braking it, by this many standard deviations.
     Drives(usize, f64),
-    /// Possible bodies are so many standard deviations from least squares.
+    /// The physically consistent bodies are this many standard deviations from least squares.
     Impossible(f64),
-    /// The torques follow the robot file's own model: largest relative difference.
+    /// The torques equal those of the robot file's own model. Holds the largest relative difference.
     FollowsFile(f64),
 }
 
 impl Reason {
-    /// The worst grade that a model with this finding can have.
+    /// The grade that this finding causes; the model's grade is the worst of them.
     #[must_use]
     pub const fn grade(&self) -> Grade {
         match self {
@@ -69,7 +69,7 @@ impl Reason {
     }
 }
 
-/// A grade and its reasons; none for a trusted model.
+/// A grade and its reasons; a trusted model has no reasons.
 #[derive(Clone, Debug)]
 pub struct Verdict {
     /// The grade.
@@ -78,45 +78,45 @@ pub struct Verdict {
     pub reasons: Vec<Reason>,
 }
 
-/// Relative errors of torques, a number for each joint.
+/// Relative errors of torques, one number for each joint.
 #[derive(Clone, Debug, Default)]
 pub struct Errors {
-    /// By the robot file's own numbers, on the judged logs.
+    /// Errors of the robot file's own numbers, on the judged logs.
     pub before: Vec<f64>,
-    /// By the identified model, on the judged logs.
+    /// Errors of the identified model, on the judged logs.
     pub after: Vec<f64>,
-    /// By the identified model in blocks of the logs that were held out.
+    /// Errors of the identified model in held-out blocks of the logs.
     pub held_out: Vec<f64>,
-    /// Autocorrelation of what is left after a quarter of a second, on the judged logs.
+    /// Autocorrelation of the residual at a lag of 0.25 s, on the judged logs.
     pub persistence: Vec<f64>,
-    /// True if the judged logs are others than those of the identification.
+    /// True if the judged logs are not those of the identification.
     pub others: bool,
 }
 
-/// Condition number from which on the parameters are not separated.
+/// Condition number above which the parameters are not separated.
 const CONDITION: f64 = 200.0;
-/// Share of the maker's uncertainty that is left from which on a joint counts as not excited.
+/// Remaining share of the maker's uncertainty above which a joint counts as not excited.
 const UNEXCITED: f64 = 0.6;
-/// Largest error of all torques together over that before, and the relative error up to which this does not count.
+/// Largest ratio of the mean error to the error before, and the relative error up to which this check does not apply.
 const BETTER: (f64, f64) = (0.97, 0.05);
-/// Error of one joint over that before from which on it is worse, and from which size of it.
+/// Ratio of a joint's error to its error before that counts as worse, and the smallest relative error for which it counts.
 const WORSE: (f64, f64) = (1.5, 0.1);
-/// Relative error of a joint, and the autocorrelation from which on it is no noise.
+/// Relative error of a joint, and the autocorrelation above which the residual is not noise.
 const MISSED: (f64, f64) = (0.3, 0.4);
-/// Error in other logs over that in blocks held out, and from which size of it.
+/// Ratio of the error in validation logs to that in held-out blocks, and the smallest relative error for which it counts.
 const THERE: (f64, f64) = (4.0, 0.25);
-/// Bodies together, and a link alone, so many times as heavy.
+/// Largest mass ratio to the maker's: of all bodies together, and of a single link.
 const HEAVIER: f64 = 1.5;
 const MASS: f64 = 4.0;
-/// Standard deviations by which friction drives a joint, and by which bodies are impossible.
+/// Standard deviations from which friction drives a joint, and from which the least-squares bodies are impossible.
 const DRIVES: f64 = 3.0;
 const IMPOSSIBLE: f64 = 4.0;
-/// Relative difference below which a torque follows the robot file's own model: no real arm does.
+/// Relative difference below which the torques come from the robot file's own model; no real arm agrees so well.
 const FOLLOWS: f64 = 0.003;
 
-/// The verdict on an identified model.
+/// Judges an identified model.
 ///
-/// `masses` holds, for each link whose mass the log sees, its mass over the maker's.
+/// `masses` holds, for each link whose mass the log determines, its index and the ratio of its mass to the maker's.
 #[must_use]
 pub fn verdict(
     found: &Identified,
@@ -127,7 +127,7 @@ pub fn verdict(
 ) -> Verdict {
     let mut reasons = Vec::new();
     if !findings.explanations.is_empty() {
-        // All else that is strange follows from it.
+        // All other findings follow from the fault.
         let reasons = vec![Reason::Explained(findings.explanations.clone())];
         return Verdict { grade: Grade::Refused, reasons };
     }
@@ -176,7 +176,7 @@ pub fn verdict(
 }
 
 impl Verdict {
-    /// Adds what explains the logs for validation, if they fit badly.
+    /// Adds explanations of the validation logs if they fit badly.
     pub fn explain_validation(&mut self, findings: impl FnOnce() -> Findings) {
         let bad = |reason: &Reason| {
             matches!(reason, Reason::NoBetter(..) | Reason::Worse(..) | Reason::Missed(..) | Reason::OtherThere(..))
@@ -192,7 +192,7 @@ impl Verdict {
     }
 }
 
-/// Autocorrelation of what is left of each joint's torque after a quarter of a second, from 0 to 1, and the root mean square of it.
+/// Autocorrelation of each joint's residual torque at a lag of 0.25 s, from 0 to 1.
 #[must_use]
 pub fn persistence(prediction: &Prediction) -> Vec<f64> {
     let (time, measured) = (&prediction.time, &prediction.measured);

@@ -1,4 +1,4 @@
-//! Arms of the project as identification sees them.
+//! The project's arms, for identification tests.
 
 use dynamics_core::Inertia;
 use identification::arm::{Arm, Chain};
@@ -7,14 +7,14 @@ use nalgebra::Vector3;
 use robot_compiler::{Robot, with_dof};
 use std::path::Path;
 
-/// An arm and its own numbers.
+/// An arm and its true parameters.
 pub(crate) struct Known {
     pub(crate) arm: Box<dyn Arm>,
     pub(crate) parameters: Vec<f64>,
     pub(crate) names: Vec<String>,
 }
 
-/// A column, a boom and a stick: the least arm in which gravity, couplings and a vertical axis are all there.
+/// A column, a boom and a stick: the smallest arm with gravity, coupling and a vertical axis.
 const ELBOW: &str = r#"
     name = "elbow"
     source = "made up for these tests"

@@ -63,7 +63,7 @@ fn an_arm_that_cannot_be_is_found_and_no_posture_is_beyond_the_extremes() {
         let least = mass_matrix(known.arm.as_ref(), &changed, &q).symmetric_eigenvalues().min();
         assert!(least >= found.smallest.value - 1e-9, "{least} at {q:?}, {found:?}");
     }
-    // A wrist whose inertia is negative: some posture shows it.
+    // A wrist with negative inertia: the search must find a posture that shows it.
     changed[10 * n + 5] = -0.01;
     assert!(audit(known.arm.as_ref(), &known.parameters, &changed, &limits).smallest.value < 0.0);
 }

@@ -5,7 +5,7 @@ use identification::arm::parameter_count;
 use identification::base::Base;
 use nalgebra::DVector;
 
-/// Torque of the base parameters is the torque of all, at states that the base has not seen.
+/// The base parameters give the same torque as all parameters, at states that were not used to find them.
 #[test]
 fn base_parameters_give_the_torques_of_all_parameters() {
     for name in ["puma560.toml", "stanford.toml", "scara.toml", "planar3r.toml", "yam.toml"] {

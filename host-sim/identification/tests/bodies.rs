@@ -1,4 +1,4 @@
-//! Possible bodies.
+//! Physically consistent bodies.
 
 use crate::arms::load;
 use identification::base::Base;
@@ -15,7 +15,7 @@ fn bodies_are_possible_whatever_the_data_say() {
     let n = known.joints();
     let base = Base::of(known.arm.as_ref());
     let mut wanted = base.of_parameters(&known.parameters);
-    // Nonsense: every other parameter with the wrong sign, and the data sure of it.
+    // Impossible data: every other parameter has the wrong sign, with small covariance.
     wanted.iter_mut().step_by(2).for_each(|beta| *beta = -*beta);
     let found = nearest(&base, &known.maker(), &wanted, &DMatrix::from_diagonal_element(base.len(), base.len(), 1e-6));
     for link in 0..n {
@@ -33,7 +33,7 @@ fn the_makers_bodies_stay_where_the_data_say_the_same() {
     for (found, maker) in found.parameters.iter().zip(&known.parameters) {
         assert!((found - maker).abs() < 2e-3 * maker.abs() + 1e-5, "{found}, {maker}");
     }
-    // Of the first link torques see one moment.
+    // Torques depend on only one moment of the first link.
     assert!(found.unseen[0] > 0.9, "{}", found.unseen[0]);
 }
 

@@ -12,7 +12,7 @@ fn a_low_pass_lets_slow_motion_through_without_delay_and_halves_its_cut_off() {
     let filter = LowPass::new(8.0, 100.0);
     for (frequency, gain, allowed) in [(1.0, 1.0, 1e-3), (8.0, 0.5, 0.01), (24.0, 0.0, 1e-3)] {
         let (x, y) = (wave(frequency, 100.0), filter.apply(&wave(frequency, 100.0)));
-        // In the middle, in phase.
+        // Away from the ends, the output is in phase.
         let worst = (200..800).map(|k| (y[k] - gain * x[k]).abs()).fold(0.0, f64::max);
         assert!(worst < allowed, "{frequency} Hz: {worst}");
     }

@@ -39,7 +39,7 @@ fn text(values: &[f64], factor: f64) -> Vec<String> {
 }
 
 impl File {
-    /// Time, then positions and torques by these names of their joints, times these factors.
+    /// Time, then positions and torques, with these column names and factors.
     fn new(time: &str, names: [&dyn Fn(usize) -> String; 2], factors: [f64; 2]) -> Self {
         let log = truth();
         let mut columns = vec![(time.to_owned(), text(&log.time, 1.0))];
@@ -49,7 +49,7 @@ impl File {
         Self { columns, separator: ",", comma: false, before: "", units: None }
     }
 
-    /// By names in which `{}` is a number, and that of the first joint.
+    /// Columns with a joint number in place of `{}`, counted from `first`.
     fn numbered(time: &str, q: &str, tau: &str, first: usize) -> Self {
         let name = |pattern: &'_ str, joint: usize| pattern.replace("{}", &(first + joint).to_string());
         Self::new(time, [&|joint| name(q, joint), &|joint| name(tau, joint)], [1.0, 1.0])
@@ -73,14 +73,14 @@ impl File {
         self
     }
 
-    /// One more column.
+    /// Adds a column.
     fn with(mut self, name: &str, of: impl Fn(usize) -> String) -> Self {
         let count = self.columns[0].1.len();
         self.columns.push((name.to_owned(), (0..count).map(of).collect()));
         self
     }
 
-    /// One more quantity of all joints.
+    /// Adds a quantity of all joints.
     fn and(mut self, pattern: &str, first: usize, series: &Series, factor: f64) -> Self {
         for (joint, x) in series.iter().enumerate() {
             self.columns.push((pattern.replace("{}", &(first + joint).to_string()), text(x, factor)));
@@ -110,7 +110,7 @@ impl File {
     }
 }
 
-/// The largest difference of positions, torques (over this factor) and time steps from the truth.
+/// Largest difference of positions, torques (divided by `factor`) and times from the truth.
 fn differs(log: &Log, factor: f64) -> f64 {
     let truth = truth();
     let pairs = truth.q.iter().flatten().zip(log.q.iter().flatten()).map(|(a, b)| (a - b).abs());
@@ -125,7 +125,7 @@ fn by_name(pattern: &str) -> impl Fn(usize) -> String {
     move |joint| pattern.replace("{}", JOINTS[joint])
 }
 
-/// Files that are one log.
+/// Files that contain the same log.
 fn files() -> Vec<(&'static str, File)> {
     let deg = 180.0 / std::f64::consts::PI;
     let usual = File::usual;
@@ -133,7 +133,7 @@ fn files() -> Vec<(&'static str, File)> {
     let qd = log.qd.clone().unwrap();
     let ros =
         || File::numbered("/joint_states/header/stamp", "/joint_states/position[{}]", "/joint_states/effort[{}]", 0);
-    // Positions of joint 1 in the column of index 5, and so on.
+    // Positions of joint 1 are in the column of index 5, and so on.
     let mut backwards = ros();
     for k in 0..6 {
         backwards.columns[1 + k].0 = format!("/joint_states/position[{}]", 5 - k);
@@ -271,7 +271,7 @@ fn one_log_in_the_formats_of_many_programs_is_the_same_samples() {
         let worst = differs(&log, 1.0);
         assert!(worst < 1e-6, "{name}: {worst}, {notes:?}");
     }
-    // The measure sees a joint that is off by one, and a unit that is ignored.
+    // The comparison detects an order that is off by one, and a unit that is ignored.
     let mut wrong = truth();
     wrong.q.rotate_left(1);
     assert!(differs(&wrong, 1.0) > 0.1);
@@ -343,7 +343,7 @@ fn currents_are_read_in_their_unit_with_a_torque_per_ampere() {
         let log = Log::read(file(unit, factor).text().as_bytes(), "a.csv", &with).unwrap();
         assert!(log.from_current && differs(&log, 2.0) < 1e-6, "{unit}");
     }
-    // A unit says more than a word.
+    // A unit is more reliable than a word.
     let effort = File::numbered("t", "q_{}", "effort_{} [A]", 1).read().unwrap_err();
     assert!(effort.found.contains("currents"), "{effort:?}");
 }
@@ -358,7 +358,7 @@ fn torques_and_currents_both_are_a_choice_that_a_torque_per_ampere_makes() {
         "{refused:?}"
     );
     assert!(refused.expected.contains("--torque-per-ampere"), "{refused:?}");
-    // The advice is one that works.
+    // The option that the message suggests works.
     assert!(refused.expected.contains("--columns 'tau=effort[{}]'"), "{refused:?}");
     let named = Reading { columns: Some(ColumnNames::parse("tau=effort[{}]").unwrap()), ..reading() };
     assert!(differs(&Log::read(file.text().as_bytes(), "a.csv", &named).unwrap(), 1.0) < 1e-6);
@@ -368,7 +368,7 @@ fn torques_and_currents_both_are_a_choice_that_a_torque_per_ampere_makes() {
         log.from_current && differs(&log, 1.0) < 1e-6 && notes.iter().any(|note| note.contains("not effort[0]")),
         "{notes:?}"
     );
-    // A constant of the robot file is not a choice.
+    // A torque constant in the robot file alone does not select the currents.
     let file_only = Reading { per_ampere: Some(vec![2.0; 6]), ..reading() };
     assert!(Log::read(file.text().as_bytes(), "a.csv", &file_only).is_err());
 }
@@ -390,7 +390,7 @@ fn columns_by_hand_are_read_whatever_their_names_are() {
             Log::read(file.text().as_bytes(), "a.csv", &with).unwrap_or_else(|error| panic!("{columns}: {error:?}"));
         assert!(differs(&log, factor) < 1e-6, "{columns}");
     }
-    // Units of headings that mean nothing else.
+    // Headings of which only the unit is understood.
     let deg = 180.0 / std::f64::consts::PI;
     for (name, columns) in [
         ("Winkel {} [deg]", "t=stamp_x,q=Winkel {} [deg],tau=beta{}"),

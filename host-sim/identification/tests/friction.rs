@@ -36,7 +36,7 @@ fn an_arm_with_plain_friction_is_found_and_gets_no_other_terms() {
     }
 }
 
-/// Without the friction that the arm has, the same check fails.
+/// With true masses 20 % above the robot file's, the file's torque error is more than five times that of the identified model.
 #[test]
 fn an_arm_identified_without_its_masses_misses_its_torques() {
     let known = load("yam.toml");
@@ -52,7 +52,7 @@ fn an_arm_identified_without_its_masses_misses_its_torques() {
     }
 }
 
-/// A joint that friction holds takes any torque. With those samples in the fit, its friction is wrong; without them it is right.
+/// Friction balances any torque of a held joint. With those samples in the fit the friction is wrong; without them it is right.
 #[test]
 fn samples_in_which_friction_holds_a_joint_are_left_out_and_would_spoil_the_fit() {
     let known = load("yam.toml");
@@ -60,7 +60,7 @@ fn samples_in_which_friction_holds_a_joint_are_left_out_and_would_spoil_the_fit(
     let mut log = log(&known, &known.parameters, &making);
     let at_rest = |q: &[f64], k: usize| (q[k.saturating_sub(3)] - q[(k + 3).min(q.len() - 1)]).abs() < 1e-4;
     for joint in 0..6 {
-        // The drive has let go until friction holds the joint from the other side.
+        // The drive has reduced its torque until friction holds the joint from the other side.
         let direction = Direction::Hysteresis(1e-4).along(&log.q[joint], &[]);
         for k in 0..log.time.len() {
             if at_rest(&log.q[joint], k) {

@@ -39,7 +39,7 @@ fn torques_that_are_all_a_tenth_too_large_show_against_the_makers_masses() {
     let found = identify(arm, &known.maker(), &[log(&known, &stated, &Making::default())], &settings);
     let (scale, deviation) = torque_scale(arm, &Known::of(&found), &known.maker(), 0.1);
     assert!((scale - 1.1).abs() < 2.0 * deviation && deviation < 0.1, "{scale} {deviation}");
-    // Sure of the constant, nothing is blamed on it.
+    // With a trusted torque constant, the scale stays near 1.
     let (scale, _) = torque_scale(arm, &Known::of(&found), &known.maker(), 0.005);
     assert!((scale - 1.0).abs() < 0.01, "{scale}");
 }

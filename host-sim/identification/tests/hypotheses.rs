@@ -1,4 +1,4 @@
-//! Faults of logs are named, in logs of several arms, alone and in pairs; good logs are left alone.
+//! Faults are found in logs of several arms, alone and in pairs; good logs are left alone.
 
 use crate::arms::{Known, load};
 use crate::made::{Making, Random, log, parallel};
@@ -6,7 +6,7 @@ use identification::hypotheses::{Fault, explain};
 use identification::log::Log;
 use nalgebra::Vector3;
 
-/// A log of an arm whose bodies are not those of its maker, and which has rotors.
+/// A log of an arm that has rotors, and bodies that differ from the maker's.
 fn recorded(known: &Known, seed: u64, making: &Making) -> Log {
     let n = known.joints();
     let mut random = Random::new(seed);
@@ -23,7 +23,7 @@ fn scaled(series: &mut [Vec<f64>], joints: impl IntoIterator<Item = usize>, by: 
     }
 }
 
-/// The faults of the best explanation of a spoilt log, or of one as good, if these are the ones.
+/// Succeeds if these are the faults of the best explanation, or of an equally good one.
 fn is_named(known: &Known, log: &Log, wanted: &[Fault]) -> Result<(), String> {
     let found = explain(known.arm.as_ref(), &known.maker(), std::slice::from_ref(log));
     let same = |a: &Fault, b: &Fault| match (a, b) {
@@ -78,7 +78,7 @@ fn singles(n: usize, joint: usize) -> Vec<Spoil> {
     ]
 }
 
-/// Faults of which both hold.
+/// Pairs of faults that hold together.
 fn pairs(n: usize) -> Vec<Spoil> {
     let last = n - 1;
     vec![
@@ -126,7 +126,7 @@ fn pairs(n: usize) -> Vec<Spoil> {
     ]
 }
 
-/// Spoilt logs of an arm, of which every one must be explained.
+/// Checks that every fault in these logs of an arm is found.
 fn all_are_named(name: &str, making: &Making, spoils: &[Spoil]) {
     let known = load(name);
     let good = recorded(&known, 3, making);
@@ -173,7 +173,7 @@ fn another_mounting_and_weight_taken_off_are_named() {
     }
 }
 
-/// 200 logs of arms whose bodies are off by a fifth, with rotors that nobody told, other friction and noise.
+/// 200 good logs: bodies up to 20 % from the maker's, unknown rotors, various friction and noise.
 #[test]
 fn no_fault_is_named_in_good_logs() {
     let arms = ["yam.toml", "elbow.toml", "planar3r.toml", "puma560.toml"].map(load);

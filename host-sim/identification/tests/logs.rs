@@ -1,4 +1,4 @@
-//! Bad logs are refused, with file, line and column.
+//! Bad logs are rejected, with file, line and column.
 
 use crate::arms::load;
 use crate::made::{Making, log, text};
@@ -30,7 +30,7 @@ fn read(rows: &[Vec<String>]) -> Result<Log, BadLog> {
     Log::read(text.join("\n").as_bytes(), "bad.csv", &reading())
 }
 
-/// Place of a column.
+/// Index of a column.
 fn column(name: &str) -> usize {
     good()[0].iter().position(|known| known == name).unwrap()
 }

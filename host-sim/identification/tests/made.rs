@@ -1,4 +1,4 @@
-//! Logs of a motion that is known, with noise.
+//! Synthetic logs of a known motion, with noise.
 
 use crate::arms::Known;
 use identification::Series;
@@ -7,7 +7,7 @@ use identification::log::Log;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// Results of work that several threads share.
+/// Runs `work` for each index on several threads and returns the results.
 pub(crate) fn parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let threads = std::thread::available_parallelism().map_or(2, std::num::NonZero::get);
     let next = std::sync::atomic::AtomicUsize::new(0);
@@ -29,23 +29,23 @@ pub(crate) fn parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) 
     all.into_iter().map(|(_, result)| result).collect()
 }
 
-/// Settings of a made log.
+/// Settings of a synthetic log.
 #[derive(Clone, Copy)]
 pub(crate) struct Making {
-    /// s.
+    /// Duration, s.
     pub(crate) duration: f64,
-    /// Hz.
+    /// Sampling rate, Hz.
     pub(crate) rate: f64,
-    /// Viscous and Coulomb friction of every joint.
+    /// Viscous (N m s/rad) and Coulomb (N m) friction of every joint.
     pub(crate) friction: (f64, f64),
-    /// Deviation of the noise of a torque, N m, as a share of its root mean square.
+    /// Standard deviation of the torque noise, as a share of the torque's root mean square.
     pub(crate) noise: f64,
-    /// Deviation of the noise of a position, rad.
+    /// Standard deviation of the position noise, rad.
     pub(crate) encoder: f64,
     pub(crate) seed: u64,
     /// Seed of the motion.
     pub(crate) motion: u64,
-    /// Moves from point to point, with a rest after each, in place of harmonics.
+    /// Number of point-to-point moves, with a rest after each, that replace the harmonics.
     pub(crate) moves: Option<usize>,
 }
 
@@ -71,7 +71,7 @@ impl Random {
         Self(ChaCha8Rng::seed_from_u64(seed))
     }
 
-    /// Between 0 and 1.
+    /// A uniform number between 0 and 1.
     pub(crate) fn share(&mut self) -> f64 {
         (f64::from(self.0.next_u32()) + 0.5) / (f64::from(u32::MAX) + 1.0)
     }
@@ -92,11 +92,11 @@ fn quintic(from: f64, to: f64, length: f64, t: f64) -> [f64; 3] {
     ]
 }
 
-/// A log of the arm with these parameters.
+/// A log of the arm with these true parameters.
 pub(crate) fn log(known: &Known, parameters: &[f64], making: &Making) -> Log {
     let n = known.joints();
     let mut random = Random::new(making.motion);
-    // Five harmonics of a tenth of a hertz.
+    // Five harmonics of 0.1 Hz.
     let draws: Vec<[(f64, f64); 5]> = (0..n)
         .map(|_| {
             core::array::from_fn(|k| (0.7 * (random.share() - 0.5) / (0.5 + 0.5 * k as f64), 6.3 * random.share()))
@@ -154,7 +154,7 @@ pub(crate) fn log(known: &Known, parameters: &[f64], making: &Making) -> Log {
     Log { file: "made".to_owned(), time, q, qd: None, tau, from_current: false }
 }
 
-/// The log as a CSV file.
+/// The log as rows of CSV fields.
 pub(crate) fn text(log: &Log) -> Vec<Vec<String>> {
     let n = log.q.len();
     let names = |what: &str| (1..=n).map(|joint| format!("{what}_{joint}")).collect::<Vec<_>>();

@@ -1,4 +1,4 @@
-//! Identification on logs that are made here, where the truth is known.
+//! Identification on synthetic logs, for which the truth is known.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should say so")]
 
 mod arms;

@@ -1,10 +1,10 @@
-//! Motions worth recording.
+//! Excitation motions.
 
 use crate::arms::load;
 use identification::base::Base;
 use identification::excite::{Room, SearchSettings, Subject, Workspace, excite, postures};
 
-/// A workspace in which everything is free, or nothing.
+/// A workspace in which everything is free, or nothing is.
 struct Workroom(bool);
 
 impl Workspace for Workroom {

@@ -7,10 +7,10 @@ use identification::friction::{Direction, FrictionLaw, JointLaw, Term};
 use identification::identify::{Identified, Settings, identify};
 use identification::log::Log;
 
-/// Joint with the friction that is looked for.
+/// Joint with the friction that the tests search for.
 const SHOULDER: usize = 1;
 
-/// A slow log of the YAM whose shoulder has this friction in addition to 0.1 N m s/rad and 0.2 N m of every joint.
+/// A slow log of the YAM. Every joint has 0.1 N m s/rad and 0.2 N m of friction; the shoulder has this law in addition.
 fn recorded(known: &Known, law: &JointLaw, motion: u64) -> Log {
     let bare = Making { duration: 40.0, friction: (0.1, 0.2), noise: 0.0, encoder: 0.0, motion, ..Making::default() };
     let mut log = log(known, &known.parameters, &bare);
@@ -49,7 +49,7 @@ fn a_rise_towards_rest_is_found_with_its_velocity() {
     assert!((by.stribeck_speed - 0.05).abs() < 0.0125, "{by:?}");
     let deviation = &found.friction_deviations[SHOULDER];
     assert!(deviation.iter().all(|x| *x > 0.0 && *x < 0.3), "{deviation:?}");
-    // No other joint has it, nor an asymmetry or an offset.
+    // The fit finds these terms in no other joint, and no asymmetry and no offset.
     for joint in (0..6).filter(|joint| *joint != SHOULDER) {
         assert_eq!(found.laws[joint].stribeck_speed(), None, "joint {joint}: {:?}", found.laws[joint].terms);
     }

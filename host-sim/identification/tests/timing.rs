@@ -1,4 +1,4 @@
-//! Delay, jitter of time stamps, coloured noise and quantisation: found, mended, or counted in the deviations.
+//! Delay, time stamp jitter, coloured noise and quantisation are corrected, or counted in the deviations.
 
 use crate::arms::{Known, load};
 use crate::made::{Making, Random, log, parallel};
@@ -10,7 +10,7 @@ use identification::log::Log;
 /// Rotors of the arm that made the logs, kg m^2.
 const ROTORS: [f64; 3] = [0.05, 0.06, 0.02];
 
-/// The elbow arm with rotors, its bodies off by up to a fifth from the maker's.
+/// Parameters of the elbow arm with rotors; its bodies differ from the maker's by up to 20 %.
 fn truth(known: &Known, seed: u64) -> Vec<f64> {
     let mut random = Random::new(seed);
     let factors: Vec<f64> = (0..3).map(|_| 0.8 + 0.4 * random.share()).collect();
@@ -25,7 +25,7 @@ fn late(log: &mut Log, joint: usize, samples: usize) {
     log.tau[joint] = (0..tau.len()).map(|k| tau[k.saturating_sub(samples)]).collect();
 }
 
-/// Stamps that are off by `size`, s, and still rise.
+/// Adds jitter of standard deviation `size`, s, to the stamps, which still rise.
 fn jitter(log: &mut Log, size: f64, seed: u64) {
     let mut random = Random::new(seed);
     let mut last = f64::NEG_INFINITY;
@@ -59,7 +59,7 @@ fn a_delay_of_all_torques_or_of_one_is_found_and_compensated() {
             let (viscous, of_viscous) = (found.friction[joint][1], found.friction_deviations[joint][1]);
             assert!((viscous - 0.1).abs() < 3.0 * of_viscous, "{joints:?} {joint}: {viscous} {of_viscous}");
         }
-        // Without the search the same log gives other numbers.
+        // Without the search for delays the same log gives wrong friction.
         let kept = find(true);
         let off = |found: &Identified| {
             joints.clone().map(|joint| (found.friction[joint][1] / 0.1 - 1.0).abs()).fold(0.0, f64::max)
@@ -102,7 +102,7 @@ fn stamps_that_jitter_are_replaced_by_an_even_clock() {
     assert_eq!(clock::repaired(&even).0.time, even.time);
 }
 
-/// Number of kinds of logs in the coverage.
+/// Number of kinds of disturbed logs in the coverage test.
 const KINDS: usize = 5;
 
 fn spoilt(known: &Known, truth: &[f64], seed: u64, kind: usize) -> Log {
@@ -111,7 +111,7 @@ fn spoilt(known: &Known, truth: &[f64], seed: u64, kind: usize) -> Log {
     let mut random = Random::new(5000 + seed);
     match kind {
         1 => {
-            // Noise of half a second's memory.
+            // Coloured noise with a correlation time of about half a second.
             for tau in &mut log.tau {
                 let size = 0.03 * (tau.iter().map(|x| x * x).sum::<f64>() / tau.len() as f64).sqrt();
                 let mut drift = 0.0;
@@ -122,7 +122,7 @@ fn spoilt(known: &Known, truth: &[f64], seed: u64, kind: usize) -> Log {
             }
         }
         2 => {
-            // An encoder of 14 bits, and torque in steps.
+            // An encoder of 14 bits, and quantised torque.
             let step = std::f64::consts::TAU / 16384.0;
             log.q.iter_mut().flatten().for_each(|q| *q = (*q / step).round() * step);
             log.tau.iter_mut().flatten().for_each(|tau| *tau = (*tau / 0.05).round() * 0.05);
@@ -134,7 +134,7 @@ fn spoilt(known: &Known, truth: &[f64], seed: u64, kind: usize) -> Log {
     log
 }
 
-/// Of every kind, the numbers that are within three deviations of the truth, and how many there are.
+/// For each log, its parameters by name, and true for those within three deviations of the truth.
 fn coverage(seeds: usize) -> Vec<[Vec<(String, bool)>; 1]> {
     let known = load("elbow.toml");
     let base = Base::of(known.arm.as_ref());
@@ -170,8 +170,8 @@ fn coverage(seeds: usize) -> Vec<[Vec<(String, bool)>; 1]> {
     })
 }
 
-/// White and coloured noise, quantisation, jitter and delay, 40 seeds each: of 200 logs the truth is within three stated deviations in 95 %,
-/// for every parameter that is called seen.
+/// White and coloured noise, quantisation, jitter and delay, 40 seeds each. In 95 % of 200 logs the truth is within three stated deviations, for
+/// every parameter that is called seen.
 #[test]
 fn parameters_are_within_three_deviations_whatever_spoils_the_log() {
     let mut counts: std::collections::BTreeMap<String, (usize, usize)> = std::collections::BTreeMap::new();

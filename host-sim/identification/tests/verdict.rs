@@ -1,4 +1,4 @@
-//! Verdicts, and arms of which the maker tells nothing but geometry.
+//! Verdicts, and arms for which the maker gives only geometry.
 
 use crate::arms::{Known, load};
 use crate::made::{Making, log};
@@ -13,7 +13,7 @@ fn settings() -> Settings {
     Settings { plain_friction: true, motion_cutoff: Some(8.0), ..Settings::default() }
 }
 
-/// The elbow arm with bodies that are so many times as heavy, in turn, and rotors.
+/// Parameters of the elbow arm with rotors, and with each body's parameters multiplied by its factor.
 fn truth(known: &Known, factors: [f64; 3]) -> Vec<f64> {
     let mut truth: Vec<f64> =
         known.parameters.iter().enumerate().map(|(k, x)| x * factors.get(k / 10).copied().unwrap_or(1.0)).collect();
@@ -25,7 +25,7 @@ fn judged(known: &Known, train: &Log, other: &Log) -> Verdict {
     judged_with(known, train, other, &|_| ())
 }
 
-/// The verdict with changed errors.
+/// The verdict after the errors are changed.
 fn judged_with(known: &Known, train: &Log, other: &Log, change: &dyn Fn(&mut Errors)) -> Verdict {
     let (arm, maker) = (known.arm.as_ref(), known.maker());
     let found = identify(arm, &maker, std::slice::from_ref(train), &settings());
@@ -100,10 +100,10 @@ fn an_arm_of_which_only_the_geometry_is_told_is_identified() {
     for (joint, (left, size)) in left.iter().zip(rms(&prediction.measured)).enumerate() {
         assert!(left / size < 0.05, "joint {joint}: {left} of {size}");
     }
-    // Gravity is that of the arm: the last link's first moment is seen.
+    // Gravity determines the last link's first moment.
     let error = (found.bodies.parameters[21] - good[21]).abs();
     assert!(error < 3.0 * found.bodies.deviations[21] && error < 0.05 * good[21].abs(), "{error}");
-    // A sign is found without the maker's masses, too: friction tells.
+    // A reversed sign is found without the maker's masses, too, because friction shows it.
     let mut negated = train;
     negated.tau.iter_mut().flatten().for_each(|tau| *tau = -*tau);
     let findings = explain(known.arm.as_ref(), &maker, &[negated]);

@@ -3,16 +3,16 @@
 /// Scale of an axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Scale {
-    /// Equal steps.
+    /// Linear scale.
     #[default]
     Linear,
-    /// Equal factors; values that are not above zero are left out.
+    /// Logarithmic scale; values that are not above zero are left out.
     Log,
-    /// Named places at 0, 1, 2, ...
+    /// Named positions at 0, 1, 2, ...
     Names(Vec<String>),
 }
 
-/// An axis from `low` to `high` on a stretch of pixels.
+/// An axis from `low` to `high`, mapped to a range of pixels.
 pub(crate) struct Axis<'a> {
     scale: &'a Scale,
     low: f64,
@@ -20,13 +20,13 @@ pub(crate) struct Axis<'a> {
     pixels: (f64, f64),
 }
 
-/// Width of a letter of a label, pixels; the widest common font, DejaVu Sans, has 6.9 on average.
+/// Width of a letter of a label, pixels. The widest common font, DejaVu Sans, has 6.9 on average.
 const LETTER: f64 = 7.2;
-/// Most ticks of an axis.
+/// Largest number of ticks on an axis.
 const TICKS: f64 = 7.0;
 
 impl<'a> Axis<'a> {
-    /// The axis that holds all values with a margin; `zero` makes it reach zero, as bars need it.
+    /// Creates an axis that contains all values with a margin. With `zero` it also contains zero, as bars require.
     pub(crate) fn new(scale: &'a Scale, values: impl Iterator<Item = f64>, zero: bool, pixels: (f64, f64)) -> Self {
         let all = values.filter(|x| scale.can(*x));
         let (mut low, mut high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
@@ -76,14 +76,14 @@ impl<'a> Axis<'a> {
         }
     }
 
-    /// A label in lines, so that a name does not reach those beside it. Ticks of numbers are short.
+    /// Breaks a label into lines, so that a name does not overlap its neighbours. Labels of numbers are short and stay on one line.
     pub(crate) fn lines(&self, label: &str) -> Vec<String> {
         let Scale::Names(names) = self.scale else { return vec![label.to_owned()] };
         let room = (self.pixels.1 - self.pixels.0).abs() / names.len().max(1) as f64;
         broken(label, ((room / LETTER) as usize).max(1))
     }
 
-    /// Multiples of 1, 2 or 5 times a power of ten.
+    /// Ticks at multiples of 1, 2 or 5 times a power of ten.
     fn steps(&self) -> Vec<(f64, String)> {
         let rough = (self.high - self.low) / TICKS;
         let power = 10f64.powf(rough.log10().floor());
@@ -100,7 +100,7 @@ impl Scale {
     }
 }
 
-/// Text in lines of so many letters at most, broken behind what joins the words of a name where one stands in the line.
+/// Breaks text into lines of at most `letters` letters, after a joining character of the name if the line contains one.
 fn broken(text: &str, letters: usize) -> Vec<String> {
     let mut rest: Vec<char> = text.chars().collect();
     let mut lines = Vec::new();
@@ -114,7 +114,7 @@ fn broken(text: &str, letters: usize) -> Vec<String> {
     lines
 }
 
-/// Label of a tick: six digits, as short as they can be.
+/// Label of a tick: six digits, in the shortest form.
 fn label(x: f64) -> String {
     if x != 0.0 && !(1e-3..1e6).contains(&x.abs()) {
         return format!("{:e}", format!("{x:.5e}").parse::<f64>().unwrap_or(x));

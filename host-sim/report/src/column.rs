@@ -1,7 +1,7 @@
 //! Time series as base64 of f32.
 //!
-//! A page draws them and reads single values out with three digits, for which f32 is precise enough (6e-8 of a value) at half the size.
-//! Numbers of a summary do not pass through here.
+//! A page draws these series and shows single values with three digits. f32 is precise enough for that (relative error 6e-8) at half the size. The
+//! numbers of a summary are stored separately, in full.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -13,7 +13,7 @@ pub fn encode(values: impl IntoIterator<Item = f64>) -> String {
     STANDARD.encode(bytes)
 }
 
-/// The values of a column; `None` for what is no base64 of whole values.
+/// Decodes the values of a column; `None` if the text is not base64 of whole values.
 #[must_use]
 pub fn decode(text: &str) -> Option<Vec<f64>> {
     let bytes = STANDARD.decode(text).ok()?;

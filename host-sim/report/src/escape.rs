@@ -1,6 +1,6 @@
-//! Text inside HTML, and JSON inside scripts.
+//! Escaping of text in HTML, and of JSON in scripts.
 
-/// Text as the content of an element or of a quoted attribute.
+/// Escapes text for use in an element or in a quoted attribute.
 pub(crate) fn html(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -16,7 +16,7 @@ pub(crate) fn html(text: &str) -> String {
     out
 }
 
-/// JSON as the content of a `script` element. In JSON a `<` stands inside a string only, where `\u003c` is the same.
+/// Escapes JSON for use in a `script` element. In JSON `<` occurs only inside strings, where `\\u003c` means the same.
 pub(crate) fn json(text: &str) -> String {
     text.replace('<', "\\u003c")
 }

@@ -6,14 +6,14 @@ use crate::table::Table;
 use serde_json::Value;
 use std::fmt::Write as _;
 
-/// A page: a title, a few sentences with what matters most, and blocks from top to bottom.
+/// A page: a title, a few sentences with the most important results, and blocks from top to bottom.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Page {
-    /// Title.
+    /// Title of the page.
     pub title: String,
     /// Sentences under the title.
     pub lead: Vec<String>,
-    /// The rest.
+    /// Blocks below the sentences.
     pub blocks: Vec<Block>,
 }
 
@@ -26,43 +26,43 @@ pub enum Block {
     Words(String),
     /// A list.
     List(Vec<String>),
-    /// Moments of the viewer in words: an address of the viewer's, such as `#t=0.4&joint=2`, and what was then.
+    /// Moments in the viewer: an address within the page, such as `#t=0.4&joint=2`, and a description.
     Moments(Vec<(String, String)>),
-    /// Names and what is said of each.
+    /// Names with their descriptions.
     Facts(Vec<(String, String)>),
-    /// Text as a terminal shows it.
+    /// Preformatted terminal output.
     Terminal(String),
     /// A table.
     Table(Table),
     /// A figure.
     Figure(Figure),
-    /// One or two runs on a time axis, with their arms: `host-sim/report/web/src/viewer.js` says what the value holds.
+    /// One or two runs on a time axis, with their arms. `host-sim/report/web/src/viewer.js` documents the value.
     Viewer(Value),
-    /// A JSON text that other programs may read from the page, under a name that is an HTML id.
+    /// A JSON text that other programs can read from the page by its HTML id.
     Data {
-        /// Its name.
+        /// HTML id.
         id: &'static str,
-        /// The text.
+        /// JSON text.
         json: String,
     },
 }
 
 /// Style sheet of every page.
 const STYLE: &str = include_str!("../assets/report.css");
-/// Script of every page: copies the command of a point.
+/// Script of every page: copies a point's command.
 const POINTS: &str = include_str!("../assets/points.js");
-/// Script of a page with a viewer.
+/// Script of pages with a viewer.
 const VIEWER: &str = include_str!("../assets/viewer.js");
 /// Style sheet of uPlot.
 const CHARTS: &str = include_str!("../assets/uplot.css");
-/// Licences of the parts of others in the scripts.
+/// Licences of third-party code in the scripts.
 const LICENCES: &str = include_str!("../assets/LICENCES.txt");
 
 /// Id of the viewer's data, which `newtau report` reads back.
 pub const VIEWER_DATA: &str = "viewer-data";
 
 impl Page {
-    /// The whole file. It asks for nothing from outside, and its policy forbids that it could.
+    /// Returns the whole file. It loads nothing from outside, and its content security policy forbids that.
     #[must_use]
     pub fn html(&self) -> String {
         let viewer = self.blocks.iter().any(|block| matches!(block, Block::Viewer(_)));
@@ -135,7 +135,7 @@ fn data(out: &mut String, id: &str, text: &str) {
     let _ = writeln!(out, "<script type=\"application/json\" id=\"{id}\">{}</script>", json(text));
 }
 
-/// JSON text that a page holds under this id; `None` where there is none.
+/// Returns the JSON text with this id in a page; `None` if there is none.
 #[must_use]
 pub fn data_in<'a>(page: &'a str, id: &str) -> Option<&'a str> {
     let open = format!("<script type=\"application/json\" id=\"{id}\">");

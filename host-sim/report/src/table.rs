@@ -3,39 +3,39 @@
 use crate::escape::html;
 use std::fmt::Write as _;
 
-/// A cell: what is shown, and the exact number behind it.
+/// A cell: the text shown, and the exact number if it represents one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Cell {
     /// Text shown.
     pub text: String,
-    /// The number that it stands for, if it does.
+    /// Exact number that the text represents; `None` if it represents none.
     pub exact: Option<f64>,
-    /// True if the cell draws the eye: a failure, a limit.
+    /// True to highlight the cell, for a failure or a limit.
     pub warns: bool,
-    /// Command that repeats what the cell speaks of, on hover; a press copies it.
+    /// Command that reproduces the cell's result, on hover; a click copies it.
     pub command: Option<String>,
 }
 
 impl Cell {
-    /// A text that stands for a number.
+    /// Creates a cell whose text represents a number.
     #[must_use]
     pub fn number(text: impl Into<String>, exact: f64) -> Self {
         Self { text: text.into(), exact: Some(exact), ..Self::default() }
     }
 
-    /// The same cell, drawing the eye where `warns`.
+    /// Returns the cell, highlighted if `warns`.
     #[must_use]
     pub fn warning(self, warns: bool) -> Self {
         Self { warns, ..self }
     }
 
-    /// The same cell with the command that repeats what it speaks of.
+    /// Returns the cell with the command that reproduces its result.
     #[must_use]
     pub fn told(self, command: impl Into<String>) -> Self {
         Self { command: Some(command.into()), ..self }
     }
 
-    /// Content of the cell. A command is reached by pointer and by keyboard, as that of a point in a figure is.
+    /// Content of the cell. A command can be reached by pointer and keyboard, as for points of a figure.
     fn content(&self) -> String {
         let text = html(&self.text);
         self.command.as_deref().map(html).map_or(text.clone(), |command| {
@@ -50,22 +50,22 @@ impl<T: Into<String>> From<T> for Cell {
     }
 }
 
-/// Longest text that is not broken into lines, characters.
+/// Longest text that is kept on one line, characters.
 const LINE_MAX: usize = 28;
 
 /// Alignment of a column's cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Column {
-    /// Numbers, at the right.
+    /// Numbers, right-aligned.
     Numbers,
-    /// A word or two, at the left.
+    /// One or two words, left-aligned.
     Words,
-    /// Sentences or commands, at the left, in lines.
+    /// Sentences or commands, left-aligned, broken into lines.
     Prose,
 }
 
 impl Column {
-    /// Attribute of a cell.
+    /// Class attribute of a cell.
     fn class(self, warns: bool) -> String {
         let names = [
             warns.then_some("warns"),
@@ -89,19 +89,19 @@ pub struct Table {
 }
 
 impl Table {
-    /// A table without rows.
+    /// Creates a table without rows.
     #[must_use]
     pub fn new<S: AsRef<str>>(caption: impl Into<String>, head: &[S]) -> Self {
         let head = head.iter().map(|name| name.as_ref().to_owned()).collect();
         Self { caption: caption.into(), head, rows: Vec::new() }
     }
 
-    /// Add a row.
+    /// Adds a row.
     pub fn row(&mut self, cells: Vec<Cell>) {
         self.rows.push(cells);
     }
 
-    /// Alignment of a column, by its contents. The first, with the rows' names, is styled by its place.
+    /// Alignment of a column, derived from its contents. The first column, with the rows' names, has its own style.
     fn column(&self, index: usize) -> Column {
         let cells = || self.rows.iter().filter_map(|row| row.get(index));
         if index == 0 {

@@ -28,7 +28,7 @@ pub enum Failure {
 }
 
 impl Failure {
-    /// Wrong input, with its place.
+    /// Wraps an error about wrong input; the error names the position of the mistake.
     pub fn input(error: impl Into<miette::Report>) -> Self {
         Self::Input(error.into())
     }
@@ -54,12 +54,12 @@ impl Failure {
     }
 }
 
-/// A number in a message, with an exponent where it would have many digits.
+/// A number in a message, with an exponent if it would otherwise have many digits.
 pub fn number(x: f64) -> String {
     if x == 0.0 || (1e-6..1e15).contains(&x.abs()) { x.to_string() } else { format!("{x:e}") }
 }
 
-/// Failure for a file that cannot be written, or was left half written.
+/// Failure for a file that cannot be written, or was only partly written.
 pub fn in_file(path: &Path, error: &dyn std::fmt::Display) -> Failure {
     Failure::Output(io::Error::other(format!("{}: {error}", path.display())))
 }

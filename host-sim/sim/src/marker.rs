@@ -1,4 +1,4 @@
-//! The file that names what this program wrote into a folder.
+//! The marker file, which lists the files that this program wrote into a folder.
 
 use crate::failure::{Failure, in_file};
 use serde::{Deserialize, Serialize};
@@ -11,7 +11,7 @@ use std::path::Path;
 /// Name of the marker of a folder.
 pub(crate) const MARKER: &str = ".newtau-output.json";
 
-/// Its name in earlier versions.
+/// Name of the marker in earlier versions.
 const EARLIER: &str = ".host-sim-output.json";
 
 const ABOUT: &str =
@@ -28,7 +28,7 @@ pub(crate) struct Marker {
 }
 
 impl Marker {
-    /// True if the file name is that of a marker.
+    /// True if this file name is that of a marker.
     pub(crate) fn is_named(name: &str) -> bool {
         [MARKER, EARLIER].contains(&name)
     }
@@ -38,7 +38,7 @@ impl Marker {
         [MARKER, EARLIER].iter().any(|name| folder.join(name).exists())
     }
 
-    /// The marker of a folder; an empty one if there is none, or a broken one.
+    /// Reads the marker of a folder; returns an empty one if there is none, or a broken one.
     pub(crate) fn read(folder: &Path) -> Self {
         let text = [MARKER, EARLIER].iter().find_map(|name| fs::read(folder.join(name)).ok()).unwrap_or_default();
         serde_json::from_slice(&text).unwrap_or_default()
@@ -65,7 +65,7 @@ impl Marker {
 
     pub(crate) fn write(&self, folder: &Path) -> io::Result<()> {
         let whole = Self { about: ABOUT.to_owned(), files: self.files.clone() };
-        // In one step: shards write below the same folder at the same time.
+        // Written in one step, because shards write to the same folder at the same time.
         let beside = folder.join(format!("{MARKER}.{}", std::process::id()));
         fs::write(&beside, serde_json::to_string_pretty(&whole)? + "\n")?;
         fs::rename(&beside, folder.join(MARKER))

@@ -1,7 +1,7 @@
-//! Files that commands write. Nothing that exists is overwritten, unless this program wrote it and nobody changed it since, or `--force` is given.
+//! Files that commands write. An existing file is overwritten only if this program wrote it and it has not changed since, or if `--force` is given.
 //!
-//! A folder that this program made holds `.newtau-output.json`: names and SHA-256 of the files that it wrote there. A folder that has other files and
-//! no such marker is left alone. An input of a command is never overwritten by it, with `--force` neither.
+//! A folder that this program created contains `.newtau-output.json`: names and SHA-256 of the files that it wrote there. The program does not write
+//! into a folder that has other files and no such marker. A command never overwrites its own input, not even with `--force`.
 
 use crate::failure::{Failure, in_file};
 use crate::marker::{self, MARKER, Marker};
@@ -21,7 +21,7 @@ pub struct Output {
 }
 
 impl Output {
-    /// Outputs of a command. `force`: existing files may be overwritten.
+    /// Outputs of a command. With `force`, existing files may be overwritten.
     #[must_use]
     pub fn new(force: bool) -> Self {
         Self { force, inputs: Vec::new(), claimed: Vec::new() }
@@ -63,10 +63,10 @@ impl Output {
         self.claim(folder, names, false)
     }
 
-    /// As [`Output::folder`], of one that is known to be ours by its other files, with a marker or without.
+    /// As [`Output::folder`], for a folder that contains other files of this program, with or without a marker.
     ///
     /// # Errors
-    /// As there.
+    /// As [`Output::folder`].
     pub fn known_folder(&mut self, folder: &Path, names: &[&str]) -> Result<(), Failure> {
         self.claim(folder, names, true)
     }
@@ -94,10 +94,10 @@ impl Output {
         Marker::adopt(folder)
     }
 
-    /// Refuses an input of the command.
+    /// Rejects an output file that is an input of the command.
     ///
     /// # Errors
-    /// [`Failure::Input`]: the file is one.
+    /// [`Failure::Input`]: the file is an input.
     pub fn spares(&self, path: &Path) -> Result<(), Failure> {
         if self.inputs.iter().any(|input| is_same(input, path)) {
             return Err(refused(
@@ -115,7 +115,7 @@ impl Output {
         if data.is_dir() {
             return Err(refused(path, "is a folder", "expected a file"));
         }
-        // A terminal, a pipe, /dev/null: nothing is lost.
+        // A terminal, a pipe or /dev/null: writing destroys no data.
         if self.force || !data.is_file() {
             return Ok(());
         }
@@ -129,8 +129,7 @@ impl Output {
         }
     }
 
-    /// Registers files that were written, so that the next command may replace them. Those in folders that newtau did not make are
-    /// not registered.
+    /// Registers files that were written, so that the next command may replace them. Files in folders that newtau did not create are not registered.
     ///
     /// # Errors
     /// [`Failure::Output`]: a marker cannot be written.
@@ -152,7 +151,7 @@ impl Output {
         Ok(())
     }
 
-    /// Registers all files that were claimed and are there.
+    /// Registers all claimed files that exist.
     ///
     /// # Errors
     /// As [`Output::written`].
@@ -179,7 +178,7 @@ fn parent(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// True if both are one file: the same path, or links to the same file.
+/// True if both paths are the same file: equal paths, or links to the same file.
 fn is_same(a: &Path, b: &Path) -> bool {
     if a == b {
         return true;
@@ -214,13 +213,13 @@ fn entries(folder: &Path) -> Result<Vec<String>, Failure> {
     }
 }
 
-/// Makes a folder and those above it that are missing, each with a marker.
+/// Creates a folder and the missing ones above it, each with a marker.
 fn make(folder: &Path) -> Result<(), Failure> {
     if folder.is_dir() {
         return Ok(());
     }
     make(parent(folder)).and_then(|()| match fs::create_dir(folder) {
-        // Another process was faster, which has marked it.
+        // Another process has just created the folder, and marks it.
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists && folder.is_dir() => Ok(()),
         Err(error) => Err(in_file(folder, &error)),
         Ok(()) => Marker::adopt(folder),

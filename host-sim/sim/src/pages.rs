@@ -7,7 +7,7 @@ use robot_compiler::emit::page::Page as Document;
 use std::fs;
 use std::path::Path;
 
-/// Write a report.
+/// Writes a report.
 ///
 /// # Errors
 /// [`Failure::Output`]: the file cannot be written.
@@ -15,10 +15,10 @@ pub fn write(path: &Path, page: &Page) -> Result<(), Failure> {
     fs::write(path, page.html()).map_err(|error| in_file(path, &error))
 }
 
-/// Write a report to the file of `--report`, if it was given and has been claimed.
+/// Writes a report to the file of `--report`, if the option was given and the file has been claimed.
 ///
 /// # Errors
-/// As [`write()`], and those of `page`.
+/// As [`write()`], and the errors of `page`.
 pub fn write_claimed(
     output: &Output,
     path: Option<&Path>,
@@ -29,16 +29,16 @@ pub fn write_claimed(
     output.written(&[path.to_owned()])
 }
 
-/// Read the document of `--write`, which must have a place for each of these tables.
+/// Reads the document of `--write`, which must have a marked section for each of these tables.
 ///
 /// # Errors
-/// [`Failure::Input`]: the document cannot be read, or has no such place.
+/// [`Failure::Input`]: the document cannot be read, or lacks a section.
 pub fn document(path: Option<&Path>, places: &[&str]) -> Result<Option<Document>, Failure> {
     let read = |path| Document::read(path, places).map_err(|error| Failure::Input(miette::miette!("{error}")));
     path.map(read).transpose()
 }
 
-/// Put tables into their places and write the document.
+/// Puts tables into their sections and writes the document.
 ///
 /// # Errors
 /// [`Failure::Output`]: the file cannot be written.

@@ -1,7 +1,6 @@
 //! Parallel work on all cores, in one place.
 //!
-//! A parallel iterator is compiled anew for every closure and, in a study, for every number of joints; this module is
-//! compiled once.
+//! A parallel iterator is compiled again for every closure and, in a study, for every number of joints. This module is compiled once.
 
 use rayon::prelude::{IntoParallelIterator, ParallelIterator};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,7 +16,7 @@ pub fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> V
     results.into_iter().filter_map(|result| result.into_inner().unwrap_or_else(PoisonError::into_inner)).collect()
 }
 
-/// As [`in_parallel`] for fallible work: nothing new starts after a failure.
+/// As [`in_parallel`], for work that can fail: after a failure, no new work starts.
 ///
 /// # Errors
 /// The error of the lowest index that failed.
@@ -42,7 +41,7 @@ pub fn try_in_parallel<T: Send, E: Send>(
 pub struct Jobs(Option<rayon::ThreadPool>);
 
 impl Jobs {
-    /// So many threads; `None`: one for each core.
+    /// A pool of this many threads; `None`: one for each core.
     ///
     /// # Errors
     /// The system gives no more threads.
@@ -57,7 +56,7 @@ impl Jobs {
         self.0.as_ref().map_or_else(rayon::current_num_threads, rayon::ThreadPool::current_num_threads)
     }
 
-    /// Does work that calls [`in_parallel`] on these threads.
+    /// Runs `work` so that its calls of [`in_parallel`] use these threads.
     pub fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         match &self.0 {
             Some(pool) => pool.install(work),

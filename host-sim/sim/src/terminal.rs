@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Print a result. A reader that closes the pipe early, as `head` does, is no failure.
+/// Prints a result. It is no failure if the reader closes the pipe early, as `head` does.
 ///
 /// # Errors
 /// [`Failure::Output`]: standard output cannot be written.
@@ -27,7 +27,7 @@ pub fn json(result: &impl Serialize) -> Result<String, Failure> {
     serde_json::to_string_pretty(result).map_err(|error| Failure::Output(error.into()))
 }
 
-/// A progress bar on standard error, if that is a terminal. `counted` names the unit of the number; empty for none.
+/// A progress bar on standard error, if that is a terminal. `counted` is the unit of the number, or empty.
 #[must_use]
 pub fn progress_bar(length: Option<u64>, counted: &str) -> ProgressBar {
     if !io::stderr().is_terminal() {
@@ -41,7 +41,7 @@ pub fn progress_bar(length: Option<u64>, counted: &str) -> ProgressBar {
     }
 }
 
-/// Print messages without line breaks: scripts read them too, and search them for a line number.
+/// Prints messages without line breaks, because scripts read them too and search them for a line number.
 pub fn keep_lines_of_messages() {
     let unbroken = || miette::MietteHandlerOpts::new().wrap_lines(false).build();
     if let Err(error) = miette::set_hook(Box::new(move |_| Box::new(unbroken()))) {
@@ -49,7 +49,7 @@ pub fn keep_lines_of_messages() {
     }
 }
 
-/// Returns a flag that Ctrl-C sets. `otherwise` says what Ctrl-C does where the system gives no handler.
+/// Returns a flag that Ctrl-C sets. `otherwise` describes the effect of Ctrl-C if the system allows no handler.
 #[must_use]
 pub fn stop_on_interrupt(otherwise: &str) -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
@@ -60,7 +60,7 @@ pub fn stop_on_interrupt(otherwise: &str) -> Arc<AtomicBool> {
     stop
 }
 
-/// Print a failure; returns the exit code of a program that ends so.
+/// Prints a failure. Returns the program's exit code.
 #[must_use]
 pub fn exit_code(done: Result<u8, Failure>) -> ExitCode {
     ExitCode::from(done.unwrap_or_else(|failure| {

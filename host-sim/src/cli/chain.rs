@@ -1,4 +1,4 @@
-//! The ends of the chain that is taken from a URDF robot.
+//! Options for the ends of the chain that is read from a URDF robot.
 
 use clap::Args;
 use robot_compiler::Ends;
@@ -15,7 +15,7 @@ pub struct ChainArgs {
 }
 
 impl ChainArgs {
-    /// The same for the readers.
+    /// The ends in the form that the file readers use.
     #[must_use]
     pub fn ends(&self) -> Ends<'_> {
         Ends { base: self.base.as_deref(), tip: self.tip.as_deref() }

@@ -48,7 +48,8 @@ pub struct CheckArgs {
     /// The chain of a URDF robot.
     #[command(flatten)]
     pub chain: ChainArgs,
-    /// A scene of this robot, for what depends on its controller: reaction, stopping, payload, rest pose; its default scene otherwise.
+    /// A scene of this robot, to check what depends on its controller: collision reaction, stopping, payload, rest pose. Without it, the robot's
+    /// default scene.
     #[arg(long, value_name = "SCENE")]
     pub scene: Option<PathBuf>,
     /// Gravity.
@@ -59,10 +60,10 @@ pub struct CheckArgs {
     pub json: bool,
 }
 
-/// Print the findings; returns the exit code.
+/// Prints the findings. Returns the exit code.
 ///
 /// # Errors
-/// [`Failure::Input`] for a file that cannot be read, and for an option that is wrong.
+/// [`Failure::Input`] for a file that cannot be read, or a wrong option.
 pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
     let draft = Draft::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
     let scene =

@@ -1,4 +1,4 @@
-//! `explain`: what each term of a scene's model costs, and what goes wrong without it.
+//! `explain`: the cost of each term of a scene's model, and the error without it.
 
 use clap::Args;
 use robot_compiler::{SceneFile, with_dof};
@@ -41,10 +41,10 @@ Examples:
 pub struct ExplainArgs {
     /// The scene file (TOML).
     pub scene: PathBuf,
-    /// Torque error that is allowed, as a share of each joint's torque limit; the scene's otherwise, or 0.002.
+    /// Allowed torque error, as a share of each joint's torque limit. Without it, the scene's, or 0.002.
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     pub tolerance: Option<f64>,
-    /// Measure what each term takes on the emulated chip; installs what that needs.
+    /// Measure the instructions of each term on the emulated chip. Installs what this needs.
     #[arg(long)]
     pub chip: bool,
     /// Print JSON instead of tables.
@@ -52,10 +52,10 @@ pub struct ExplainArgs {
     pub json: bool,
 }
 
-/// Explain a scene.
+/// Explains a scene.
 ///
 /// # Errors
-/// A scene that is wrong or cannot be run; a tolerance that is none.
+/// A scene that is wrong or cannot be run; an invalid tolerance.
 pub fn run(args: &ExplainArgs, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), Failure> {
     let file = SceneFile::load(&args.scene).map_err(Failure::input)?;
     if let Some(tolerance) = args.tolerance.filter(|tolerance| !(0.0..=0.5).contains(tolerance)) {

@@ -1,4 +1,4 @@
-//! `import`: an arm of a URDF file as a TOML robot file.
+//! `import`: converts an arm of a URDF file to a TOML robot file.
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::force::ForceArgs;
@@ -53,27 +53,26 @@ pub struct ImportArgs {
     pub force: ForceArgs,
 }
 
-/// Write the robot file.
+/// Writes the robot file.
 ///
 /// # Errors
-/// [`Failure::Input`] for a URDF file or a link that is wrong, and for a file that exists; [`Failure::Output`] for one that cannot be
-/// written.
+/// [`Failure::Input`] for a wrong URDF file or link, or for an output file that exists; [`Failure::Output`] for a file that cannot be written.
 pub fn run(args: &ImportArgs) -> Result<(), Failure> {
     let arm = UrdfArm::load(&args.urdf, args.chain.ends()).map_err(Failure::input)?;
     let text = robot_file(&arm);
-    // A name may be allowed in XML and not here: better said now than when the file is used.
+    // XML allows names that a robot file does not. The error is better here than when the file is used.
     Draft::from_toml_str(&text, "the imported robot").map_err(Failure::input)?;
     let Some(out) = &args.out else { return print(&text) };
     let mut output = args.force.output().reads(&args.urdf);
     let scene = args.scene.as_ref().map(|scene| (scene, first_scene(&arm.robot, &seen_from(scene, out))));
     let files: Vec<_> = [(out, text)].into_iter().chain(scene).collect();
-    // All are claimed before one is written.
+    // All files are claimed before the first one is written.
     files.iter().try_for_each(|(path, _)| output.file(path))?;
     files.iter().try_for_each(|(path, text)| std::fs::write(path, text).map_err(|error| in_file(path, &error)))?;
     output.finish()
 }
 
-/// The robot file's path as a scene in this file names it: without folders if both are in one, else from the root.
+/// The path with which a scene in this file refers to the robot file: without folders if both are in the same folder, otherwise absolute.
 fn seen_from(scene: &Path, robot: &Path) -> String {
     let name = robot.file_name().map(Path::new).filter(|_| scene.parent() == robot.parent());
     let path = name.map_or_else(|| std::path::absolute(robot).unwrap_or_else(|_| robot.to_owned()), Path::to_owned);

@@ -1,4 +1,4 @@
-//! The command line: twelve commands, one file or folder each, with arguments, help, the call and what it prints.
+//! The command line: twelve commands, each with a file or folder that holds its arguments, its help, the call and the output.
 
 pub mod chain;
 pub mod check;
@@ -98,27 +98,27 @@ Exit codes:
 pub enum Command {
     /// Write a TOML robot file from an arm of a URDF file.
     Import(import::ImportArgs),
-    /// Find what is wrong, doubtful or missing in a robot file.
+    /// Check a robot file for wrong, doubtful and missing values.
     Check(check::CheckArgs),
     /// Identify an arm from logs: masses, inertias, friction, payload.
     Identify(identify::IdentifyCommand),
-    /// Close the loop of a scene: table, CSV log, a report for a browser.
+    /// Simulate a scene in closed loop: table, CSV log, and a report for a browser.
     Run(run::RunArgs),
-    /// Very many runs of a scene whose keys vary: a study, or a shard of it.
+    /// Run a study: many runs of a scene with keys that vary from run to run.
     Sweep(sweep::SweepCommand),
-    /// Two runs on one page: both arms, curves over each other, what differs.
+    /// Compare two runs on one page: both arms, overlaid curves, differences.
     Report(report::ReportArgs),
-    /// Operate the arm at a board on a serial port, or in a dry run: status, arm, jog, run the motion, record.
+    /// Operate an arm through a board on a serial port, or in a dry run: status, arm, jog, run the motion, record.
     Connect(connect::ConnectCommand),
     /// Build the firmware, flash it, and make and write the key that a host and a board share.
     Firmware(firmware::FirmwareArgs),
-    /// Find what is missing: tool chain, emulator, probe, serial port, the firmware on a board; and what to do.
+    /// Check the installation: tool chain, emulator, probe, serial port, the firmware on a board; and say what to do.
     Doctor(doctor::DoctorArgs),
-    /// Explain a scene's model: what each term costs, and what goes wrong without it.
+    /// Explain a scene's model: the cost of each term, and the error without it.
     Explain(explain::ExplainArgs),
     /// Choose the cheapest settings that are accurate enough, as a scene.
     Choose(choose::ChooseCommand),
-    /// Compute what the arm's equations of motion say.
+    /// Compute the arm's equations of motion.
     Model(model::ModelArgs),
     /// Print a completion script for a shell.
     #[command(hide = true, after_help = "Example:\n  newtau completions bash")]
@@ -129,10 +129,10 @@ pub enum Command {
 }
 
 impl Command {
-    /// Runs the command; returns the exit code.
+    /// Runs the command. Returns the exit code.
     ///
     /// # Errors
-    /// Those of the command.
+    /// Errors of the command.
     pub fn run(&self) -> Result<u8, Failure> {
         match self {
             Self::Import(args) => import::run(args).map(|()| 0),

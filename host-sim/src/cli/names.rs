@@ -14,7 +14,7 @@ pub fn named<T: Named>() -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(values).try_map(|name| names::named(&name))
 }
 
-/// Who computes the torques.
+/// Target that computes the torques.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Target {
     /// This program.

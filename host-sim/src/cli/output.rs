@@ -1,4 +1,4 @@
-//! Files that a command wrote.
+//! List of the files that a command wrote.
 
 use std::path::PathBuf;
 

@@ -1,8 +1,8 @@
-//! Commands that do something themselves and have parts: `sweep STUDY`, and `sweep merge`.
+//! Commands that can be called themselves and also have subcommands: `sweep STUDY`, and `sweep merge`.
 
 use clap::{ArgMatches, Args, Command, Error, FromArgMatches, Subcommand};
 
-/// A command, or a part of it: clap's `Args` and `Subcommand` side by side.
+/// A command, or a subcommand of it: combines clap's `Args` and `Subcommand`.
 #[derive(Clone, Debug)]
 pub enum OrPart<A, P> {
     /// The command itself.

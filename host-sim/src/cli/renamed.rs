@@ -1,8 +1,8 @@
-//! Commands of earlier versions, and what they are called now.
+//! Command names of earlier versions, and their present names.
 
 use sim::failure::Failure;
 
-/// Earlier name, present one. They answer for one release.
+/// Earlier name and present name. The earlier names are recognised for one release.
 pub const RENAMED: [(&str, &str); 18] = [
     ("bound", "choose bound"),
     ("compare", "report"),
@@ -24,7 +24,7 @@ pub const RENAMED: [(&str, &str); 18] = [
     ("trade", "choose trade"),
 ];
 
-/// Refuses the name of an earlier version as the first word, and gives the present one.
+/// Rejects a command name of an earlier version, and gives the present one.
 ///
 /// # Errors
 /// [`Failure::Input`]: the word is such a name.

@@ -1,4 +1,4 @@
-//! `report`: two runs on one page.
+//! `report`: compares two runs on one page.
 
 use crate::cli::force::ForceArgs;
 use crate::cli::output::files;
@@ -37,10 +37,10 @@ pub struct ReportArgs {
     pub force: ForceArgs,
 }
 
-/// Write the page of two runs.
+/// Writes the page of two runs.
 ///
 /// # Errors
-/// [`Failure::Input`] for what is no report of a run, or arms with different joints; [`Failure::Output`] for a file that cannot be
+/// [`Failure::Input`] for an input that is not the report of a run, or for arms with different joints; [`Failure::Output`] for a file that cannot be
 /// written.
 pub fn run(args: &ReportArgs) -> Result<(), Failure> {
     let page = page(&Side::load(&args.a)?, &Side::load(&args.b)?)?;

@@ -1,4 +1,4 @@
-//! `run`: close the loop of a scene, show and write what came of it.
+//! `run`: runs the closed loop of a scene, and prints and writes the result.
 
 use crate::cli::force::ForceArgs;
 use crate::cli::names::{Target, named};
@@ -57,31 +57,31 @@ Columns:
 pub struct RunArgs {
     /// The scene file (TOML).
     pub scene: PathBuf,
-    /// Who computes the torques: this program, or the firmware in an emulated STM32F405.
+    /// Program that computes the torques: this one (desk), or the firmware in an emulated STM32F405 (qemu).
     #[arg(long, value_enum, default_value_t = Target::Desk)]
     pub target: Target,
-    /// Floating-point type of the controller; the scene's otherwise. The chip has f32 only.
+    /// Floating-point type of the controller. Without it, the scene's. The chip has only f32.
     #[arg(long, value_parser = named::<ScalarChoice>())]
     pub scalar: Option<ScalarChoice>,
-    /// Sine and cosine of the controller; the scene's otherwise.
+    /// The controller's method for sine and cosine. Without it, the scene's.
     #[arg(long, value_parser = named::<Method>())]
     pub trig: Option<Method>,
-    /// The control law; the scene's otherwise.
+    /// The control law. Without it, the scene's.
     #[arg(long, value_parser = named::<ControlLaw>())]
     pub law: Option<ControlLaw>,
-    /// A file with another table `[motion]`, as `newtau model motion` writes it; the scene's otherwise.
+    /// A file with another table `[motion]`, such as `newtau model motion` writes. Without it, the scene's motion.
     #[arg(long, value_name = "FILE")]
     pub motion: Option<PathBuf>,
-    /// Simulated time, s; the scene's otherwise.
+    /// Simulated time, s. Without it, the scene's.
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub duration: Option<f64>,
-    /// Folder for log, summary and report; the scene's name under out/ otherwise.
+    /// Folder for log, summary and report. Without it, out/NAME with the scene's name.
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
-    /// Write the run for viewers too: an MCAP file with the arm's URDF, which Foxglove and PlotJuggler open.
+    /// Also write the run as an MCAP file with the arm's URDF, for Foxglove and PlotJuggler.
     #[arg(long, value_name = "FILE")]
     pub mcap: Option<PathBuf>,
-    /// File for the report; report.html in that folder without FILE, as without this option.
+    /// File for the report. Without it, report.html in the output folder.
     #[arg(long, value_name = "FILE", conflicts_with = "no_report")]
     pub report: Option<Option<PathBuf>>,
     /// Write no report.
@@ -93,19 +93,19 @@ pub struct RunArgs {
     /// Print the summary as JSON, and nothing else.
     #[arg(long)]
     pub json: bool,
-    /// No progress bar and no table.
+    /// Print no progress bar and no table.
     #[arg(long)]
     pub quiet: bool,
 }
 
-/// Run a scene; returns the exit code.
+/// Runs a scene. Returns the exit code.
 ///
 /// # Errors
-/// A scene that is wrong, a file that cannot be written, a target that died (what was recorded is written first).
+/// A wrong scene; a file that cannot be written; a target that died (the record up to then is written first).
 pub fn run(args: &RunArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     let scene = scene(args)?;
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(file_name(&scene.name)));
-    // Better now than after the run.
+    // An error here is better before the run than after it.
     let mut output = args.force.output().reads(&args.scene);
     if let Some(motion) = &args.motion {
         output = output.reads(motion);
@@ -135,7 +135,7 @@ pub fn run(args: &RunArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     }
 }
 
-/// The scene with what the command line changes.
+/// The scene with the changes of the command line.
 fn scene(args: &RunArgs) -> Result<SceneFile, Failure> {
     if args.target == Target::Qemu
         && let Some(scalar) = args.scalar.filter(|scalar| *scalar != ScalarChoice::F32)
@@ -156,7 +156,7 @@ fn scene(args: &RunArgs) -> Result<SceneFile, Failure> {
     set_duration(&mut scene, args.duration)?;
     if let Some(law) = args.law {
         scene.control.law = law;
-        // What a scene with this law and no more says.
+        // The settings of a scene that specifies only this law.
         scene.control.teach = (law.is_hand_guided())
             .then(|| scene.control.teach.take().unwrap_or_else(|| TeachSpec::default_for(&scene.robot)));
         if let Some(joint) =
@@ -178,7 +178,7 @@ fn scene(args: &RunArgs) -> Result<SceneFile, Failure> {
     Ok(scene)
 }
 
-/// Run for another time than the scene says, if one is given.
+/// Changes the scene's duration, if another one is given.
 pub(super) fn set_duration(scene: &mut SceneFile, duration: Option<f64>) -> Result<(), Failure> {
     if let Some(duration) = duration {
         if !(duration.is_finite() && duration > 0.0) {
@@ -197,7 +197,7 @@ fn show(args: &RunArgs, run: &Run, written: &[PathBuf]) -> Result<(), Failure> {
     if args.quiet { Ok(()) } else { print(&format!("{}\n{}", run.summary.table(), files(written))) }
 }
 
-/// The exit code that a run ends with.
+/// The exit code for a run.
 pub(super) fn exit_code(run: &Run) -> u8 {
     let differs = run.summary.parity.is_some_and(|parity| parity.mismatches > 0);
     match run.end {

@@ -1,7 +1,7 @@
 //! Distances of an arm from itself and its surroundings, along motions.
 //!
-//! Metres and radians throughout. The shapes are all that is known: what they do not contain (cables, a gripper, a mesh that is missing)
-//! can be hit.
+//! All quantities are in metres and radians. **Only the shapes are known: objects that they do not contain (cables, a gripper, a missing mesh) can be
+//! hit.**
 
 pub mod arm;
 pub mod cell;

@@ -11,18 +11,18 @@ use serde::{Deserialize, Serialize};
 use sim::failure::Failure;
 use std::io::{BufRead, Read as _, Write};
 
-/// Longest line that is read, bytes.
+/// Longest accepted line, bytes.
 const LINE_MAX: usize = 64 << 10;
 
-/// State for which dynamics are asked.
+/// State whose dynamics are requested.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DynamicsRequest {
     /// Joint position, rad or m.
     pub q: Vec<f64>,
-    /// Joint velocity; zero if not given.
+    /// Joint velocity, rad/s or m/s; zero if not given.
     pub qd: Option<Vec<f64>>,
-    /// Joint acceleration; zero if not given.
+    /// Joint acceleration, rad/s^2 or m/s^2; zero if not given.
     pub qdd: Option<Vec<f64>>,
     /// Actuator torque for forward dynamics, N m or N.
     pub tau: Option<Vec<f64>>,
@@ -32,18 +32,18 @@ pub struct DynamicsRequest {
     pub gravity: Option<Vec<f64>>,
 }
 
-/// Dynamics of a state. Single-precision results are widened to doubles exactly.
+/// Dynamics of a state. Single-precision results are converted to doubles exactly.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DynamicsResult {
-    /// `D qdd + C qd + G - J^T w`, N m or N.
+    /// Inverse dynamics `D qdd + C qd + G - J^T w`, N m or N.
     pub tau: Vec<f64>,
-    /// `G(q)`, N m or N.
+    /// Gravity torque `G(q)`, N m or N.
     pub gravity: Vec<f64>,
-    /// `C(q, qd) qd`, N m or N.
+    /// Velocity torque `C(q, qd) qd`, N m or N.
     pub coriolis_qd: Vec<f64>,
-    /// `D(q)`, rows.
+    /// Rows of the mass matrix `D(q)`, kg m^2, kg m or kg.
     pub mass_matrix: Vec<Vec<f64>>,
-    /// Accelerations under the given torques.
+    /// Accelerations under the given torques, rad/s^2 or m/s^2; `None` without torques.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub qdd: Option<Vec<f64>>,
     /// Pose of the tip in the base frame.
@@ -53,13 +53,13 @@ pub struct DynamicsResult {
 /// Pose of the tip in the base frame.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TipPose {
-    /// `base_from_tip`, rows.
+    /// Rows of the rotation matrix `base_from_tip`.
     pub rotation: [[f64; 3]; 3],
     /// Origin of the tip frame, m.
     pub position: [f64; 3],
 }
 
-/// Answer every line of the input and skip empty lines. `floor` is gravity where a line gives none, m/s^2. `source` names the input in errors.
+/// Answers every line of the input and skips empty lines. `floor` is the gravity for lines that give none, m/s^2. `source` names the input in errors.
 ///
 /// # Errors
 /// [`Failure::Input`] with the number of the first invalid line; the lines before it have been answered.
@@ -87,7 +87,7 @@ where
             length if length > LINE_MAX => return Err(at(format!("longer than {LINE_MAX} bytes"))),
             _ => {}
         }
-        // Windows programs may begin a text with a mark.
+        // Windows programs may begin a text with a byte order mark.
         let text = if index == 0 { line.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&line) } else { &line };
         let line = std::str::from_utf8(text).map_err(|e| at(format!("byte {} is not UTF-8", e.valid_up_to() + 1)))?;
         let line = line.strip_suffix('\n').unwrap_or(line);
@@ -101,7 +101,7 @@ where
     Ok(())
 }
 
-/// Parse a line as a question; the error describes the problem.
+/// Parses a line as a request; the error describes the problem.
 fn read(line: &str) -> Result<DynamicsRequest, String> {
     // serde would accept a list as the fields in their order.
     if !line.trim_start().starts_with('{') {
@@ -111,14 +111,14 @@ fn read(line: &str) -> Result<DynamicsRequest, String> {
         let text = error.to_string();
         // Every line is its own document, so only the column is useful.
         let what = text.split(" at line ").next().unwrap_or(&text);
-        // A terminal would obey control characters.
+        // Escape control characters, which a terminal would execute.
         let printable = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.to_string() };
         let shown: String = what.chars().take(200).map(printable).collect();
         format!("{shown} (column {})", error.column())
     })
 }
 
-/// Compute the dynamics of one state.
+/// Computes the dynamics of one state.
 ///
 /// # Errors
 /// A list has the wrong length, the scalar cannot hold a number, or a result is not finite.

@@ -1,4 +1,4 @@
-//! Motions worth recording: limits of a robot file, clearances, and the motion as a file.
+//! Design of excitation motions within the limits of a robot file and with clearance, and their output as a file.
 
 mod judge;
 mod motion;
@@ -18,11 +18,11 @@ use robot_compiler::SceneFile;
 use serde_json::{Value, json};
 use sim::failure::Failure;
 
-/// Share of a position range that is left free at either end.
+/// Share of a position range that stays free at each end.
 const MARGIN: f64 = 0.05;
-/// Torque limit of a joint that has none, N m or N, for the expected noise.
+/// Assumed torque limit of a joint without one, N m or N, for the expected noise.
 const TORQUE: f64 = 100.0;
-/// Speed limit of a joint that has none, rad/s or m/s.
+/// Assumed speed limit of a joint without one, rad/s or m/s.
 const SPEED: f64 = 1.0;
 
 /// Kind of motion.
@@ -32,7 +32,7 @@ pub enum Kind {
     Series,
     /// Slow sweeps at steady speeds.
     Friction,
-    /// Postures with rests.
+    /// Postures with a rest in each.
     Static,
 }
 
@@ -41,47 +41,47 @@ pub enum Kind {
 pub struct Wishes {
     /// Kind of motion.
     pub kind: Kind,
-    /// Centre, rad or m.
+    /// Centre of the motion, rad or m.
     pub centre: Option<Vec<f64>>,
-    /// Widest swing to either side, rad or m.
+    /// Largest amplitude in each direction, rad or m.
     pub swing: f64,
-    /// Share of speed limits.
+    /// Share of the speed limits that may be used.
     pub speed: f64,
-    /// Acceleration, rad/s^2 or m/s^2.
+    /// Largest acceleration, rad/s^2 or m/s^2.
     pub acceleration: Option<f64>,
-    /// Share of torque limits.
+    /// Share of the torque limits that may be used.
     pub torque: f64,
     /// Obstacles around the arm.
     pub around: Surroundings,
-    /// Period, s.
+    /// Period of a series, s.
     pub period: f64,
     /// Number of periods.
     pub periods: u32,
     /// Number of harmonics.
     pub harmonics: usize,
-    /// Noise of torques as a share of their limits.
+    /// Standard deviation of the torque noise, as a share of the torque limits.
     pub noise: f64,
-    /// Motions to try.
+    /// Number of motions to try.
     pub tries: usize,
-    /// Seed.
+    /// Seed of the search.
     pub seed: u64,
 }
 
-/// A motion as a file.
+/// A designed motion as a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Designed {
-    /// One line for a person.
+    /// One-line description.
     pub line: String,
-    /// The file.
+    /// Contents of the file, TOML.
     pub toml: String,
-    /// Result as `--json` prints it.
+    /// Result for `--json`.
     pub json: Value,
 }
 
-/// Design a motion for the scene's arm; `tick` is called after every try.
+/// Designs a motion for the scene's arm; `tick` is called after every try.
 ///
 /// # Errors
-/// [`Failure::Input`]: a centre outside the limits or without clearance, shapes that cannot be read, or nothing found that keeps limits and
+/// [`Failure::Input`]: a centre outside the limits or without clearance, shapes that cannot be read, or no motion found that keeps limits and
 /// clearance.
 pub fn design<const N: usize>(scene: &SceneFile, wishes: &Wishes, tick: &dyn Fn()) -> Result<Designed, Failure> {
     let wrong = |expected: &str, found: String| {
@@ -222,7 +222,7 @@ fn file<const N: usize>(base: &Base, wishes: &Wishes, series: &FourierSeries, sp
     Designed { line, toml, json }
 }
 
-/// Quintics through points as a file.
+/// Quintic segments through points, as a file.
 fn through(line: &str, points: &[QuinticPoint]) -> Designed {
     let point = |(index, (q, duration, dwell)): (usize, &QuinticPoint)| {
         let way = if index == 0 { String::new() } else { format!(", duration = {duration:.3}") };

@@ -1,4 +1,4 @@
-//! Studies: computations whose results the command line prints.
+//! Computations for the commands of the command line: their results, tables and pages.
 #![forbid(unsafe_code)]
 
 pub mod bound;

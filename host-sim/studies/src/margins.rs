@@ -1,8 +1,8 @@
-//! Margins of a scene: how far each of its numbers may go before the arm is lost.
+//! Margins of a scene: how far each of its numbers can change before the arm is lost.
 //!
-//! The arm is lost in a run that ends in a fault, in which the simulation diverges, or in which a joint leaves its reference by
-//! more than `reach` of the scene's `[safety]`, where the firmware would hold. A number goes away from its own value in steps of a
-//! factor of `sqrt(2)` until the arm is lost, and between the last two values the border is bisected to 3 %.
+//! The arm counts as lost in a run if the run ends in a fault, if the simulation diverges, or if a joint leaves its reference by more than `reach` of
+//! the scene's `[safety]`, where the firmware would hold. Each number is moved away from its own value in steps of a factor of `sqrt(2)` until the
+//! arm is lost. The limit between the last two values is then bisected to 3 %.
 
 use crate::numbers::digits;
 use indicatif::ProgressBar;
@@ -16,7 +16,7 @@ use sim::run::simulation;
 use sim::table::table;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A number of a scene that may be wrong in the world.
+/// A number of a scene whose true value may differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum VariedNumber {
@@ -24,28 +24,28 @@ pub enum VariedNumber {
     Delay,
     /// Mass at the tip that the controller does not know, kg.
     Payload,
-    /// True masses of all links over those of the robot file: `plant.masses`.
+    /// Ratio of the true masses of all links to those of the robot file: `plant.masses`.
     Masses,
-    /// True friction over that of the scene: `plant.friction`.
+    /// Ratio of the true friction to that of the scene: `plant.friction`.
     Friction,
-    /// Natural frequency over the scene's: `control.natural_frequency`; a stiffness of the drive's loop grows with its square.
+    /// Ratio of the natural frequency to the scene's: `control.natural_frequency`. The stiffness of a drive's loop grows with its square.
     Gain,
-    /// Rate of the loop, Hz: `control.rate`, downwards.
+    /// Rate of the loop, Hz: `control.rate`, decreased.
     Rate,
-    /// Counts per turn of the encoders over the robot file's, downwards.
+    /// Ratio of the encoders' counts per turn to the robot file's, decreased.
     Encoder,
 }
 
-/// Exponents of 2 up to which a number is moved.
+/// Largest exponent of 2 by which a number is changed.
 const FARTHEST: f64 = 8.0;
-/// First steps, then the width to which the border is bisected, as exponents of 2.
+/// Step of the search, and the width to which the limit is bisected, as exponents of 2.
 const STEP: f64 = 0.5;
 const WIDTH: f64 = 0.04;
-/// Unit of the unknown mass at the tip, kg.
+/// Scale of the unknown mass at the tip, kg.
 const MASS: f64 = 0.4;
 
 impl VariedNumber {
-    /// All of them, as the table has them.
+    /// All numbers, in the order of the table.
     pub const ALL: [Self; 7] =
         [Self::Delay, Self::Payload, Self::Masses, Self::Friction, Self::Gain, Self::Rate, Self::Encoder];
 
@@ -63,7 +63,7 @@ impl VariedNumber {
         }
     }
 
-    /// Why the scene has no such number.
+    /// Reason why the scene has no such number.
     fn missing(self, scene: &SceneFile) -> Option<&'static str> {
         let drives = scene.robot.joints.iter().any(|joint| joint.drive.is_some()) && !scene.actuators.ideal;
         match self {
@@ -76,7 +76,7 @@ impl VariedNumber {
         }
     }
 
-    /// The value at an exponent, in the unit of the table.
+    /// The value at an exponent of 2, in the unit of the table.
     fn value(self, scene: &SceneFile, exponent: f64) -> f64 {
         let factor = exponent.exp2();
         match self {
@@ -88,14 +88,14 @@ impl VariedNumber {
         }
     }
 
-    /// The scene with the number at an exponent.
+    /// The scene with the number changed by an exponent of 2.
     fn moved(self, scene: &SceneFile, exponent: f64) -> SceneFile {
         let factor = exponent.exp2();
         let mut moved = scene.clone();
         match self {
             Self::Delay => moved.actuators.delay = ticks(scene, exponent),
             Self::Payload => {
-                // At the tip's origin: the common centre moves towards it.
+                // The mass is at the tip's origin, so the common centre moves towards it.
                 let mass = self.value(scene, exponent);
                 let mut body = scene.plant.payload.unwrap_or_else(dynamics_core::Body::massless);
                 let total = body.mass + mass;
@@ -144,12 +144,12 @@ impl VariedNumber {
     }
 }
 
-/// Delay at an exponent: whole ticks beyond the scene's own.
+/// Delay at an exponent of 2 in the search, ticks: the scene's own plus `2^exponent - 1`, rounded down.
 fn ticks(scene: &SceneFile, exponent: f64) -> u32 {
     scene.actuators.delay + exponent.exp2() as u32 - 1
 }
 
-/// Friction of the simulated joints; `None` where they have none.
+/// Friction of the simulated joints; `None` if they have none.
 fn friction(scene: &SceneFile) -> Option<Vec<JointFriction>> {
     let own = || scene.robot.joints.iter().map(|joint| joint.friction.unwrap_or_default()).collect();
     let laws: Vec<JointFriction> = scene.plant.friction_law.clone().unwrap_or_else(own);
@@ -165,13 +165,13 @@ pub struct Margin {
     pub unit: &'static str,
     /// The scene's own value.
     pub own: f64,
-    /// The farthest value with which the arm was kept.
+    /// The farthest value at which the arm was not lost.
     pub kept: Option<f64>,
-    /// The nearest value with which it was lost; `None` if it never was.
+    /// The nearest value at which it was lost; `None` if it never was.
     pub lost: Option<f64>,
-    /// Cause of the loss.
+    /// Cause of the loss; `None` if it was never lost.
     pub why: Option<String>,
-    /// Why nothing was tried.
+    /// Reason why nothing was tried.
     pub missing: Option<&'static str>,
 }
 
@@ -180,11 +180,11 @@ pub struct Margin {
 pub struct Margins {
     /// Name of the scene.
     pub scene: String,
-    /// A row for each number.
+    /// One row for each number.
     pub margins: Vec<Margin>,
 }
 
-/// Cause of the arm's loss in a run; `None` if it was kept.
+/// Cause of the arm's loss in a run; `None` if it was not lost.
 fn lost(run: &Run) -> Option<String> {
     let joint = |number: usize| run.record.joints().get(number - 1).map_or("", |joint| joint.name.as_str()).to_owned();
     match (&run.end, run.summary.faults.first(), &run.summary.supervision.out_of_reach) {
@@ -195,10 +195,10 @@ fn lost(run: &Run) -> Option<String> {
     }
 }
 
-/// Search the margins of a scene, all numbers at the same time.
+/// Searches the margins of a scene, all numbers in parallel.
 ///
 /// # Errors
-/// [`Failure::Input`]: the scene cannot be run, or the arm is lost in it as it is. [`Failure::Interrupted`]: after `stop`.
+/// [`Failure::Input`]: the scene cannot be run, or the arm is lost in the unchanged scene. [`Failure::Interrupted`]: after `stop`.
 pub fn margins(scene: &SceneFile, stop: &AtomicBool, progress: &ProgressBar) -> Result<Margins, Failure> {
     let hidden = ProgressBar::hidden();
     let outcome = |scene: &SceneFile| -> Result<Option<String>, Failure> {
@@ -229,7 +229,7 @@ fn margin(
     if margin.missing.is_some() {
         return Ok(margin);
     }
-    // A value that makes no scene is beyond the margin too: the reader of scenes would refuse it.
+    // A value for which the scene is invalid is beyond the margin, too.
     let tried = |exponent| match outcome(&quantity.moved(scene, exponent)) {
         Err(Failure::Input(report)) => Ok(Some(format!("refused: {report}"))),
         other => other,

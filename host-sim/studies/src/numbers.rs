@@ -1,9 +1,9 @@
-//! Lists of numbers from the user, and numbers as text.
+//! Parsing of number lists from the user, and formatting of numbers.
 
 use dynamics_core::{Real, Wrench};
 use nalgebra::Vector3;
 
-/// Convert a list to `K` finite numbers.
+/// Converts a list to `K` numbers of the scalar.
 pub(crate) fn numbers<S: Real, const K: usize>(name: &str, values: &[f64], meaning: &str) -> Result<[S; K], String> {
     let wrong = |_| {
         let count = |n: usize| if n == 1 { "1 number".to_owned() } else { format!("{n} numbers") };
@@ -17,19 +17,19 @@ pub(crate) fn numbers<S: Real, const K: usize>(name: &str, values: &[f64], meani
     }
 }
 
-/// Convert a list to `K` finite numbers.
+/// Converts a list to `K` finite numbers.
 pub(super) fn finite<const K: usize>(name: &str, values: &[f64], meaning: &str) -> Result<[f64; K], String> {
     finite_entries(name, values)?;
     numbers::<f64, K>(name, values, meaning)
 }
 
-/// Convert a list to force (N) and moment (N m).
+/// Converts a list to force (N) and moment (N m).
 pub(super) fn wrench(name: &str, values: &[f64]) -> Result<Wrench<f64>, String> {
     let [fx, fy, fz, mx, my, mz] = finite::<6>(name, values, "fx, fy, fz, mx, my, mz")?;
     Ok(Wrench { force: Vector3::new(fx, fy, fz), moment: Vector3::new(mx, my, mz) })
 }
 
-/// Check that all numbers are finite.
+/// Checks that all numbers are finite.
 pub(super) fn finite_entries(name: &str, values: &[f64]) -> Result<(), String> {
     match values.iter().position(|x| !x.is_finite()) {
         None => Ok(()),
@@ -37,7 +37,7 @@ pub(super) fn finite_entries(name: &str, values: &[f64]) -> Result<(), String> {
     }
 }
 
-/// Three digits.
+/// Formats with three digits.
 pub(super) fn digits(value: f64) -> String {
     let decimals = if value == 0.0 { 0 } else { (2 - value.abs().log10().floor() as i32).clamp(0, 6) as usize };
     format!("{value:.decimals$}")

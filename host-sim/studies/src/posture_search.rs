@@ -1,10 +1,9 @@
 //! Search for the posture inside a box that minimises a function: descent from many starting points.
 //!
-//! The search is deterministic and needs no derivatives. The starting points are the given posture, the middle of the
-//! box, and points of an additive sequence with the powers of a generalised golden ratio, which fills a box of any
-//! dimension evenly. The descent tries a step to either side on each joint in turn and keeps the first gain; when no
-//! joint gains, it halves the steps. The best result of all starts is then refined further. For a smooth function no
-//! joint alone can improve the result. A global minimum is likely with so many starts, but not proved.
+//! The search is deterministic and needs no derivatives. The starting points are the given posture, the middle of the box, and points of an additive
+//! sequence with the powers of a generalised golden ratio, which fills a box of any dimension evenly. The descent tries a step in both directions on
+//! each joint in turn and keeps the first improvement. When no joint improves, it halves the steps. The best result of all starts is then refined
+//! further. For a smooth function no joint alone can improve the result. A global minimum is likely with so many starts, but not proved.
 
 use core::f64::consts::{PI, TAU};
 use dynamics_core::{JointKind, Model};
@@ -23,12 +22,12 @@ pub struct Depth {
     pub fine: f64,
 }
 
-/// To rounding: for the posture itself.
+/// Depth down to rounding, if the posture itself is needed.
 pub const EXACT: Depth = Depth { coarse: 1e-4, fine: 1e-9 };
-/// To three digits of the value, which at its least is flat: for a load.
+/// Depth for three digits of the value, for example for a load; near its minimum the value is flat.
 pub const ROUGH: Depth = Depth { coarse: 1e-2, fine: 1e-4 };
 
-/// Most rounds over all joints in one descent: a bound for valleys too narrow to follow.
+/// Largest number of rounds over all joints in one descent, in case a valley is too narrow to follow.
 const ROUNDS: usize = 20_000;
 
 /// The least value found.
@@ -42,7 +41,7 @@ pub struct LowestPosture<const N: usize> {
     pub evaluations: u64,
 }
 
-/// Search a box for the least value of a function; a joint with equal bounds stays there.
+/// Searches a box for the smallest value of a function. A joint with equal bounds stays there.
 ///
 /// `start` must lie in the box. A NaN value never counts as better.
 pub fn minimise<const N: usize>(
@@ -53,7 +52,7 @@ pub fn minimise<const N: usize>(
     minimise_to(EXACT, bounds, start, cost)
 }
 
-/// As [`minimise`], to another depth.
+/// Same as [`minimise`], to another depth.
 pub fn minimise_to<const N: usize>(
     depth: Depth,
     bounds: &[(f64, f64); N],
@@ -80,7 +79,7 @@ pub fn minimise_to<const N: usize>(
     best
 }
 
-/// Descend from a point, with steps from the first share of each joint's range to the last.
+/// Descends from a point, with steps from the first share of each joint's range to the last.
 fn downhill<const N: usize>(
     bounds: &[(f64, f64); N],
     at: &mut LowestPosture<N>,
@@ -115,7 +114,7 @@ fn downhill<const N: usize>(
     }
 }
 
-/// Root greater than one of `x^(n + 1) = x + 1`: the golden ratio for one dimension.
+/// Root greater than one of `x^(n + 1) = x + 1`; the golden ratio for `n = 1`.
 fn golden(n: usize) -> f64 {
     let power = 1.0 / (n as f64 + 1.0);
     (0..64).fold(2.0_f64, |x, _| (1.0 + x).powf(power))
@@ -133,7 +132,7 @@ pub fn positions(kind: JointKind, limits: (f64, f64)) -> Option<(f64, f64)> {
     }
 }
 
-/// Ranges of all joints, as [`positions`], and their middle; a prismatic joint without limits stays at zero.
+/// Ranges of all joints from [`positions`], and their middle; a prismatic joint without limits stays at zero.
 #[must_use]
 pub fn ranges<const N: usize>(model: &Model<f64, N>) -> ([(f64, f64); N], [f64; N]) {
     let bounds = model.links().map(|link| positions(link.kind, link.limits.position).unwrap_or((0.0, 0.0)));

@@ -1,8 +1,8 @@
-//! Items of a heap, ranked by a number.
+//! Heap items that are ordered by a number.
 
 use std::cmp::Ordering;
 
-/// An item with its rank: a heap gives the greatest first.
+/// An item with its rank; a heap returns the greatest rank first.
 pub(crate) struct Ranked<T> {
     pub(crate) rank: f64,
     pub(crate) item: T,

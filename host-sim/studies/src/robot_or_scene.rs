@@ -1,4 +1,4 @@
-//! Input of a command: a scene, or a robot in a default scene.
+//! Input of a command: a scene, or a robot in its default scene.
 
 use robot_compiler::{Ends, Robot, SceneFile};
 use sim::failure::Failure;
@@ -8,14 +8,14 @@ use std::path::Path;
 
 /// An arm and its surroundings.
 pub struct RobotOrScene {
-    /// The scene; [`SceneFile::default_for`] the robot if the file is a robot.
+    /// The scene; the robot's [`SceneFile::default_for`] if the file is a robot.
     pub file: SceneFile,
     /// Name of the scene; `None` if the file is a robot.
     pub(crate) scene: Option<String>,
 }
 
 impl RobotOrScene {
-    /// Load a scene or a robot, of a URDF robot the chain between two links. A scene is a TOML file that names its robot.
+    /// Loads a scene or a robot; `ends` selects the chain of a URDF robot. A scene is a TOML file that names its robot.
     pub fn load(path: &Path, ends: Ends<'_>) -> Result<Self, Failure> {
         let is_scene = path.extension().is_some_and(|extension| extension == "toml")
             && start_of(path).is_ok_and(|text| text.lines().any(names_a_robot));
@@ -43,25 +43,25 @@ fn refuse_ends(scene: &Path, ends: Ends<'_>) -> Result<(), Failure> {
     })
 }
 
-/// The text of a file, of a huge one a part: the readers refuse it.
+/// Beginning of a file, at most 8 MiB; the readers reject larger files.
 fn start_of(path: &Path) -> io::Result<String> {
     let mut text = String::new();
     File::open(path)?.take(8 << 20).read_to_string(&mut text)?;
     Ok(text)
 }
 
-/// Recognises the key `robot = ..`, which no robot file has.
+/// True for a line with the key `robot = ..`, which no robot file has.
 fn names_a_robot(line: &str) -> bool {
     line.trim_start().strip_prefix("robot").is_some_and(|rest| rest.trim_start().starts_with('='))
 }
 
-/// Loads the given scene and checks that it is a scene of the given robot; without a scene, the robot's default scene.
+/// Loads the given scene and checks that it is a scene of the given robot. Without a scene, returns the robot's default scene.
 pub fn scene_about(robot_file: &Path, ends: Ends<'_>, scene_file: Option<&Path>) -> Result<SceneFile, Failure> {
     let robot = Robot::load_between(robot_file, ends).map_err(Failure::input)?;
     say_mounting(&robot);
     let Some(path) = scene_file else { return Ok(SceneFile::default_for(robot)) };
     let file = SceneFile::load(path).map_err(Failure::input)?;
-    // Compare contents: the same file may be reached by many paths, and the source of a URDF robot holds its path.
+    // Compare contents, because the same file can have many paths, and the source of a URDF robot contains its path.
     let (path_there, source_there) = (file.robot.path.clone(), file.robot.source.clone());
     if (Robot { path: path_there, source: source_there, ..robot.clone() }) == file.robot {
         return Ok(file);
@@ -75,7 +75,7 @@ pub fn scene_about(robot_file: &Path, ends: Ends<'_>, scene_file: Option<&Path>)
     )))
 }
 
-/// Says on standard error that the base of a robot is turned, where it is: results depend on it.
+/// Prints a note on standard error if the robot's base is rotated, because results depend on it.
 pub fn say_mounting(robot: &Robot) {
     let note = robot.mounting_note();
     if !note.is_empty() {

@@ -1,6 +1,6 @@
-//! Speed against accuracy, measured: the cost of every choice on the chip, and its errors in newton-metres and radians.
+//! Speed against accuracy, measured: the cost of every choice on the chip, and its errors in torque and position.
 //!
-//! A choice is a scene file: the desk's simulation, the chip's program and the user read the same text.
+//! A choice is a scene file, so that the desk's simulation, the chip's program and the user read the same text.
 
 pub mod baseline;
 pub mod chip;
@@ -40,7 +40,7 @@ use test_motions::{TestMotion, test_motions};
 pub struct Workshop<'a> {
     /// Folder for the measurements and the scene of every choice.
     pub folder: &'a Path,
-    /// Repeat measurements that are already stored.
+    /// True to repeat measurements that are already stored.
     pub fresh: bool,
     /// Set by Ctrl-C.
     pub stop: &'a AtomicBool,
@@ -48,11 +48,11 @@ pub struct Workshop<'a> {
     pub progress: &'a ProgressBar,
 }
 
-/// Measure every choice.
+/// Measures every choice.
 ///
 /// # Errors
-/// A choice that the scene does not allow; a chip that cannot be built or run; a file that cannot be written; an
-/// interruption. After an interruption the next call resumes the work.
+/// The scene does not allow a choice, the chip's program cannot be built or run, a file cannot be written, or the work is interrupted. After an
+/// interruption the next call resumes the work.
 pub fn trade(
     base: &Baseline,
     named: &Path,

@@ -1,4 +1,4 @@
-//! Whole closed loops in the emulated chip, run as by a user: every tick gives the desk's bits.
+//! Whole closed loops in the emulated chip, run as by a user: every tick has the same bits as on the desk.
 
 use crate::pinned::assert_pinned;
 use crate::program::new;
@@ -11,7 +11,7 @@ fn run(scene: &str, options: &[&str]) -> Value {
     run_file(&format!("scenes/{scene}.toml"), scene, options)
 }
 
-/// As [`run`], of a scene file anywhere in the project.
+/// As [`run`], for a scene file anywhere in the project.
 fn run_file(file: &str, scene: &str, options: &[&str]) -> Value {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let out = workspace.join("target/tmp").join(format!("closed_loop-{scene}{}", options.join("")));
@@ -34,7 +34,8 @@ fn assert_parity(summary: &Value, ticks: u64) {
 fn the_whole_puma_run_gives_the_desks_bits() {
     let summary = run("puma560_pick", &[]);
     assert_parity(&summary, 2_100);
-    // The whole tick (encoders, observer, trig, kernel, law, friction, guard and limits) costs the same each time.
+    // The whole tick (encoders, observer, sine and cosine, kernel, control law, friction, guard and limits) always has the same number of
+    // instructions.
     let [least, most] = ["min", "max"].map(|which| summary["instructions_per_tick"][which].as_u64().unwrap());
     assert_pinned("puma560_pick", [least, most]);
     assert_eq!(least, most, "no tick of this run is unlike the others");
@@ -56,7 +57,7 @@ fn a_model_evaluated_in_some_ticks_gives_the_desks_bits_and_a_cheap_tick_between
     let summary = run("puma560_slow_model", &[]);
     assert_parity(&summary, 2_100);
     let [least, most] = ["min", "max"].map(|which| summary["instructions_per_tick"][which].as_u64().unwrap());
-    // Between two evaluations, and with one.
+    // Ticks without an evaluation of the model, and with one.
     assert_pinned("puma560_slow_model", [least, most]);
 }
 
@@ -70,7 +71,7 @@ fn a_law_and_trig_chosen_on_the_command_line_reach_the_chip() {
     let summary = run("scara_pick", &["--duration", "0.2", "--law", "pd", "--trig", "libm"]);
     assert_parity(&summary, 200);
     assert_eq!((summary["law"].as_str(), summary["trig"].as_str()), (Some("pd"), Some("libm")));
-    // A loop without a model pays for no sine and no kernel; where a reading is late, for its prediction.
+    // A loop without a model computes no sine and no kernel. It needs instructions for a prediction only if a reading is late.
     let [least, most] = ["min", "max"].map(|which| summary["instructions_per_tick"][which].as_u64().unwrap());
     assert!(least < 450 && most < 650, "{least} to {most}");
 }
@@ -87,7 +88,7 @@ fn arms_that_people_own_give_the_desks_bits() {
     let summary = run_file("scenes/rebot_move.toml", "rebot_move", &["--duration", "0.3"]);
     assert_parity(&summary, 300);
     assert_eq!(summary["drives"]["kind"], "robstride");
-    // Kept, pushed away, and in a wall.
+    // The arm holds its position, is pushed, and reaches a joint's wall.
     let summary = run_file("scenes/yam_teach.toml", "yam_teach", &["--duration", "1.2"]);
     assert_parity(&summary, 1_200);
     assert_eq!((summary["law"].as_str(), summary["drives"]["kind"].as_str()), (Some("teach"), Some("damiao")));

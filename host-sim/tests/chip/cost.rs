@@ -1,4 +1,4 @@
-//! Cost of the tick on the chip for many scenes: the desk's bits, and the firmware's instruction count.
+//! Cost of the tick on the chip for many scenes: compared with the desk's bits and the firmware's instruction count.
 
 use crate::pinned;
 use board::chip::cost::{Cost, measure};
@@ -59,7 +59,7 @@ fn ticks_give_the_desks_bits_and_cost_what_the_firmware_pins() {
     };
 
     let Cost { instructions, .. } = exact;
-    // Called by itself, and not out of the session, a tick is a little shorter than the firmware's.
+    // A tick that is called alone, not by the session, is a little shorter than the firmware's.
     let [_, firmware] = pinned::instructions("puma560_pick");
     assert_eq!(instructions.min, instructions.max, "every tick takes the same");
     assert!(
@@ -69,13 +69,13 @@ fn ticks_give_the_desks_bits_and_cost_what_the_firmware_pins() {
     let most = |cost: &Cost| cost.instructions.max;
     assert!(most(regrouped) < most(exact) && most(exact) < most(generic));
     assert!(most(planar) < most(regrouped));
-    // Software double precision: in sine and cosine only, and in everything.
+    // Software double precision: only in sine and cosine, and everywhere.
     assert!(most(libm) > 3 * most(exact), "{} instructions", most(libm));
     assert!(double.instructions.mean > 10.0 * exact.instructions.mean, "{:?}", double.instructions);
 
     assert!((12_000..14_000).contains(&exact.flash_bytes), "{exact:?}");
     assert!((370..430).contains(&exact.ram_bytes), "{exact:?}");
-    // A kernel in RAM also occupies flash; otherwise RAM holds only the controller.
+    // A kernel in RAM also occupies flash. Otherwise RAM holds only the controller.
     assert_eq!(regrouped.ram_bytes, exact.ram_bytes);
     assert!(sram.ram_bytes > exact.ram_bytes + 1_000);
     assert!(double.ram_bytes > exact.ram_bytes && generic.ram_bytes > exact.ram_bytes + 1_000);

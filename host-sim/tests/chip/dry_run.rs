@@ -1,5 +1,5 @@
-//! The closed loop through the real firmware under its safety state machine: home, confirm, arm, run a motion, stop.
-//! Every status of the chip equals the desk's to the last bit.
+//! The closed loop with the real firmware under its safety state machine: home, confirm, arm, run a motion, stop. Every status of the chip equals the
+//! desk's bit for bit.
 
 use board::chip::{Chip, ChipError, build_firmware, build_firmware_by_dma, hello};
 use board::session::dry_run::{DryRun, OnChip, OnDesk, without_cost};
@@ -35,7 +35,7 @@ impl Both {
         self.desk.send(frame).unwrap();
     }
 
-    /// Run one tick with these encoder counts; returns the status of both.
+    /// Runs one tick with these encoder counts. Returns the status, which both must agree on.
     fn tick(&mut self, counts: [i32; N]) -> Status {
         self.tick += 1;
         let measurement = Measurement { sensed: Sensed::<f32, N>::Counts(counts), age_ticks: 0 };
@@ -64,7 +64,7 @@ fn a_motion_under_supervision_has_the_desk_s_bits_in_every_status() {
     motion(build_firmware);
 }
 
-/// Every packet of the session comes out of the buffer that hardware fills and goes through the queue out, many times around.
+/// Every packet of the session is read from the DMA receive buffer and sent through the output queue, which both wrap around many times.
 #[test]
 fn a_motion_over_the_link_by_dma_has_the_desk_s_bits_in_every_status() {
     motion(build_firmware_by_dma);
@@ -86,7 +86,7 @@ fn motion(build: fn(&Path) -> Result<PathBuf, ChipError>) {
     both.ask(Request::Home, counts(&start.q));
     assert!(both.ask(Request::Confirm, counts(&start.q)).homed);
     both.ask(Request::Arm, counts(&start.q));
-    // Torque rises on engaged brakes.
+    // Torque rises against engaged brakes.
     while both.tick(counts(&start.q)).state != StateCode::Armed {
         assert!(both.tick < 200, "it is not armed");
     }

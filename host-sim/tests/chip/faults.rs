@@ -1,5 +1,5 @@
-//! A processor that cannot go on turns the drives off and ends, after an undefined instruction as after a stack
-//! overflow. The emulator's program is the real one with the first instructions of its tick replaced.
+//! A processor fault turns the drives off and ends the program: after an undefined instruction, and after a stack overflow. The emulator runs the
+//! real program with the first instructions of its tick replaced.
 
 use board::chip::{Chip, ChipError, build_firmware, hello};
 use dynamics_core::{Measurement, Reference, Sensed};
@@ -28,7 +28,7 @@ fn sabotaged(elf: &Path, name: &str, halfwords: &[u16]) -> PathBuf {
     copy
 }
 
-/// Run the chip's first tick.
+/// Runs the chip's first tick.
 fn first_tick(name: &str, halfwords: &[u16]) -> Result<(), ChipError> {
     let scene = SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/planar2r_swing.toml")).unwrap();
     let model = scene.robot.model::<2>().unwrap();
@@ -39,7 +39,7 @@ fn first_tick(name: &str, halfwords: &[u16]) -> Result<(), ChipError> {
     chip.tick(&reference, &Measurement { sensed, age_ticks: 0 }).map(|_| ())
 }
 
-/// True if the program itself ended the emulator: a processor that locks up ends it by a signal.
+/// True if the program ended the emulator itself. A processor that locks up would end it by a signal.
 fn ended_by_itself(result: Result<(), ChipError>) -> bool {
     match result {
         Err(ChipError::Dead { status, .. }) => status == "exit status: 1",

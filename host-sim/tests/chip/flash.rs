@@ -1,4 +1,4 @@
-//! `firmware flash` through the compiler to a scripted probe-rs.
+//! `firmware flash` with the compiler and a scripted probe-rs.
 
 use crate::program::probe::FakeProbe;
 use crate::program::{at_the_top, told};
@@ -23,7 +23,7 @@ fn the_probe_is_given_the_program_of_the_scene_with_a_log_that_can_be_read() {
     }
     let log = printed.lines().find_map(|line| line.strip_prefix("log      ")).unwrap_or_else(|| panic!("{printed}"));
     let strings: usize = log.split(' ').next().unwrap().parse().unwrap();
-    // The strings of the crates below count too, so there are more than the firmware's own handful.
+    // The strings of the firmware's dependencies count too, so there are more than the firmware's own few.
     assert!((5..200).contains(&strings), "{log}");
 }
 

@@ -1,5 +1,4 @@
-//! External reference torques (`robots/golden/`) compared with the firmware's on the emulated chip, in single
-//! precision.
+//! Torques of the firmware in the emulated chip, in single precision, compared with external reference torques (`robots/golden/`).
 
 use board::chip::{Chip, build_firmware, hello};
 use dynamics_core::{Command, Measurement, Reference, Sensed};
@@ -72,7 +71,7 @@ fn worst<const N: usize>(robot: &str) -> f64 {
     let mut chip = Chip::start(&build_firmware(&scene).unwrap(), hello).unwrap();
     let mut worst = 0.0_f64;
     for state in golden["states"].as_array().unwrap() {
-        // On the reference there is no error to correct, so computed torque equals inverse dynamics.
+        // There is no tracking error to correct, so computed torque equals inverse dynamics.
         let (q, qd) = (array::<N>(&state["q"]), array::<N>(&state["qd"]));
         let reference = Reference { q, qd, qdd: array(&state["qdd"]) };
         let reply = chip.tick(&reference, &Measurement { sensed: Sensed::State { q, qd }, age_ticks: 0 }).unwrap();
@@ -88,7 +87,7 @@ fn worst<const N: usize>(robot: &str) -> f64 {
     worst
 }
 
-/// Assert within both bounds: an error that shrinks without an explanation is a finding too.
+/// Asserts that an error is within both bounds: an error that shrinks without an explanation is a finding too.
 fn assert_pinned(measured: f64, found: f64) {
     assert!(found < measured * 1.05 && found > measured * 0.95, "error {found:.3e}, measured before: {measured:.3e}");
 }

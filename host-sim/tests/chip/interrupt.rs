@@ -1,5 +1,5 @@
-//! The whole interrupt of a choice, as trade, choose and explain compute it: against the interrupt of the choice's own
-//! firmware, and against the bounds of `cargo xtask budget`.
+//! Cost of the whole interrupt for a choice, as trade, choose and explain compute it. It is compared with the interrupt of the choice's own firmware,
+//! and with the bounds of `cargo xtask budget`.
 
 use board::chip::interrupt::{Interrupt, measure};
 use robot_compiler::Ends;
@@ -10,14 +10,14 @@ use studies::trade::baseline::Baseline;
 use studies::trade::chip::{CLOCK, Chip as _, EmulatedChip, InterruptCost};
 use studies::trade::choice::{Choice, TermSet};
 
-/// Largest difference between the sum and the interrupt of the choice's own firmware: caches and registers differ.
+/// Largest relative difference between the computed sum and the interrupt of the choice's own firmware. Caches and registers cause a difference.
 const WITHIN: f64 = 0.02;
 
 fn top() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// InterruptCost of a shipped scene, and the scene of each choice with its controller's cycles in its place.
+/// Interrupt cost of a shipped scene. Also the scene of each choice, with the cycles of the interrupt that has this choice's controller.
 fn of_scene(name: &str, choices: &[fn(Choice) -> Choice]) -> (InterruptCost, Vec<(PathBuf, f64)>) {
     let (stop, base) =
         (AtomicBool::new(false), Baseline::load(&top().join(format!("scenes/{name}.toml")), Ends::default()).unwrap());

@@ -1,5 +1,4 @@
-//! Live terms in the chip: gravity, payload, tip wrench and rotors that come over the link, not from the firmware's
-//! build.
+//! Live terms in the chip: gravity, payload, tip wrench and rotors that are sent over the link instead of being built in.
 
 use board::chip::{Chip, ChipError, build_firmware, hello};
 use dynamics_core::{Command, Inertia, Live, Measurement, Reference, Sensed};
@@ -44,10 +43,10 @@ fn a_closed_loop_with_every_term_live_has_identical_bits_and_follows_its_referen
     assert!((3e-5..3.6e-5).contains(&error), "{error:e} rad");
 }
 
-/// A change that makes the live inputs wrong.
+/// A change that falsifies the live inputs.
 type Change = fn(&mut Live<f32, N>);
 
-/// A desk that receives other live inputs than the chip.
+/// A desk that receives different live inputs from those of the chip.
 struct Misinformed<C>(C, Change);
 
 impl<C: Torques<f32, N>> Torques<f32, N> for Misinformed<C> {
@@ -101,7 +100,7 @@ fn an_arm_whose_controller_misses_a_live_term_is_off_its_reference() {
     }
 }
 
-/// A state on its reference, so that the torque equals the inverse dynamics.
+/// A state without tracking error, so that the torque equals the inverse dynamics.
 fn state() -> (Reference<f32, N>, Measurement<f32, N>) {
     let (q, qd) = ([0.2, 0.8, -1.5, 0.1, 0.4, 0.2], [0.3, -0.2, 0.4, 0.1, -0.5, 0.2]);
     let reference = Reference { q, qd, qdd: [1.0, -0.5, 0.8, 2.0, -1.0, 0.5] };
@@ -124,7 +123,7 @@ fn a_payload_that_is_laid_down_and_taken_up_again_between_ticks_gives_the_bits_o
     let (reference, measurement) = state();
     let holding = simulate::live_inputs::<f32, N>(&scene, &model);
     let empty = Live { payload: Inertia::zero(), ..holding };
-    // -0 differs from 0: a tick must not reuse the value computed for the other.
+    // -0 differs from 0: a tick must not reuse the value that was computed for the other.
     let minus = Live { gravity: -empty.gravity * 0.0, ..empty };
     let plus = Live { gravity: empty.gravity * 0.0, ..empty };
     let mut torques = Vec::new();

@@ -1,5 +1,4 @@
-//! Tests of the real firmware in the emulated chip. They run one emulator at a time: it keeps one processor busy and
-//! the test another.
+//! Tests of the real firmware in the emulated chip. They run one emulator at a time, because it keeps one processor busy and the test keeps another.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 mod closed_loop;

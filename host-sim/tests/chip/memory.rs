@@ -1,4 +1,4 @@
-//! A kernel that the scene places in static RAM is linked there, runs there, and gives the same bits.
+//! A kernel that the scene places in static RAM is linked there, runs there, and computes the same bits.
 
 use board::chip::{Chip, build_firmware, hello};
 use dynamics_core::{Command, Measurement, Reference, Sensed};
@@ -26,11 +26,11 @@ fn scene(memory: &str) -> PathBuf {
     path
 }
 
-/// Addresses and sizes of the inverse dynamics that are functions of their own.
+/// Addresses and sizes of the inverse dynamics that are not inlined.
 fn kernels(elf: &Path) -> Vec<(u64, u64)> {
     let bytes = std::fs::read(elf).unwrap();
     let file = object::File::parse(&*bytes).unwrap();
-    // The linker's veneers from flash to RAM carry the name of their destination.
+    // The linker's veneers from flash to RAM have the name of their destination.
     let named = |symbol: &object::Symbol<'_, '_>| {
         symbol.name().is_ok_and(|name| name.contains("inverse_dynamics") && !name.contains("Thunk"))
     };
@@ -72,8 +72,8 @@ fn a_kernel_placed_in_sram_is_there_and_gives_the_bits_of_the_one_in_flash() {
 
     let (in_flash, in_sram) = (run(&paths[0], &flash), run(&paths[1], &sram));
     assert!(in_flash.iter().zip(&in_sram).all(|(a, b)| a.0 == b.0));
-    // Each kernel takes the same number of instructions in every tick. A called kernel takes more than an inlined one: its
-    // arguments and its torque go by memory.
+    // Each kernel has the same number of instructions in every tick. A called kernel needs more than an inlined one, because its arguments and its
+    // torque are passed in memory.
     let [(_, count), (_, called)] = [in_flash[0], in_sram[0]];
     assert!(in_flash.iter().all(|tick| tick.1 == count) && in_sram.iter().all(|tick| tick.1 == called));
     println!("{count} instructions in flash, {called} in SRAM");

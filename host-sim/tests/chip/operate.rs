@@ -1,4 +1,4 @@
-//! `connect` in a dry run of the emulated chip, and its record replayed on the desk: the same bits in every status.
+//! `connect` in a dry run of the emulated chip. Its record is replayed on the desk with the same bits in every status.
 
 use crate::program::{at_the_top, new, printed, told};
 use std::path::Path;

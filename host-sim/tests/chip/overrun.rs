@@ -1,4 +1,4 @@
-//! A chip that is too slow for its own timer reports it and brakes; a fast enough one keeps driving.
+//! A chip that is too slow for its own timer reports it and brakes. A chip that is fast enough keeps driving.
 
 use board::chip::{Chip, ChipReply, build_firmware, hello};
 use dynamics_core::{Command, Fault, Measurement, Reference, Sensed};
@@ -8,7 +8,7 @@ use std::path::Path;
 
 const N: usize = 6;
 
-/// Number of answers examined at the timer's pace; measurements may have the same age.
+/// Number of examined answers at the timer's pace; they may all refer to a measurement of the same age.
 const ANSWERS: usize = 20;
 
 /// Duration of a tick on the emulated chip at one instruction per nanosecond: longer than 10 us, shorter than 20. Most
@@ -33,7 +33,7 @@ fn in_the_timers_pace(rate: u32) -> Vec<(u32, ChipReply<N>)> {
     let reference = Reference { q, qd: [0.0; N], qdd: [0.0; N] };
     let measurement = Measurement { sensed: Sensed::State { q, qd: [0.0; N] }, age_ticks: 0 };
 
-    // In lock step no timer runs: the same tick is no fault, however long it takes.
+    // In lock step there is no timer: the same tick is no fault, whatever its duration.
     for _ in 0..3 {
         let reply = chip.tick(&reference, &measurement).unwrap();
         assert!(matches!(reply.command, Command::Drive { .. }), "{reply:?}");
@@ -47,8 +47,8 @@ fn in_the_timers_pace(rate: u32) -> Vec<(u32, ChipReply<N>)> {
 #[test]
 fn a_tick_that_is_longer_than_the_timers_period_brakes_with_fault_6_and_stays_braked() {
     let answers = in_the_timers_pace(100_000);
-    // The first tick drives, and its end reveals that it took too long. The next tick is due at that moment, so its
-    // answer (the fault) may replace the first one.
+    // The first tick drives, and at its end the firmware detects that it took too long. The next tick is due at that moment, so its answer (the
+    // fault) may replace the first one.
     let faults = &answers[usize::from(answers[0].0 == 0)..];
     assert_eq!(faults[0].0, 1);
     assert!(faults.iter().all(|(_, reply)| reply.command == Command::Brake(Fault::Overrun)), "{faults:?}");

@@ -1,12 +1,12 @@
-//! Instructions of a scene's tick, as `firmware/budget.toml` has them: the one place where they are pinned.
+//! Instruction counts of a scene's tick, from `firmware/budget.toml`. They are pinned only there.
 
 use std::ops::RangeInclusive;
 use std::path::Path;
 use std::process::Command;
 use toml_edit::{DocumentMut, Item};
 
-/// Fewest and most instructions of a scene's tick on the emulated board, to the last one; 10 % around if the firmware is built by
-/// another compiler than that of the file.
+/// Fewest and most instructions of a scene's tick on the emulated board, exactly. If the firmware is built by another compiler than that of the file,
+/// within 10 %.
 pub(crate) fn instructions(scene: &str) -> [RangeInclusive<u64>; 2] {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware/budget.toml");
     let file: DocumentMut = std::fs::read_to_string(path).unwrap().parse().unwrap();
@@ -31,7 +31,7 @@ fn is_of_this_compiler(blessed: &str) -> bool {
     output.is_ok_and(|output| String::from_utf8_lossy(&output.stdout).starts_with(&format!("{blessed} ")))
 }
 
-/// Demand the pinned counts.
+/// Asserts the pinned counts.
 pub(crate) fn assert_pinned(scene: &str, found: [u64; 2]) {
     for (found, pinned) in found.iter().zip(instructions(scene)) {
         assert!(pinned.contains(found), "{scene}: {found} instructions in a tick, pinned at {pinned:?}");

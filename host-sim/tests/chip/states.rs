@@ -1,7 +1,7 @@
-//! Constant cost of a tick: the same number of instructions in 10,000 states of the arm, with the desk's bits in each.
+//! Constant cost of a tick: the same number of instructions in 10,000 states of the arm, and the same bits as on the desk in each.
 //!
-//! The work is split into four tests of 2,500 ticks, because most of a tick's time goes into the bytes of the emulated
-//! link. All four compare their count with the same constant.
+//! The work is split into four tests of 2,500 ticks, because most of a tick's time is spent on the bytes of the emulated link. All four compare their
+//! count with the same constant.
 
 use crate::pinned::assert_pinned;
 use board::chip::{Chip, build_firmware, hello};
@@ -36,7 +36,7 @@ impl Pair {
         }
     }
 
-    /// Run one tick on both and compare the bits. Returns whether a limit acted, and the chip's instructions.
+    /// Runs one tick on both and compares the bits. Returns true if a limit acted, and the chip's instructions.
     fn tick(&mut self, reference: &Reference<f32, N>, counts: [i32; N]) -> (bool, u32) {
         let measurement = Measurement { sensed: Sensed::Counts(counts), age_ticks: 0 };
         let expected = self.desk.tick(reference, &measurement);
@@ -60,14 +60,14 @@ fn within(rng: &mut ChaCha8Rng, width: f64) -> f64 {
     width * (f64::from(rng.next_u32()) / f64::from(1_u32 << 31) - 1.0)
 }
 
-/// Swing every joint from the middle of its range to near one end and back, at its own speed, with a random reference
-/// around it: 2,500 different states. Returns the least and the greatest number of instructions of a tick.
+/// Swings every joint from the middle of its range to near one end and back, each at a different speed, with a random reference near it: 2,500
+/// different states. Returns the least and the greatest number of instructions of a tick.
 fn swing(seed: u64) -> (u32, u32) {
     let mut pair = Pair::new();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let limits = pair.desk.config().limits;
     let middle = limits.map(|l| f64::from(l.position.0 + l.position.1) / 2.0);
-    // Each joint moves to one side, up to 95 % of the way, at half to four fifths of its greatest speed.
+    // Each joint moves to one side, up to 95 % of the distance to its limit, at half to four fifths of its greatest speed.
     let reach: [f64; N] = std::array::from_fn(|i| {
         let side = if rng.next_u32() % 2 == 0 { 1.0 } else { -1.0 };
         side * 0.95 * f64::from(limits[i].position.1 - limits[i].position.0) / 2.0
@@ -149,7 +149,7 @@ fn only_a_limit_that_acts_takes_longer() {
         let (limited, count) = pair.tick(&reference, counts);
         println!("{what}: {count} instructions, {} more", count - plain);
         assert!(limited && count > plain && count < plain + longest, "{what}: {count} after {plain}");
-        // The next tick is as before.
+        // The next tick is the same as before.
         assert_eq!(pair.tick(&still, counts), (false, plain), "{what}");
     }
 }

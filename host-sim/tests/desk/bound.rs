@@ -1,4 +1,4 @@
-//! Torque error of single precision: the proven bound holds in every evaluated state, and a wrong proof is detected.
+//! Torque error in single precision: the proven bound holds in every evaluated state, and a wrong proof is detected.
 
 use crate::program;
 use dynamics_core::trig::Polynomial;
@@ -35,8 +35,8 @@ fn proven<R: Rounding, const N: usize>(bounds: &Bounds<'_, R, N>, region: &Regio
     bounds.everywhere(region, boxes, &ProgressBar::hidden())
 }
 
-/// Upper estimate of each joint's largest error in `thousands` of random states: the error of f64 itself is at most its
-/// own bound.
+/// Upper estimate of each joint's largest error in `thousands` of random states. It includes the error of f64 itself, which is at most f64's own
+/// bound.
 fn largest_error<const N: usize>(arm: &TorqueError<N>, region: &Region<N>, thousands: usize) -> [f64; N] {
     // libm's errors are below a unit in the last place.
     let of_double = arm.bounds_of::<Double>(Some((f64::EPSILON, f64::EPSILON))).over(region);
@@ -110,7 +110,7 @@ fn no_climb_on_the_error_passes_the_bound_of_its_own_state() {
         let (arm, region) = arm::<6>("puma560", level);
         let bounds = arm.bounds();
         let everywhere = proven(&bounds, &region, 500);
-        // Every state that the climbs evaluate, not only their last ones.
+        // Checks every state that the climbs evaluate, not only the last ones.
         search(
             &region,
             &Effort { climbs: 2, ..EFFORT },
@@ -126,7 +126,7 @@ fn no_climb_on_the_error_passes_the_bound_of_its_own_state() {
     }
 }
 
-/// Assert that found and proven errors are within a twentieth of the numbers given here.
+/// Asserts that the largest error found and the proven bound are within 5 % of these numbers.
 #[track_caller]
 fn assert_pinned<const N: usize>(name: &str, found: [f64; N], bound: [f64; N]) {
     let (arm, region) = arm::<N>(name, Level::Exact);
@@ -175,7 +175,7 @@ fn cutting_boxes_only_lowers_the_bound_and_holds_for_each_part() {
     assert!(last[0] < 0.997 * bounds.over(&region)[0], "{last:?}");
 }
 
-/// Number of states, out of some thousand of the two-rod arm, in which the state's own bound fails.
+/// Number of states, out of some thousand of the two-rod arm, in which the bound for the state fails.
 fn failures<R: Rounding>(trig: Option<(f64, f64)>) -> usize {
     let (arm, region) = arm::<2>("planar2r", Level::Exact);
     let bounds = arm.bounds_of::<R>(trig);

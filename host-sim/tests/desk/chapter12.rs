@@ -1,5 +1,4 @@
-//! Mechanisms of the robot-dynamics chapter as files: every arm in `robots/chapter12`, every scene in
-//! `scenes/chapter12`.
+//! Mechanisms of the textbook's chapter 12 (Jazar, robot dynamics) as files: every arm in `robots/chapter12`, every scene in `scenes/chapter12`.
 #![allow(clippy::float_cmp, reason = "a joint that moves nothing takes exactly no torque")]
 
 use crate::program::{at_the_top, told};
@@ -52,12 +51,12 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().copied().fold(0.0, f64::max)
 }
 
-/// Posture, velocity and acceleration at a share of every joint's range.
+/// A request with posture, velocity and acceleration at this fraction of every joint's range.
 fn question(robot: &Robot, share: f64, gravity: Vector3<f64>) -> DynamicsRequest {
     let each = |f: &dyn Fn(usize) -> f64| (0..robot.dof()).map(f).collect::<Vec<f64>>();
     let q = each(&|i| {
         let (lo, hi) = robot.joints[i].spec.limits.position;
-        // The joints stand at different shares of their ranges; otherwise the arm would be straight.
+        // The joints are at different fractions of their ranges. Otherwise the arm would be straight.
         lo + (hi - lo) * (share + 0.07 * i as f64) % 1.0
     });
     DynamicsRequest {
@@ -74,7 +73,7 @@ fn ask<const N: usize>(robot: &Robot, question: &DynamicsRequest) -> DynamicsRes
     answer(&robot.model::<N>().unwrap(), &[0.0; 3], question).unwrap()
 }
 
-/// The simulator's own derivation of the same torques: bodies about their mass centres, in base axes.
+/// The same torques from the simulator's independent derivation: bodies about their mass centres, in base axes.
 fn of_the_plant<const N: usize>(robot: &Robot, question: &DynamicsRequest) -> [f64; N] {
     let fixed = |list: &[f64]| <[f64; N]>::try_from(list).unwrap();
     let specs: Vec<JointSpec> = robot.joints.iter().map(|joint| joint.spec).collect();
@@ -205,7 +204,7 @@ fn every_scene_runs_to_its_end_without_a_fault() {
     assert!((1e-4..5e-4).contains(&worst), "{worst:e}");
 }
 
-/// Exercise 32: an arm on a ceiling, angles from the plumb line, with a load of 14 g newtons at its end.
+/// Exercise 32: an arm on a ceiling, with angles from the plumb line and a load of 14 g newtons at its end.
 #[test]
 fn statics_under_a_ceiling_are_the_closed_form() {
     let done = run(&scene("planar2r_ceiling_uniform"));
@@ -221,13 +220,13 @@ fn gravity_and_what_it_holds_are_felt_by_the_shuttles_arm() {
     let peak = |name: &str| run(&scene(name)).summary.torque_peak[1];
     let [orbit, orbit_held, earth, earth_held] =
         ["srms_orbit", "srms_orbit_payload", "srms_earth", "srms_earth_payload"].map(peak);
-    // Measured: 1194, 1401, 11151 and 14253 N m at the shoulder's pitch. On Earth the motion is the smaller part.
+    // Measured: 1194, 1401, 11151 and 14253 N m at the shoulder's pitch joint. On Earth, most of the torque is gravity.
     assert!((1190.0..1200.0).contains(&orbit) && (1395.0..1405.0).contains(&orbit_held), "{orbit} {orbit_held} N m");
     assert!((11.1e3..11.2e3).contains(&earth) && (14.2e3..14.3e3).contains(&earth_held), "{earth} {earth_held} N m");
 }
 
-/// Exercises 38 and 19 (d): the greatest load on the base, 24 kg held on Earth. The force is all weight in every posture; the
-/// moment is greatest where the arm lies level.
+/// Exercises 38 and 19 (d): the greatest load on the base with 24 kg held on Earth. The force is the weight in every posture. The moment is greatest
+/// if the arm is horizontal.
 #[test]
 fn the_greatest_base_load_of_the_shuttles_arm_is_that_of_the_level_arm() {
     let robot = robot("srms");
@@ -251,7 +250,7 @@ fn the_greatest_base_load_of_the_shuttles_arm_is_that_of_the_level_arm() {
     let at = |share: &dyn Fn(usize) -> f64| -> Vec<f64> {
         limits.iter().enumerate().map(|(i, (low, high))| low + (high - low) * share(i)).collect()
     };
-    // Points spread evenly over all six joints, and a fine grid of what bends the arm in its plane.
+    // Points spread evenly over all six joints, and a fine grid of the joints that bend the arm in its plane.
     let spread = (1..5000).map(|n| at(&|i| (n as f64 * [0.5_f64, 0.333, 0.2, 0.143, 0.091, 0.077][i].sqrt()) % 1.0));
     let bent = (0..8000).map(|n| {
         let mut q = vec![0.0; 6];
@@ -267,8 +266,8 @@ fn the_greatest_base_load_of_the_shuttles_arm_is_that_of_the_level_arm() {
     }
 }
 
-/// Exercise 33: `Q_1` and `Q_2` drawn over `theta_1`, and where they, their sum and the energy are least, with the closed forms
-/// of angles from the plumb line.
+/// Exercise 33: `Q_1` and `Q_2` drawn over `theta_1`, and the angles at which they, their sum and the energy are least, compared with closed forms in
+/// angles from the plumb line.
 #[test]
 fn statics_draws_both_moments_over_the_first_angle() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("exercise_33");
@@ -307,7 +306,7 @@ fn statics_draws_both_moments_over_the_first_angle() {
             assert!((tau[i].as_f64().unwrap() - wanted[i]).abs() < 1e-9, "{theta}: {tau} {wanted:?}");
         }
     }
-    // `r sin(theta + lead)` of the weights that each carries.
+    // Amplitude and lead of `r sin(theta + lead)`, from the weights that each joint carries.
     let wave = |own: f64, bent: f64| {
         let (sine, cosine) = (bent * bend.sin(), own + bent * bend.cos());
         ((sine * sine + cosine * cosine).sqrt() * G, sine.atan2(cosine))
@@ -319,7 +318,7 @@ fn statics_draws_both_moments_over_the_first_angle() {
         (2, wave(first, 2.0 * second), -0.5),
         (3, wave(first, second), 0.0),
     ] {
-        // Half a degree from position to position.
+        // The positions are half a degree apart.
         let off = (least(i, "at") - (quarter * std::f64::consts::PI - lead)).rem_euclid(std::f64::consts::TAU);
         assert!(off.min(std::f64::consts::TAU - off) < 0.0045, "{i}: {}", least(i, "at"));
         assert!((least(i, "value") / -size - 1.0).abs() < 1e-4, "{i}: {} {size}", least(i, "value"));
@@ -366,7 +365,7 @@ fn a_last_link_without_mass_is_refused_where_accelerations_are_asked_for_unless_
         refused,
         "no accelerations follow from `tau`: joint 2 moves neither mass nor rotor: the inertia matrix is singular"
     );
-    // The torques are defined: none at the second joint.
+    // The torques are defined: zero at the second joint.
     assert_eq!(ask::<2>(&bare, &DynamicsRequest { tau: None, ..asked.clone() }).tau[1], 0.0);
     assert_eq!(run(&SceneFile::default_for(bare)).end, End::Diverged(Diverged::SingularInertia));
 

@@ -1,4 +1,4 @@
-//! Checks of a robot file: the command, and the loads behind it.
+//! Checks of a robot file: the command, and the computation of loads that it uses.
 
 use crate::compare_output;
 use crate::program::{at_its_fixtures, told};
@@ -62,7 +62,7 @@ fn the_json_says_the_same_as_the_text() {
 fn the_exit_code_is_that_of_the_worst_finding() {
     let (code, out, _) = check(&["tests/fixtures/planar.toml"]);
     assert_eq!(code, 0, "{out}");
-    // Under gravity of a giant it falls.
+    // Under a very large gravity, the arm falls.
     let (code, out, _) = check(&["tests/fixtures/planar.toml", "--gravity", "0,-9810,0"]);
     assert!(code == 3 && out.contains("it falls"), "{out}");
     for bad in [&["tests/fixtures/nowhere.toml"][..], &[TRAPS, "--tip", "gripr"], &[TRAPS, "--gravity", "0,1"]] {
@@ -72,7 +72,7 @@ fn the_exit_code_is_that_of_the_worst_finding() {
     }
 }
 
-/// Two rods in a vertical plane: the loads by hand.
+/// Two rods in a vertical plane: the loads as calculated by hand.
 #[test]
 fn loads_are_those_of_the_worst_posture() {
     let planar = looked_at(Path::new("../robots/planar2r.toml"), [0.0, -9.81, 0.0]);
@@ -98,7 +98,7 @@ fn no_shipped_robot_is_wrong() {
         assert_eq!(counts[0], 0, "{}", answer.text());
         let name = path.strip_prefix("../robots").unwrap().display();
         told += &format!("{name}: {counts:?} {rules:?}\n");
-        // A new doubt about an arm of ours is either true or a fault of a rule.
+        // A new doubt about a shipped arm is either true or a mistake in a rule.
         for doubt in answer.findings.iter().filter(|finding| finding.severity == Severity::Doubt) {
             told += &format!("    {}: {}\n", doubt.rule.name(), doubt.place.field());
         }
@@ -106,7 +106,7 @@ fn no_shipped_robot_is_wrong() {
     compare_output("no_shipped_robot_is_wrong", told);
 }
 
-/// Advice says that a rotor often has as much as the link: of the Puma 560, measured by others, it has.
+/// The advice claims that a rotor often has as much inertia as the link. For the Puma 560, as others measured it, that is true.
 #[test]
 fn the_rotors_of_the_puma_have_a_large_share_of_what_its_joints_feel() {
     let puma = looked_at(Path::new("../robots/puma560.toml"), [0.0, 0.0, -9.81]);
@@ -130,8 +130,8 @@ fn an_arm_that_cannot_be_put_into_postures_says_so() {
     assert!(out.contains("mass -1.5 kg is negative") && out.contains("correct the masses first"), "{out}");
 }
 
-/// Two rods in a plane, stretched and fast: the figures by hand. They turn at 8 and 10 rad/s, with 120 and 50 N m; the default scene begins
-/// stretched.
+/// Two rods in a plane, stretched and fast: the figures as calculated by hand. They turn at 8 and 10 rad/s, with 120 and 50 N m. The default scene
+/// begins stretched.
 #[test]
 fn what_matters_to_a_person_is_what_the_limits_allow() {
     let hazard = looked_at(Path::new("../robots/planar2r.toml"), [0.0, 0.0, -9.81]).hazard.unwrap();
@@ -140,20 +140,20 @@ fn what_matters_to_a_person_is_what_the_limits_allow() {
     let speed = 8.0 * 1.8 + 10.0 * 0.8;
     near(hazard.tip_speed.unwrap(), speed);
     near(hazard.tip_speed_bound.unwrap(), speed);
-    // M of the stretched arm.
+    // Mass matrix of the stretched arm.
     let (elbow, coupling) = (0.08 + 1.5 * 0.16, 1.5 * 0.4);
     let shoulder = 0.5 / 3.0 + 2.0 * 0.25 + 1.5 + elbow + 2.0 * coupling;
     near(hazard.kinetic_energy.unwrap(), 0.5 * (shoulder * 64.0 + 2.0 * (elbow + coupling) * 80.0 + elbow * 100.0));
-    // Across the arm, where the elbow is the weaker one.
+    // Perpendicular to the arm, where the elbow is the weaker joint.
     near(hazard.tip_force.unwrap(), 50.0 / 0.8);
-    // Two ticks of age, one until the next decision, two of latency; no drives.
+    // Two ticks of age, one until the next decision, two of latency; there are no drives.
     near(hazard.reaction_time, 0.005);
-    // From either limit in a quarter of a second.
+    // From the velocity limit of either joint, 0.25 s, and the reaction time.
     near(hazard.stopping_time.unwrap(), 0.255);
     near(hazard.stopping_distance.unwrap(), speed * (0.005 + 0.125));
 }
 
-/// The same rods in a vertical plane: each joint's greatest acceleration by the weight, from a grid of postures.
+/// The same rods in a vertical plane: each joint's greatest acceleration by gravity, from a grid of postures.
 #[test]
 fn an_arm_with_brakes_falls_until_they_have_engaged_and_check_says_how_far() {
     let looked = looked_at(Path::new("../robots/planar2r.toml"), [0.0, -9.81, 0.0]);
@@ -182,15 +182,15 @@ fn an_arm_with_brakes_falls_until_they_have_engaged_and_check_says_how_far() {
         "{}",
         hazard.text()
     );
-    // No brakes, no such line.
+    // Without brakes, the line is missing.
     let (_, out, _) = check(&["../robots/yam.toml", "--scene", "../scenes/yam_move.toml"]);
     assert!(!out.contains("its brakes have engaged"), "{out}");
-    // No scene says so, but an arm with a rest pose most likely has none.
+    // No scene specifies brakes, but an arm with a rest pose most likely has none.
     let (_, out, _) = check(&["../robots/yam.toml"]);
     assert!(!out.contains("have engaged") && !out.contains("undeclared"), "{out}");
 }
 
-/// A scene with a time of zero, which no brake needs, does not hide how far the arm falls.
+/// A scene with a brake delay of zero, which no real brake reaches, does not hide how far the arm falls.
 #[test]
 fn a_scene_whose_brakes_need_no_time_shows_the_fall_of_slow_ones() {
     let scene = |name: &str, lines: &str| {
@@ -212,7 +212,7 @@ fn a_scene_whose_brakes_need_no_time_shows_the_fall_of_slow_ones() {
     assert!(zero.contains(heading) && !given.contains(heading), "{zero}");
 }
 
-/// The mass that `check` prints is the weakest joint's, from a grid of postures: no posture of the grid holds less.
+/// The mass that `check` prints is that of the weakest joint, from a grid of postures: in no posture of the grid is the capacity less.
 #[test]
 fn an_undeclared_mass_that_the_first_motion_holds_is_printed() {
     let mass = |lines: &str| {
@@ -229,7 +229,7 @@ fn an_undeclared_mass_that_the_first_motion_holds_is_printed() {
         let json: Value = serde_json::from_str(&check(&arguments).1).unwrap();
         json["hazard"]["undeclared"].clone()
     };
-    // Stretched and level, the arms are longest: the shoulder carries 9.81 x 3.1 N m of its 120, the elbow 9.81 x 0.6 of its 50.
+    // If the arm is stretched and horizontal, its levers are longest: the shoulder carries 9.81 x 3.1 N m of its 120, the elbow 9.81 x 0.6 of its 50.
     let shoulder = (0.2 * 120.0_f64).min(120.0 - 9.81 * 3.1) / (9.81 * 1.8);
     let elbow = (0.2 * 50.0_f64).min(50.0 - 9.81 * 0.6) / (9.81 * 0.8);
     let found = mass("first_motion = 0.2");
@@ -248,7 +248,7 @@ fn figures_come_from_the_scene_and_stand_beside_those_of_the_standard() {
     assert_eq!(json["class_i"], serde_json::json!({ "mass": 10.0, "force": 50.0, "speed": 0.25 }));
     let hazard = |key: &str| json["hazard"][key].as_f64().unwrap();
     assert!(hazard("tip_speed") <= hazard("tip_speed_bound") && hazard("tip_speed") > 1.0, "{out}");
-    // Drives on CAN: a tick for their reply.
+    // Drives on CAN: one more tick for their reply.
     assert!((hazard("reaction_time") - 0.006).abs() < 1e-12, "{out}");
     let text = check(&["../robots/yam.toml", "--scene", "../scenes/yam_move.toml"]).1;
     assert!(text.contains("near a person (scene yam_move)") && text.contains("Limits are software."), "{text}");
@@ -262,8 +262,8 @@ fn figures_come_from_the_scene_and_stand_beside_those_of_the_standard() {
     assert!(code == 2 && error.contains("a scene of another robot"), "{error}");
 }
 
-/// Findings that were missing: the reBot's shoulder needs 15.5 N m in its worst posture, and its motor gives 11 N m for ever; the YAM's
-/// needs 15.3 of 9.
+/// Findings that once were missing: the reBot's shoulder needs 15.5 N m in its worst posture, and its motor gives 11 N m continuously. The YAM's
+/// needs 15.3 and has 9.
 #[test]
 fn shoulders_that_overheat_are_found() {
     for (name, needs, rated) in [("rebot_b601_rs", 15.5, 11.0), ("yam", 15.3, 9.0)] {
@@ -277,12 +277,12 @@ fn shoulders_that_overheat_are_found() {
             problem.contains(&format!("takes {needs} N m")) && problem.contains(&format!("{rated:.0}")),
             "{problem}"
         );
-        // No maker publishes a time constant.
+        // No maker publishes a thermal time constant.
         assert!(
             hot.iter()
                 .any(|finding| finding.severity == Severity::Note && finding.place.problem().contains("time constant"))
         );
-        // It carries itself in its rest pose.
+        // In its rest pose, the arm needs no torque.
         assert!(answer.findings.iter().all(|finding| finding.rule.name() != "rest"), "{}", answer.text());
     }
 }

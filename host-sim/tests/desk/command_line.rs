@@ -73,7 +73,7 @@ fn run_writes_table_log_summary_and_plots() {
     assert_eq!(summary["torque_peak"][1], peak);
 }
 
-/// A planar arm whose drives are too weak for its motion.
+/// A planar arm with drives that are too weak for its motion.
 #[test]
 fn the_summary_tells_where_the_reference_was_lost() {
     let out = folder("weak");
@@ -95,7 +95,7 @@ fn the_summary_tells_where_the_reference_was_lost() {
     assert_eq!(summary["supervision"]["state_machine"], false);
     let (tick, joint) = (far["tick"].as_u64().unwrap() as usize, far["joint"].as_u64().unwrap() as usize);
 
-    // The tick is the first of the log in which a joint is more than 0.2 rad from its reference.
+    // It is the first tick of the log in which a joint is more than 0.2 rad from its reference.
     let mut log = csv::Reader::from_path(out.join("log.csv")).unwrap();
     let rows: Vec<Vec<f64>> =
         log.records().map(|row| row.unwrap().iter().map(|field| field.parse().unwrap()).collect()).collect();
@@ -284,7 +284,7 @@ fn what_a_line_says_is_not_printed_whole_and_commands_no_terminal() {
     assert!(!said.contains('\u{1b}') && said.contains("\\u{1b}[31m"), "{said}");
     let said = refusal(&["run", SCENE, "--duration", "1e300"], "");
     assert!(said.contains("a duration of 1e300 s makes 1e303 ticks") && said.len() < 300, "{said}");
-    // Beyond 8192 rad single precision has no sine; double precision has.
+    // Above 8192 rad there is no sine in single precision; in double precision there is.
     let line = r#"{"q":[0,1e7]}"#;
     let said = refusal(&["model", "dynamics", ROBOT, "--input", "-", "--scalar", "f32"], line);
     assert!(said.contains("line 1: entry 2 of `q`, 1e7 rad, is too large for the scalar's sine and cosine"), "{said}");
@@ -321,7 +321,7 @@ fn bad_options_and_files_are_named() {
 
 #[test]
 fn a_log_that_cannot_be_written_is_an_outside_failure() {
-    // A file occupies the path of the folder.
+    // A file exists at the path of the folder.
     let output = run(SCENE, &Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml"), &[]);
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8(output.stderr).unwrap().contains("Cargo.toml: is a file"));

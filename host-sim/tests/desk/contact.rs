@@ -1,4 +1,4 @@
-//! `contact` as used by a person or a script: there and back, against statics, and what it refuses.
+//! `model contact` as used by a person or a script: converting a wrench and converting it back, comparison with statics, and rejected input.
 
 use crate::program::{at_the_top, told};
 use serde_json::Value;
@@ -33,12 +33,12 @@ fn a_contact_is_felt_in_the_base_and_found_again_from_there() {
     for (found, wanted) in list(&back["tip_wrench"]).iter().zip(wrench) {
         assert!((found - wanted).abs() < 1e-10, "{back}");
     }
-    // Both ways the links' own equations hold, found by one linear system.
+    // In both directions, the links' own equations hold; they are solved as one linear system.
     for answer in [&there, &back] {
         assert!(answer["residual"].as_f64().unwrap() < 1e-14, "{answer}");
         assert_eq!(answer["joints"].as_array().unwrap().len(), 6);
     }
-    // A Puma's first joint stands in the base's origin.
+    // The Puma's first joint is at the base's origin.
     for (first, base) in list(&there["joints"][0]).iter().zip(&reading) {
         assert!((first - base).abs() < 1e-10, "{there}");
     }

@@ -1,4 +1,4 @@
-//! `doctor` with scripted tools on the path, and scripted firmware behind a pseudo-terminal.
+//! `doctor` with scripted tools on the path, and scripted firmware at a pseudo-terminal.
 #![cfg(unix)]
 
 use crate::program::{at_the_top, told};
@@ -140,8 +140,7 @@ fn a_scene_that_is_wrong_is_refused_with_its_line() {
     assert!(error.contains("scene.toml:2:9") && error.contains("nowhere.toml"), "{error}");
 }
 
-/// Firmware at the far end of a terminal: it answers a join like the real one, in the same or another protocol
-/// version.
+/// Firmware at the far end of a terminal. It answers a join like the real firmware, in the same or another protocol version.
 struct Board {
     name: String,
     stop: Arc<AtomicBool>,
@@ -153,7 +152,7 @@ impl Board {
     fn start(mut answer: impl FnMut(&[u8]) -> Vec<u8> + Send + 'static) -> Self {
         let (mut firmware, port) = TTYPort::pair().unwrap();
         let name = port.name().unwrap();
-        // It holds the lock that excludes other processes.
+        // This end holds the lock that excludes other processes.
         drop(port);
         firmware.set_timeout(Duration::from_millis(20)).unwrap();
         let stop = Arc::new(AtomicBool::new(false));
@@ -222,7 +221,7 @@ fn firmware_of_this_scene_is_known_by_its_hash_and_is_not_started() {
     let trust = check(&report, "link key");
     assert_eq!(trust.0, "ok");
     assert!(trust.1.contains("a key; `--key FILE` checks which; nonces from the chip's random"), "{trust:?}");
-    // It was asked, and nothing else: no session began, and none ended.
+    // The board received only the request for a challenge: no session began, and none ended.
     let heard = board.heard();
     assert!(matches!(heard[..], [Frame::Join(_)]), "{heard:?}");
 }
@@ -262,7 +261,7 @@ fn firmware_of_another_scene_is_a_problem_with_both_hashes() {
     let hash = check(&report, "robot hash");
     assert_eq!((code, hash.0.as_str(), hash.2), (2, "problem", true));
     assert!(hash.1.contains("0000000000000bad") && hash.1.contains(&format!("{:016x}", built().robot)), "{hash:?}");
-    // Without a scene there is nothing to compare with; only the presence of firmware is checked.
+    // Without a scene there is nothing to compare with; the check only finds that firmware is present.
     let (code, report) = tools.report(&["--port", &board.name]);
     assert_eq!((code, check(&report, "firmware").0.as_str()), (0, "ok"));
     board.heard();
@@ -291,7 +290,7 @@ fn silence_noise_and_a_port_that_is_not_there_are_told_apart() {
     let silent = Board::start(|_| Vec::new());
     let (code, report) = Tools::complete("silent").report(&["--port", &silent.name]);
     assert_eq!((code, check(&report, "firmware").1.as_str()), (2, "does not answer"));
-    // It was asked several times before the timeout.
+    // The request was sent several times before the timeout.
     assert_eq!(silent.heard().len(), 5);
 
     let noisy = Board::start(|_| vec![0x55, 0xaa, 0x17, 0x99, 0x02, 0]);

@@ -22,7 +22,7 @@ fn of(scene: &SceneFile) -> Account {
     account(scene, &AtomicBool::new(false)).unwrap().1
 }
 
-/// Account of the swing with friction and a push at the tip, at `steps` per tick.
+/// Energy account of the swing with friction and a push at the tip, at `steps` per tick.
 fn rough(steps: f64) -> Account {
     let mut scene = scene("tests/fixtures/swing.toml");
     scene.plant.friction = true;
@@ -79,7 +79,7 @@ fn without_friction_a_swing_that_comes_back_takes_back_what_it_gave() {
     let account = of(&scene("tests/fixtures/swing.toml"));
     assert!(account.residual_relative.abs() < 1e-10, "{:e}", account.residual_relative);
     assert!(account.contact == 0.0 && account.joints.iter().all(|joint| joint.friction == 0.0));
-    // 2 kg at 0.5 m and 1.5 kg at 1 m and 0.4 m are lifted by the sines of the angles: at least that work was done.
+    // 2 kg at 0.5 m and 1.5 kg at 1 m and 0.4 m are lifted by the sines of the angles: at least this work was done.
     let height = |q1: f64, q12: f64| 9.81 * ((2.0 * 0.5 + 1.5) * q1.sin() + 1.5 * 0.4 * q12.sin());
     let lift = height(0.8, 1.8) - height(0.0, 0.5);
     let given: f64 = account.joints.iter().map(|joint| joint.positive).sum();
@@ -146,7 +146,7 @@ fn a_bad_scene_or_duration_is_an_error_of_input() {
     }
 }
 
-/// Exercise 31: 12 kg at 1 m/s over the first and under the second semicircle, links of 1 m without mass.
+/// Exercise 31: 12 kg at 1 m/s, above along the first and below along the second semicircle, with massless links of 1 m.
 #[test]
 fn energy_on_the_path_of_exercise_31_is_the_closed_forms() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("exercise_31");
@@ -223,7 +223,7 @@ fn the_work_in_a_run_s_summary_is_the_ledger_s() {
     let (run, account) = account(&scene, &AtomicBool::new(false)).unwrap();
     for (joint, ledger) in account.joints.iter().enumerate() {
         let (given, back) = (run.summary.work.given[joint], run.summary.work.taken_back[joint]);
-        // The summary does not see the way of the last tick, nor a change of direction inside one.
+        // The summary includes neither the motion in the last tick nor a change of direction inside a tick.
         let off = (given + back - ledger.total).abs();
         assert!(off < 1e-3 * (ledger.positive - ledger.negative), "{}: {off} J", ledger.name);
         assert!((given / ledger.positive - 1.0).abs() < 0.01 && back <= 0.0, "{given} {}", ledger.positive);

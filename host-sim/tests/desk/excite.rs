@@ -1,10 +1,10 @@
-//! Excitations that keep clear of the arm itself, a floor and boxes.
+//! Motions for identification that stay clear of the arm itself, a floor and boxes.
 
 use crate::program::{at_the_top, told};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-/// The elbow up, the shoulder's capsule 0.05 m above the floor.
+/// The elbow is up, and the shoulder's capsule is 0.05 m above the floor.
 const UR5: [&str; 8] =
     ["robots/ur5.toml", "--centre", "0,-1.2,1.4,-1.6,-1.6,0", "--tries", "60", "--json", "--radius", "0.04"];
 
@@ -36,7 +36,7 @@ fn a_clearance_is_kept_and_stated() {
     assert!(text.contains("neighbours") && text.contains("cables"), "{text}");
     let usual = json(&["robots/yam.toml", "--tries", "20", "--json"])["clearance"].to_string();
     assert!(usual.contains("6 % of the arm's length") && usual.contains("rest pose"), "{usual}");
-    // Without the box the same search finds another motion, which tells more.
+    // Without the box, the same search finds another motion, which gives more information.
     let free = with(&["--clearance", "0.03"]);
     assert!(
         free["log_det"].as_f64().unwrap() > found["log_det"].as_f64().unwrap(),
@@ -106,7 +106,7 @@ fn with_meshes(name: &str, mesh: Option<&str>) -> String {
     file.to_str().unwrap().to_owned()
 }
 
-/// A rod of 0.4 by 0.06 by 0.06 m in units of so many metres.
+/// A rod of 0.4 by 0.06 by 0.06 m, in a unit of this many metres.
 fn rod(metre: f64) -> String {
     let corner = |k: u32| {
         let end = |bit: u32, size: f64| if k & bit == 0 { 0.0 } else { size * metre };

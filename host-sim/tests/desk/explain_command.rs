@@ -9,7 +9,7 @@ const PICK: &str = "scenes/puma560_pick.toml";
 const REACH: &str = "scenes/stanford_reach.toml";
 const AUTO: &str = "scenes/puma560_auto.toml";
 
-/// Run the command in the project's root folder.
+/// Runs the command in the project's root folder.
 fn explain(arguments: &[&str]) -> Output {
     at_the_top().arg("explain").args(arguments).output().unwrap()
 }
@@ -94,7 +94,7 @@ fn operations_are_those_of_the_kernel_command() {
         let whole = pick["operations"][key].as_i64().unwrap();
         assert_eq!(whole - 6 * per_joint, kernel[0][key].as_i64().unwrap(), "{key}");
     }
-    // Rotors add one product and one sum per joint. A payload merged into the link costs almost nothing.
+    // Rotors add one product and one sum per joint. A payload that is merged into the link adds almost nothing.
     assert_eq!(term(&pick, "rotors")["dropped"]["operations"]["mul"], 6);
 }
 
@@ -118,14 +118,14 @@ fn rotors_within_the_tolerance_stay_for_the_loop_that_would_be_weak_without_them
     let wide = json(&[AUTO, "--tolerance", "0.003"]);
     let rotors = &term(&wide, "rotors")["dropped"];
     assert_eq!((&rotors["within_tolerance"], &rotors["may_go"]), (&Value::Bool(true), &Value::Bool(false)));
-    // Measured: 2.02e-4 of the full model's, on the flange. The flange then deviates by 125 mrad instead of 1.38.
+    // Measured: 2.02e-4 of the full model's, on the flange joint. The flange then deviates by 125 mrad instead of 1.38 mrad.
     let gain = rotors["loop_gain"].as_f64().unwrap();
     assert!((1e-4..4e-4).contains(&gain), "{gain}");
     assert_eq!(rotors["weakest_joint"], 5);
     assert!(largest(&rotors["tracking"]["max"]) > 20.0 * largest(&wide["tracking"]["max"]));
     assert!(!wide["fewest"]["given_up"].as_array().unwrap().contains(&Value::from("rotors")));
     assert!(wide["fewest"]["dropped"]["loop_gain"].as_f64().unwrap() >= 0.5);
-    // Friction has no inertia.
+    // Friction does not change the inertia.
     assert_eq!(term(&wide, "friction")["dropped"]["loop_gain"], 1.0);
 }
 
@@ -134,7 +134,7 @@ fn on_an_arm_without_torque_limits_a_term_is_judged_by_the_greatest_torque_and_b
     let reach = json(&[REACH]);
     assert!(reach["joints"].as_array().unwrap().iter().all(|joint| joint["torque_limit"].is_null()));
     let gravity = &term(&reach, "gravity")["dropped"];
-    // Gravity is most of what the boom's drive gives; without it the loop is hundreds of times further off.
+    // Gravity is most of the torque of the boom's drive; without it the loop's error is hundreds of times larger.
     assert!(largest(&gravity["torque_error"]["share"]) > 0.5, "{gravity}");
     assert!(largest(&gravity["tracking"]["max"]) > 100.0 * largest(&reach["tracking"]["max"]), "{gravity}");
     for key in ["within_tolerance", "follows", "may_go"] {
@@ -144,7 +144,7 @@ fn on_an_arm_without_torque_limits_a_term_is_judged_by_the_greatest_torque_and_b
     let text = printed(&[REACH]);
     assert!(text.contains("of its greatest torque") && !text.contains("nothing of a limit"), "{text}");
 
-    // The torque error would pass a tolerance of everything, the tracking does not.
+    // The torque error would be within a very wide tolerance, but the tracking error is not.
     let wide = json(&[REACH, "--tolerance", "0.5"]);
     for report in wide["terms"].as_array().unwrap().iter().filter(|report| !report["dropped"].is_null()) {
         let dropped = &report["dropped"];

@@ -1,4 +1,4 @@
-//! The one list of faults: its numbers, and the table of the documentation.
+//! The only list of faults: its numbers, and the table in the documentation.
 
 use dynamics_core::Fault;
 use std::fmt::Write as _;
@@ -18,12 +18,12 @@ fn numbers_are_stable_and_lead_back_to_their_faults() {
     }
     let count = Fault::ALL.len() as u8;
     assert_eq!((Fault::from_code(0, 0), Fault::from_code(count + 1, 0)), (None, None));
-    // A record of years ago is read by these numbers.
+    // Old records are read by these numbers, so they must not change.
     assert_eq!(Fault::ALL[8], Fault::EmergencyStop);
     assert_eq!(Fault::ALL[14], Fault::FollowingError { joint: 0 });
 }
 
-/// `UPDATE_EMITTED=1` writes the table anew.
+/// `UPDATE_EMITTED=1` rewrites the table.
 #[test]
 fn the_table_of_the_documentation_is_the_list() {
     const BEGIN: &str = "<!-- generated: faults -->\n";
@@ -44,7 +44,7 @@ fn the_table_of_the_documentation_is_the_list() {
     assert_eq!(found, table, "docs/operate/faults.md: UPDATE_EMITTED=1 cargo nextest run -p host-sim writes it");
 }
 
-/// The entries below the table are written by hand; their headings are the list's.
+/// The entries below the table are written by hand; their headings match the list.
 #[test]
 fn every_fault_has_an_entry_under_its_number_and_text() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/operate/faults.md");

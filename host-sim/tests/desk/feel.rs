@@ -1,5 +1,4 @@
-//! `connect` to an arm that people own: law, stiffness and payload changed while it is armed, torques that are not what they should
-//! be, and drives that say what is wrong with them.
+//! `connect` with an arm for which law, stiffness and payload change while it is armed; with wrong torque units; and with drives that report faults.
 
 use crate::program::{at_the_top, new, told};
 use std::path::{Path, PathBuf};
@@ -8,12 +7,12 @@ fn file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
 }
 
-/// A scene of the YAM that can be changed at run time, with this in it.
+/// Runs a script with a YAM scene that is tunable at run time and contains these additional lines.
 fn connect(name: &str, more: &str, script: &str) -> (i32, String) {
     connect_with(name, more, script, &[])
 }
 
-/// The same with more options.
+/// As [`connect`], with more options.
 fn connect_with(name: &str, more: &str, script: &str, options: &[&str]) -> (i32, String) {
     let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots/yam.toml");
     let scene = format!(
@@ -86,13 +85,13 @@ fn law_and_stiffness_change_without_a_jump_of_torque_and_a_hand_can_lead_the_arm
     ] {
         assert!(out.contains(line), "{line}: {out}");
     }
-    // The one that carries no weight would drop the arm: it is stopped first, and the law refused.
+    // The law without gravity compensation would drop the arm. So the arm is stopped first, and the law is rejected.
     let last: Vec<&str> = out.lines().rev().take(4).collect();
     assert!(out.contains("law: rejected: the torque of joint "), "{last:?}");
     let gain = out.split("position gain ").nth(1).unwrap().split(' ').next().unwrap();
     let bounds = out.split("1/s^2 (").nth(1).unwrap().split(" to ").next().unwrap();
     assert_eq!(gain, bounds, "the softest is the lower bound: {out}");
-    // An arm at rest is held by the same torques whatever holds it, but for what friction hides: 0.3 N m.
+    // At rest, every law holds the arm with the same torques, except for the part that friction hides: 0.3 N m.
     let statuses: Vec<Vec<f64>> =
         out.split("armed; homed").skip(1).map(|part| torques(&format!("tick {part}"))).collect();
     assert!(statuses.len() >= 3, "{out}");
@@ -104,7 +103,7 @@ fn law_and_stiffness_change_without_a_jump_of_torque_and_a_hand_can_lead_the_arm
 
 #[test]
 fn a_payload_is_taken_up_in_parts_where_all_at_once_would_jump() {
-    // A kilogram at the tip is several newton metres at the shoulder, of which 2 may come in a tick.
+    // A kilogram at the tip causes several newton metres at the shoulder. In one tick, 2 of them may be added.
     let (code, out) = connect("feel_payload", "", "payload 1.5 0 0 0.1\nstatus\npayload 0\n");
     assert_eq!(code, 0, "{out}");
     assert!(out.contains("payload: 1.5 kg at 0.000 0.000 0.100 m in the tip frame (0 to "), "{out}");
@@ -142,21 +141,21 @@ fn what_the_arm_holds_is_weighed_and_told_and_the_arm_no_longer_sags() {
         .map(|x| x.parse().unwrap())
         .collect();
     assert!(centre.iter().zip([0.0, 0.0, 0.05]).all(|(found, put)| (found - put).abs() < 0.02), "{centre:?}: {out}");
-    // Nothing held: nothing is told.
+    // Without a payload, no payload is sent.
     let (code, out) = connect("weigh_nothing", "", "wait 0.3\nweigh\n");
     assert!(code == 0 && (out.contains("nothing that can be told") || out.contains("weigh: 0.0")), "{out}");
 }
 
 #[test]
 fn a_torque_unit_that_is_wrong_is_named_before_anything_moves() {
-    // Right: nothing is said, and every joint that can be told is told.
+    // Right units: there is no warning, and the factor of the elbow is near 1.
     let (code, out) = connect("units", "", "check-torque elbow\njog 2 0.1\nwait\n");
     assert_eq!(code, 0, "{out}");
     assert!(!out.contains("torque of elbow") && !out.contains("WRONG"), "{out}");
     let factor: f64 = out.split("elbow ").nth(1).unwrap().trim().split(' ').next().unwrap().parse().unwrap();
     assert!((factor - 1.0).abs() < 0.06, "{out}");
 
-    // By 1.3: it is said, and the arm may move.
+    // Factor 1.3: there is a warning, and the arm may move.
     let (code, out) =
         connect("units_more", "[actuators]\ntorque_factor = 1.3\n", "jog 2 0.1\nwait\ncheck-torque elbow\n");
     assert_eq!(code, 0, "{out}");
@@ -165,7 +164,7 @@ fn a_torque_unit_that_is_wrong_is_named_before_anything_moves() {
     let factor: f64 = out.split("  elbow ").nth(1).unwrap().trim().split(' ').next().unwrap().parse().unwrap();
     assert!((factor - 1.3).abs() < 0.08 && out.contains("WRONG"), "{out}");
 
-    // By 4: no motion begins. By a quarter: the arm sinks, is caught, and the reason is named.
+    // Factor 4: no motion begins. Factor 1/4: the arm sinks, is stopped, and the reason is named.
     let (code, out) = connect("units_four", "[actuators]\ntorque_factor = 4.0\n", "jog 2 0.1\n");
     assert!(
         code == 3
@@ -209,7 +208,7 @@ fn a_push_is_told_in_newtons_at_the_tip() {
         .collect();
     let [before, during] = forces.as_slice() else { panic!("{out}") };
     let size = |force: &[f64; 3]| force.iter().map(|x| x * x).sum::<f64>().sqrt();
-    // What stiction hides of 0.3 N m is a newton at the tip.
+    // Stiction of 0.3 N m can hide a newton at the tip.
     assert!(size(before) < 2.0, "{before:?}");
     assert!((size(during) - 8.0).abs() < 2.5, "{during:?}");
 }
@@ -235,7 +234,7 @@ fn a_motion_worth_recording_is_played_and_its_record_is_a_log() {
     let found: serde_json::Value = serde_json::from_str(&out).unwrap();
     assert_eq!(code == 0, found["verdict"]["grade"] == "trusted", "{out}{error}");
     let joints = found["joints"].as_array().unwrap();
-    // The arm is what its file says, so nothing gets better, and little is left.
+    // The arm matches its file, so identification improves nothing, and the residual is small.
     assert!(
         joints.len() == 6 && joints.iter().all(|joint| joint["relative_rms"].as_f64().unwrap() < 0.25),
         "{joints:?}"
@@ -266,7 +265,7 @@ fn positions(out: &str) -> Vec<Vec<f64>> {
 fn a_payload_is_declared_where_it_is_in_the_tip_frame_and_the_arm_does_not_sag() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots");
     let yam = std::fs::read_to_string(root.join("yam.toml")).unwrap();
-    // As it ships, and with a tool that moves and turns the tip.
+    // The shipped arm, and one with a tool that moves and turns the tip.
     let tool = "\n[tool]\nplacement = { xyz = [0.03, -0.02, 0.08], rpy = [0.7, -0.5, 0.3] }\n";
     for (name, more) in [("tip", ""), ("tool", tool)] {
         let (robot, path) = (file(&format!("payload_{name}_robot.toml")), file(&format!("payload_{name}.toml")));
@@ -312,7 +311,7 @@ fn a_motion_of_a_milliradian_does_not_knock() {
         of(f64::max, f64::NEG_INFINITY) - of(f64::min, f64::INFINITY)
     };
     let worst = (0..6).map(knock).fold(0.0, f64::max);
-    // With full acceleration for a few ticks: 6 to 8 N m. Friction that turns its sign is 0.6 of what is left.
+    // With full acceleration for a few ticks it would be 6 to 8 N m. Of the remaining range, 0.6 N m is friction that reverses its sign.
     assert!(worst < 1.5, "{worst} N m");
 }
 
@@ -321,7 +320,7 @@ fn hand_guiding_says_how_good_the_gravity_model_is_and_is_rejected_where_the_arm
     let (code, out) = connect("guide", "", "teach\nwait 0.1\nhold\n");
     assert!(code == 0 && out.contains("teach: error of the gravity model: ") && out.contains("identify"), "{out}");
     assert!(out.contains("teach: running; guide it by hand"), "{out}");
-    // A fifth too heavy: the shoulder's error is above its friction of 0.3 N m.
+    // With 20 % mass error, the shoulder's gravity error is above its friction of 0.3 N m.
     let (code, out) = connect("guide_heavy", "[plant]\nmasses = [1.2, 1.2, 1.2, 1.2, 1.2, 1.2]\n", "teach\n");
     assert!(code == 3 && out.contains("teach: rejected: the error of the gravity model exceeds the friction"), "{out}");
     assert!(out.contains("elbow 0.97 N m") && !out.contains("law: teach"), "{out}");

@@ -1,9 +1,10 @@
-//! The first motion after homing, as a person at `connect` meets it.
+//! The first motion after homing, as a user of `connect` experiences it.
 
 use crate::program::{at_the_top, told};
 use std::path::{Path, PathBuf};
 
-/// A script of `connect` on the desk with this text as the scene, in which the arm is homed and armed before, and disarmed after it. `name` is that of its
+/// Runs a script of `connect` on the desk with this text as the scene. The arm is homed and armed before the script, and disarmed after it. `name` is
+/// used for the files. Returns the exit code and the output.
 /// files. Returns the exit code and the output.
 pub(crate) fn with_an_armed_arm(name: &str, scene: &str, script: &str) -> (i32, String) {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
@@ -17,7 +18,7 @@ pub(crate) fn with_an_armed_arm(name: &str, scene: &str, script: &str) -> (i32, 
     (code, out)
 }
 
-/// A script with an arm, whose scene has these lines in `[safety]`. Returns the exit code and the output.
+/// Runs a script with an arm whose scene has these lines in `[safety]`. Returns the exit code and the output.
 fn connect(name: &str, (robot, pose): (&str, &str), safety: &str, script: &str) -> (i32, String) {
     let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots").join(robot);
     let scene = format!(
@@ -33,7 +34,7 @@ const PLANAR: (&str, &str) = ("planar2r.toml", "[0.0, 0.5]");
 const LIMITED: &str =
     "first motion: speed and torque beyond the weight are limited to 20 % until you enter `full-range`";
 
-/// Largest share of a limit in the table of `full-range`, per cent, behind these words, and the number of joints in it.
+/// Largest share of a limit in the table of `full-range`, per cent, after these words, and the number of joints in it.
 fn largest(out: &str, words: &str) -> (f64, usize) {
     let of = |line: &str| line.split(words).nth(1)?.split('(').nth(1)?.split(' ').next()?.parse::<f64>().ok();
     let all: Vec<f64> = out.lines().filter_map(of).collect();
@@ -61,7 +62,7 @@ fn who_homes_and_arms_is_told_of_the_limits_and_motions_are_slowed_until_they_ar
         out.contains("since homing, so that nothing is known of them: base, elbow"),
         "joints that have not moved: {out}"
     );
-    // What was seen: something, and no more than the first motion allows.
+    // The observations are above zero, and within the limits of the first motion.
     assert_eq!(lines[7], "hold: holding: as requested");
     assert!(lines[8].starts_with("full-range: holding"), "{out}");
     for words in ["speed at most", "torque beyond the weight at most"] {
@@ -76,7 +77,7 @@ fn who_homes_and_arms_is_told_of_the_limits_and_motions_are_slowed_until_they_ar
 fn an_arm_without_the_limit_is_moved_as_asked_and_nobody_is_told_of_one() {
     for (name, arm, safety) in [
         ("lifted", YAM, "safe_action = \"damped-stop\"\nfirst_motion = 1"),
-        // Only simulated.
+        // This arm has no drives, so it can only be simulated.
         ("simulated", PLANAR, ""),
     ] {
         let (code, out) = connect(name, arm, safety, "jog 2 0.4 0.5\nwait\n");
@@ -96,7 +97,7 @@ fn no_hand_leads_an_arm_in_its_first_motion() {
     assert_eq!(out.matches("law: teach").count(), 1, "{out}");
 }
 
-/// A change of the parameter is a change of the law: `set` is no way around the checks of `teach`.
+/// Changing the parameter changes the law: `set` does not bypass the checks of `teach`.
 #[test]
 fn set_law_is_checked_as_law_is() {
     let (code, out) =
@@ -107,7 +108,7 @@ fn set_law_is_checked_as_law_is() {
     assert!(out.contains("\nlaw: ") && out.contains("\njog: running; "), "{out}");
 }
 
-/// Under the law `teach` no command moves the arm before `full-range`: the message says what to do instead.
+/// Under the law `teach`, no command moves the arm before `full-range`; the message gives the alternatives.
 #[test]
 fn a_scene_whose_law_is_teach_names_another_scene_for_its_first_motion() {
     let lines = Path::new(env!("CARGO_TARGET_TMPDIR")).join("law_teach_first.txt");

@@ -9,7 +9,7 @@ fn flash(arguments: &[&str]) -> (i32, String, String) {
     told(at_the_top().args(["firmware", "flash"]).args(arguments).output().unwrap())
 }
 
-/// The commands of a dry run, without the program's folder and the hash in its name.
+/// The commands of a dry run, without the program's folder and without the hash in its name.
 fn commands(arguments: &[&str]) -> Vec<String> {
     let (code, printed, error) = flash(&[arguments, &["--dry-run"]].concat());
     assert_eq!(code, 0, "{error}");
@@ -135,7 +135,7 @@ fn key_file(name: &str, text: &str) -> std::path::PathBuf {
     file
 }
 
-/// The page goes to its own sector, behind the program's flash, and no file with the key stays behind.
+/// The page goes to its own sector, after the program's flash, and no file with the key is left.
 #[test]
 fn a_key_is_written_to_its_page_and_the_program_stays() {
     key_is_written("f405-can", "STM32F405RGTx", "stm32f405");
@@ -168,7 +168,7 @@ fn key_is_written(board: &str, chip: &str, map: &str) {
     assert!(!printed.contains("0011223344") && !error.contains("0011223344"));
 }
 
-/// Start of the key's own flash in the linker's map of the chip.
+/// Start of the key's flash sector in the chip's linker script.
 fn key_sector(chip: &str) -> String {
     let folder = at_the_top().get_current_dir().unwrap().join("firmware/memory").join(chip);
     let map = std::fs::read_to_string(folder.join("chip_memory.x")).unwrap();

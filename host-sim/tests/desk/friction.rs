@@ -1,4 +1,4 @@
-//! Friction beyond viscous and Coulomb friction: the simulated joint has it, a log gives it back, and the controller compensates it.
+//! Friction beyond viscous and Coulomb friction: the simulated joint has it, identification finds it in a log, and the controller compensates it.
 
 use crate::program::{at_the_top, new, told};
 use robot_compiler::{Breakaway, JointFriction};
@@ -60,13 +60,14 @@ fn a_shoulder_with_stiction_follows_five_times_better_with_what_a_log_tells_of_i
     let (slow, fast) = (recorded("slow", "0.05", "0.1"), recorded("fast", "0.4", "0.5"));
     let robot = |name: &str| folder().join(name).to_str().unwrap().to_owned();
     let (plain, full) = (robot("plain.toml"), robot("full.toml"));
-    // The delay is known to be none: to look for it takes longer than all else.
+    // There is no delay, so it is given: searching for it would take longer than everything else.
     let identify = ["identify", ROBOT, "--log", &slow, &fast, "--delay", "0", "--json", "--out"];
-    // Viscous and Coulomb friction explain this log badly: that is a doubt.
+    // Viscous and Coulomb friction do not explain this log well, so the model is doubtful.
     done(&[&identify[..], &[&plain, "--plain-friction", "--accept-doubtful"]].concat());
     let found: Value = serde_json::from_str(&done(&[&identify[..], &[&full]].concat())).unwrap();
 
-    // The world has 2.8 N m at breakaway and a tenth of a load of 1 to 4 N m more, 0.7 N m sliding, and 0.1 rad/s.
+    // The simulated shoulder has a breakaway torque of 2.8 N m plus a tenth of a load of 1 to 4 N m, 0.7 N m when sliding, and a Stribeck speed of
+    // 0.1 rad/s.
     let of_joint = |joint: usize| found["links"][joint]["friction"].clone();
     let (shoulder, elbow) = (of_joint(SHOULDER), of_joint(2));
     let number = |key: &str| shoulder[key]["value"].as_f64().unwrap_or_else(|| panic!("{key} in {shoulder}"));
@@ -79,13 +80,13 @@ fn a_shoulder_with_stiction_follows_five_times_better_with_what_a_log_tells_of_i
     let (before, after) = (tracking(&plain), tracking(&full));
     assert!(before > 5.0 * after, "{before} rad with viscous and Coulomb friction, {after} rad with all terms");
 
-    // What the rise is worth on this motion, and what it costs.
+    // The effect of the breakaway term on this motion, and its cost.
     let scene = scene_of(&full);
     let explained: Value = serde_json::from_str(&done(&["explain", scene.to_str().unwrap(), "--json"])).unwrap();
     let terms = explained["friction"].as_array().unwrap();
     let rise = terms.iter().find(|term| term["term"] == "breakaway").unwrap();
     let worth = rise["torque"]["max"][SHOULDER].as_f64().unwrap();
-    // Breakaway above Coulomb's torque, and the sign that turns over in a fifth of the default speed.
+    // The excess of breakaway over Coulomb friction, and a sign that changes over a fifth of the default speed.
     assert!((2.0..3.5).contains(&worth), "{rise}");
     assert!(rise["operations"]["mul"].as_i64().unwrap() >= 10, "{rise}");
     let without = rise["tracking"]["rms"][SHOULDER].as_f64().unwrap();
@@ -104,14 +105,14 @@ fn the_simulated_joint_has_every_term_of_its_friction() {
     let plain = JointFriction::new(0.3, 0.7);
     let fast = |friction: &JointFriction, drive: f64, qd: f64| friction.torque_under(drive, qd) - 0.3 * qd;
     let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} is not {b}");
-    // Growth with the load, of Coulomb's torque and between it and breakaway.
+    // Growth with the load: of Coulomb friction, and of the excess up to breakaway.
     let loaded = JointFriction { coulomb_load: 0.05, ..plain };
     close(fast(&loaded, -10.0, 1.0), 0.7 + 0.5);
     close(fast(&loaded, 10.0, -1.0), -0.7 - 0.5);
     let risen = JointFriction { breakaway: Some(Breakaway { torque: 2.8, speed: 0.1, load: 0.2 }), ..loaded };
     let e = (-1.0_f64).exp();
     close(fast(&risen, 10.0, 0.1), 1.2 + (2.8 + 2.0 - 1.2) * e);
-    // One way it takes more than the other, and the offset acts at rest too.
+    // Friction is greater in one direction than in the other, and the offset acts at rest too.
     let uneven = JointFriction { asymmetry: 0.2, offset: -0.1, ..plain };
     close(fast(&uneven, 0.0, 1.0), 0.9 - 0.1);
     close(fast(&uneven, 0.0, -1.0), -0.5 - 0.1);

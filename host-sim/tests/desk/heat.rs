@@ -5,7 +5,7 @@ use crate::program::{at_the_top, told};
 use console::strip_ansi_codes;
 use std::path::{Path, PathBuf};
 
-/// A session with a YAM whose elbow has this heat, in its rest pose's neighbourhood.
+/// A session with a YAM whose elbow motor has these thermal data, near its rest pose.
 fn connect(name: &str, heat: &str, script: &str) -> (i32, String) {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
     let yam = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots/yam.toml")).unwrap();
@@ -21,13 +21,13 @@ fn connect(name: &str, heat: &str, script: &str) -> (i32, String) {
     (code, strip_ansi_codes(&out).into_owned())
 }
 
-/// The ends of a joint's lines in the statuses that were printed, from the word `heat` on.
+/// The ends of a joint's lines in the printed statuses, from the word `heat` on.
 fn heats(out: &str, joint: &str) -> Vec<String> {
     let of = |line: &str| line.trim_start().starts_with(joint).then(|| line.split("  heat ").nth(1).map(str::to_owned));
     out.lines().filter(|line| line.contains(" rad ")).filter_map(of).flatten().collect()
 }
 
-/// The elbow holds 6.17 N m: of 6.5 N m that is a heat of 0.90, and after a time constant of 1 s 0.57.
+/// The elbow holds 6.17 N m. With a rated torque of 6.5 N m that is a final heat of 0.90, and 0.57 after one time constant of 1 s.
 #[test]
 fn a_motor_that_holds_its_joint_gets_warm_on_the_screen_and_one_of_unknown_numbers_stays_unknown() {
     let heat = "heat = { rated = 6.5, time_constant = 1.0 }";
@@ -36,7 +36,7 @@ fn a_motor_that_holds_its_joint_gets_warm_on_the_screen_and_one_of_unknown_numbe
     let elbow = heats(&out, "elbow");
     let [early, late] = elbow.as_slice() else { panic!("{out}") };
     let percent = |text: &str| text.split(" %").next().and_then(|number| number.parse::<f64>().ok()).unwrap();
-    // Half a second old at most.
+    // The value is at most half a second old.
     assert!((35.0..=58.0).contains(&percent(early)) && !early.contains("WARM"), "{early}: {out}");
     assert!((84.0..=90.0).contains(&percent(late)) && late.contains("WARM"), "{late}: {out}");
     assert!(out.contains("limited: heat"), "the board's own flag: {out}");

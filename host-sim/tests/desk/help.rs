@@ -6,10 +6,10 @@ use host_sim::cli::{Cli, renamed};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Lines that a screen holds.
+/// Number of lines on a screen.
 const SCREEN: usize = 50;
 
-/// Every command and part that a person can give, as words.
+/// Every command and subcommand, as words.
 fn commands() -> Vec<Vec<String>> {
     fn below(command: &clap::Command, path: &[String], found: &mut Vec<Vec<String>>) {
         for part in command.get_subcommands().filter(|part| part.get_name() != "help") {
@@ -51,7 +51,7 @@ fn help_fits_on_a_screen_and_ends_with_an_example_of_the_command() {
         let text = help(&words);
         let lines = text.lines().count();
         assert!(lines <= SCREEN, "{words:?}: {lines} lines");
-        // The last level that does something itself has an example; a level above may show one of its parts.
+        // A command that can be called itself has an example. A command above it may show one of its subcommands'.
         let last = text.lines().last().unwrap();
         let called = format!("  newtau {}", words.join(" "));
         assert!(last.starts_with(&called), "{words:?}: {last}");
@@ -116,7 +116,7 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// Examples that build firmware: README has them too, whose commands another test runs.
+/// Examples that build firmware. The README has them too, and another test runs its commands.
 const OF_README: [&str; 3] = ["choose", "choose trade", "firmware build"];
 
 #[test]
@@ -127,7 +127,7 @@ fn every_example_runs() {
     for words in commands().into_iter().chain([vec![]]) {
         let text = help(&words);
         let example = text.lines().rev().find_map(|line| line.strip_prefix("  newtau ")).unwrap();
-        // A level above may show the example of a part.
+        // A command above may show the example of a subcommand.
         if done.iter().any(|other| other == example) {
             continue;
         }
@@ -139,7 +139,7 @@ fn every_example_runs() {
         let output =
             at_the_top().current_dir(&folder).args(example.split(' ')).stdin(std::process::Stdio::null()).output();
         let (code, out, error) = told(output.unwrap());
-        // A short log of a moving arm may leave a model doubtful.
+        // A short log of a moving arm may give a doubtful model.
         let fine: &[i32] = if words == ["identify"] { &[0, 3] } else { &[0] };
         assert!(fine.contains(&code), "{example}: {code}\n{out}{error}");
     }

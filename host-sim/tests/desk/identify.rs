@@ -1,4 +1,4 @@
-//! From a motion worth recording to a better robot file, on a simulated YAM whose masses, friction and drives are not what its file says.
+//! From a motion for identification to a better robot file, on a simulated YAM that differs from its file in masses, friction and drives.
 
 use crate::program::{at_the_top, new, told};
 use dynamics_core::trig::Libm;
@@ -31,7 +31,7 @@ fn done(arguments: &[&str]) -> String {
     out
 }
 
-/// A log of the simulated arm on an excitation of this seed, and its file.
+/// Records a log of the simulated arm on a motion with this seed. Returns the file.
 fn recorded(folder: &Path, seed: &str, periods: &str) -> String {
     let folder = folder.join(seed);
     let (motion, run) = (folder.with_extension("toml"), folder.to_str().unwrap().to_owned());
@@ -56,7 +56,7 @@ fn recorded(folder: &Path, seed: &str, periods: &str) -> String {
     format!("{run}/log.csv")
 }
 
-/// Largest torque of gravity that one arm misses of another, over random postures, N m of each joint.
+/// Largest gravity torque by which the model differs from the true arm, over random postures, N m of each joint.
 fn missed(model: &Robot, truth: &Robot) -> [f64; 6] {
     let arm = |robot: &Robot| {
         let model = robot.model::<6>().unwrap();
@@ -76,7 +76,7 @@ fn missed(model: &Robot, truth: &Robot) -> [f64; 6] {
     worst
 }
 
-/// From a URDF with geometry alone, by way of the robot file that `import` writes, in which every mass is a gap.
+/// Starts from a URDF with geometry alone. The robot file that `import` writes lacks every mass.
 fn a_file_without_masses_is_identified_too(folder: &Path, log: &str, other: &str) {
     let [urdf, arm, out] = ["bare.urdf", "bare.toml", "found.toml"].map(|name| folder.join(name).display().to_string());
     done(&["model", "export", ROBOT, "--urdf", "--out", &urdf, "--force"]);
@@ -123,10 +123,10 @@ fn a_simulated_yam_is_identified_from_the_log_of_an_excitation() {
     assert_eq!((found["rank"].as_u64(), found["joints"].as_array().unwrap().len()), (Some(40), 6));
     for joint in found["joints"].as_array().unwrap() {
         let (left, before) = (joint["relative_rms"].as_f64().unwrap(), joint["before"].as_f64().unwrap());
-        // A reversal shorter than the window of the test for rest stays in the fit.
+        // A reversal that is shorter than the window of the rest test stays in the fit.
         assert!(left < 0.03 && before > 3.0 * left, "{joint}");
     }
-    // The links of this arm weigh 0.8 or 1.2 times what the file says, its rotors the same.
+    // The links of this arm weigh 0.8 or 1.2 times the file's values; its rotors are the same.
     let audit = &found["mass_matrix"];
     let ratio: [f64; 2] = serde_json::from_value(audit["ratio"].clone()).unwrap();
     assert!(audit["smallest_eigenvalue"].as_f64().unwrap() > 0.0, "{audit}");
@@ -134,7 +134,7 @@ fn a_simulated_yam_is_identified_from_the_log_of_an_excitation() {
 
     a_file_without_masses_is_identified_too(&folder, &log, &other);
 
-    // The robot file: `check` finds nothing, and gravity is known to within friction.
+    // In the new robot file, `check` finds nothing, and gravity is known to within friction.
     let new = Robot::load(&out).unwrap();
     done(&["check", out.to_str().unwrap()]);
     let scene = SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(SCENE)).unwrap();
@@ -188,12 +188,12 @@ fn a_log_with_a_fault_is_refused_and_mended_by_the_option_that_is_named() {
     assert!(text.starts_with("verdict             refused"), "{text}");
     assert!(error.contains("torque of joint 2 (shoulder) has the opposite sign [--negate-torque 2]"), "{error}");
     assert!(!out.exists());
-    // The option that is named gives the model; without a fault there is none to name.
+    // The option that the message names gives a good model. Without a mistake, no option is named.
     for (log, more) in [(&negated, &["--negate-torque", "2"][..]), (&log, &[][..])] {
         let (code, text, error) = identify(log, more);
         assert!(code == 0 && out.exists() && text.starts_with("verdict             trusted"), "{code} {text}{error}");
     }
-    // A doubtful option is bad input.
+    // An invalid option is bad input.
     let (code, _, error) = identify(&log, &["--negate-torque", "7"]);
     assert!(code == 2 && error.contains("joints from 1 to 6, or all"), "{code} {error}");
     let (code, _, error) = identify(&log, &["--permute", "1,2,3,4,5,5"]);

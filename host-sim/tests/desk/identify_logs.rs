@@ -1,4 +1,4 @@
-//! Logs that `identify` reads from files of this program, and what it says of logs that are not what they should be.
+//! Logs that `identify` reads from files of this program, and its messages about faulty logs.
 
 use crate::program::{at_the_top, new, told};
 use identification::log::Log;
@@ -71,7 +71,7 @@ fn validation_on_the_log_itself_is_not_called_held_out() {
     let (log, _) = recorded(&folder);
     let (copy, other) = (folder.join("copy.csv"), folder.join("other.csv"));
     fs::copy(&log, &copy).unwrap();
-    // The first second only: another log.
+    // Only the first second, which makes another log.
     let text = fs::read_to_string(&log).unwrap();
     fs::write(&other, text.lines().take(1501).collect::<Vec<_>>().join("\n") + "\n").unwrap();
     let identified = |validate: &Path| -> Value {

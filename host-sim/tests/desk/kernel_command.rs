@@ -8,7 +8,7 @@ use std::process::Output;
 const PUMA: &str = "robots/puma560.toml";
 const PICK: &str = "scenes/puma560_pick.toml";
 
-/// Run the command in the project's root folder.
+/// Runs the command in the project's root folder.
 fn kernel(arguments: &[&str]) -> Output {
     at_the_top().args(["model", "kernel"]).args(arguments).output().unwrap()
 }

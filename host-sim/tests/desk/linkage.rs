@@ -105,7 +105,7 @@ fn a_turn_writes_table_log_summary_and_plots() {
     assert!(["Driving moment", "Shaking force", "Shaking moment"].iter().all(|figure| page.contains(figure)), "{page}");
 }
 
-/// Weight and inertia do no net work on a crank that ends as it began.
+/// Gravity and inertia do no net work on a crank that ends as it began.
 #[test]
 fn over_a_turn_at_constant_speed_the_moment_does_no_work() {
     for (file, branch) in [(FOUR_BAR, "open"), (FOUR_BAR, "crossed"), (SLIDER_CRANK, "open"), (SLIDER_CRANK, "crossed")]
@@ -118,7 +118,7 @@ fn over_a_turn_at_constant_speed_the_moment_does_no_work() {
     }
 }
 
-/// The ground carries the weight on average over a turn.
+/// Averaged over a turn, the ground carries the weight.
 #[test]
 fn the_mean_shaking_force_is_the_weight() {
     let out = folder("weight");
@@ -199,7 +199,7 @@ fn a_free_linkage_keeps_the_balance_of_energy_and_work() {
     assert_eq!(page.matches(">time / s<").count(), 3, "{page}");
 }
 
-/// The energy balance shows that the method is of fourth order: half the step, a sixteenth of the error or less.
+/// The energy balance shows that the method is of fourth order: with half the step, the error is a sixteenth or less.
 #[test]
 fn the_balance_error_falls_with_the_fourth_power_of_the_step() {
     let error = |step: &str| {

@@ -1,5 +1,5 @@
-//! Tests of the simulator on the desk: its parts, and the program as run by a user. All are one test program, which
-//! links in a fraction of the time and disk space of thirty.
+//! Tests of the simulator on the desk: its parts, and the program as run by a user. They are one test program, which links in a fraction of the time
+//! and disk space of thirty programs.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 mod bound;

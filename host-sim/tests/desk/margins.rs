@@ -1,4 +1,4 @@
-//! `choose margins`: each border is one, from both sides.
+//! `choose margins`: each reported border is confirmed by a run on either side of it.
 
 use crate::program::{at_the_top, new, printed, told};
 use serde_json::Value;
@@ -36,7 +36,7 @@ fn margin<'a>(found: &'a Value, quantity: &str) -> &'a Value {
     found["margins"].as_array().unwrap().iter().find(|margin| margin["quantity"] == quantity).unwrap()
 }
 
-/// True if the arm of a scene is lost, by the summary of `run`.
+/// True if the arm of a scene is lost, according to the summary of `run`.
 fn is_lost(folder: &Path, scene: &Path) -> bool {
     let out = folder.join("run");
     let run = at_the_top().args(["run", "--json", "--no-report", "--force", "--out"]).arg(&out).arg(scene).output();
@@ -63,7 +63,7 @@ fn a_run_at_the_kept_value_keeps_the_arm_and_one_at_the_lost_value_loses_it() {
     let masses_margin = margin(&found, "masses");
     assert!(!is_lost(&folder, &masses(&masses_margin["kept"])), "{masses_margin}");
     assert!(is_lost(&folder, &masses(&masses_margin["lost"])), "{masses_margin}");
-    // Found to 3 %.
+    // The border is found to within 3 %.
     let number = |margin: &Value, key: &str| margin[key].as_f64().unwrap();
     for quantity in ["masses", "friction", "rate"] {
         let margin = margin(&found, quantity);

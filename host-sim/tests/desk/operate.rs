@@ -29,15 +29,15 @@ fn arming_says_which_terms_auto_left_out_and_on_which_motion_it_judged_them() {
     );
     let lines: Vec<&str> = out.lines().collect();
     let armed = lines.iter().position(|line| *line == "arm: armed").unwrap();
-    // Once, behind the granted request and not behind the one that is refused.
+    // The line is printed once, after the accepted request and not after the rejected one.
     assert!(lines[armed + 1].starts_with(&line) && lines[armed + 1].contains("`jog` and `goto`"), "{out}");
     assert_eq!(out.matches("left out by").count(), 1, "{out}");
-    // A scene that names its terms itself.
+    // A scene with an explicit list of terms.
     let (_, out, _) = connect("named", script, &["--target", "desk"]);
     assert!(out.contains("arm: armed") && !out.contains("left out"), "{out}");
 }
 
-/// Run a script; returns exit code, standard output and standard error.
+/// Runs a script. Returns exit code, standard output and standard error.
 fn connect(name: &str, script: &str, more: &[&str]) -> (i32, String, String) {
     connect_to(SCENE, name, script, more)
 }
@@ -154,7 +154,7 @@ fn a_board_on_a_port_is_operated_and_its_record_has_the_same_bits_again() {
         lost + 1
     );
     let compared = out.strip_suffix(&end).and_then(|before| before.strip_suffix(" ticks compared, 0 differ\n"));
-    // A repeated hello leaves some ticks of its own before those counted from the last hello.
+    // The repeated hello adds some ticks before those counted from the last hello.
     let compared: u32 = compared.unwrap().parse().unwrap();
     assert!(compared >= lost - 1 && compared < ticks, "{compared} of {ticks}, lost {lost}");
 }
@@ -187,7 +187,7 @@ fn parameters_are_read_back_and_changed_where_no_torque_jumps_and_its_record_has
     assert_eq!(lines[..expected.len()], expected, "{out}");
     let taken = "payload: 0.5 kg at 0.000 0.000 0.000 m in the tip frame (0 to 3.5 kg); torque to hold the arm changes by shoulder ";
     assert!(lines[9].starts_with(taken), "{out}");
-    // At once it would jump; in parts it does not.
+    // The whole change at once would make the torque jump; in parts it does not.
     assert!(lines[12].starts_with("payload: 3 kg at 0.000 0.000 0.000 m in the tip frame (0 to 3.5 kg); "), "{out}");
     assert_eq!(lines[13], "get: payload mass 3 kg (0 to 3.5)");
     assert_eq!(lines[14], "set: shoulder velocity gain 50 1/s (20 to 80)");
@@ -196,7 +196,7 @@ fn parameters_are_read_back_and_changed_where_no_torque_jumps_and_its_record_has
         "  shoulder torque limit 120 N m (fixed)",
         "  elbow lower limit -6.2831855 rad (fixed)",
         "  gravity y -9.81 m/s^2 (live)",
-        // Given at the tip, and reported there.
+        // The payload is given in the tip frame, and reported in it.
         "  payload first moment x 0 kg m (live, tip frame)",
     ] {
         assert!(lines.contains(&line), "{line}: {out}");
@@ -204,7 +204,7 @@ fn parameters_are_read_back_and_changed_where_no_torque_jumps_and_its_record_has
     let (code, out, _) = replay(&log);
     assert!(code == 0 && out.ends_with(" ticks compared, 0 differ\n"), "{out}");
 
-    // A scene that does not mention them leaves them as built in, and a payload is refused.
+    // In a scene without these options, the values stay as built in, and a payload is rejected.
     let (code, out, _) =
         connect("fixed", "get 1 position gain\nset 1 position gain 1\npayload 1\n", &["--target", "desk"]);
     assert_eq!(code, 3);
@@ -217,7 +217,7 @@ fn parameters_are_read_back_and_changed_where_no_torque_jumps_and_its_record_has
     assert!(lines[2].starts_with("payload: rejected: the scene has no live payload;"), "{out}");
 }
 
-/// A program that has died leaves an arm that is held. The next one continues: nothing falls, and what the arm holds is known.
+/// After a program has died, the board holds the arm. The next program continues: nothing falls, and the payload is known.
 #[test]
 fn a_host_that_comes_back_to_an_arm_that_is_held_continues_its_session() {
     let scene = SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(SCENE)).unwrap();
@@ -238,7 +238,7 @@ fn a_host_that_comes_back_to_an_arm_that_is_held_continues_its_session() {
     first.wait().unwrap();
     assert!(armed);
     let script = "status\njog elbow 0.1 0.3\nwait\nhold\ndisarm\n";
-    // A script that was not written for it does nothing.
+    // A script without `--take-over` does nothing.
     let (code, out, error) = connect("not_back", script, &["--port", &board.port, "--key", key]);
     assert_eq!((code, error.as_str()), (3, ""), "{out}");
     assert!(out.contains("`--take-over` lets a script go on with it") && !out.contains("jog: "), "{out}");
@@ -438,7 +438,7 @@ fn a_script_parks_an_arm_without_brakes_and_disarms_it() {
     }
 }
 
-/// More frames are lost than a report counts: the host still knows which of its frames the board has taken.
+/// More frames are lost than a report can count: the host still knows which of its frames the board has taken.
 #[test]
 fn a_cable_that_was_cut_for_long_is_plugged_in_and_the_arm_is_armed_again() {
     let script =
@@ -450,13 +450,13 @@ fn a_cable_that_was_cut_for_long_is_plugged_in_and_the_arm_is_armed_again() {
         lines.iter().position(|line| line.starts_with("the board is not heard: this is its last report, ")).unwrap();
     let plugged = lines.iter().position(|line| *line == "plug: host").unwrap();
     assert!(old < plugged, "{out}");
-    // What `status` prints after that is the state of now: the board lowers the arm.
+    // After that, `status` prints the present state: the board lowers the arm.
     assert!(lines[plugged..].iter().any(|line| line.starts_with("lowering; homed")), "{out}");
     assert!(out.contains("host link: at least 255 frames lost"), "{out}");
     assert!(lines[plugged..].contains(&"arm: armed") && lines.last() == Some(&"disarm: idle, homed"), "{out}");
 }
 
-/// A drive that was off the bus has latched an error of its own; the host's `clear` clears it too.
+/// A drive that was off the bus has latched an error. The host's `clear` clears it too.
 #[test]
 fn a_drive_that_was_cut_off_is_cleared_by_the_host_s_clear() {
     let script = "home\nconfirm\narm\ncut drive elbow\nwait 1\nplug drive elbow\nwait 0.5\nclear\nwait 0.5\nclear\n";
@@ -467,11 +467,11 @@ fn a_drive_that_was_cut_off_is_cleared_by_the_host_s_clear() {
     let plugged = lines.iter().position(|line| *line == "plug: drive of elbow").unwrap();
     let clears: Vec<_> = lines[plugged..].iter().filter(|line| line.starts_with("clear: ")).collect();
     assert!(clears[0].contains("fault 11: the drive reports a fault (joint 3)"), "{out}");
-    // The arm fell beyond its limits meanwhile.
+    // The arm has fallen beyond its limits in the meantime.
     assert!(clears[1].contains("fault 4: position out of bounds"), "{out}");
 }
 
-/// Beyond a limit, but not beyond the guard: the arm is held where it is, and may be moved back inside.
+/// Beyond a limit, but within the guard's margin: the arm is held at its position, and may be moved back inside.
 #[test]
 fn an_arm_that_was_armed_beyond_a_limit_is_moved_inward_and_not_outward() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");

@@ -1,4 +1,4 @@
-//! The reference of what the program writes: keys of `--json`, columns of logs and topics of MCAP files, compared with real output.
+//! The reference of the program's output: keys of `--json`, columns of logs and topics of MCAP files, compared with real output.
 
 use crate::program::{at_the_top, new, told};
 use serde_json::Value;
@@ -42,7 +42,7 @@ const JSON_HEAD: &str = "
 `heat`, or `null` before the board has reported.
 ";
 
-/// Calls whose output the page shows; `OUT` is a folder of the test's.
+/// Calls whose output the page shows; `OUT` is a folder of this test.
 const CALLS: [&str; 13] = [
     "check robots/yam.toml --json",
     "identify robots/yam.toml --log OUT/identify/log.csv --json",
@@ -73,7 +73,7 @@ fn keys(value: &Value, path: &str, found: &mut BTreeMap<String, (Vec<&'static st
     match value {
         Value::Object(fields) => {
             for (key, field) in fields {
-                // A name of a joint or a link is the user's.
+                // The name of a joint or a link is chosen by the user.
                 let key = if key.contains(' ') || key.contains('/') { "{}" } else { key };
                 keys(field, &if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") }, found);
             }

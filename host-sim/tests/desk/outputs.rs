@@ -1,4 +1,4 @@
-//! No command that writes overwrites what exists.
+//! No command overwrites an existing file without permission.
 
 use crate::program::{at_the_top, new, told};
 use std::fs;
@@ -28,7 +28,7 @@ fn sim(folder: &Path, line: &str) -> (i32, String) {
     (code, out + &error)
 }
 
-/// Every command that writes a file, which stands as FILE.
+/// Every command that writes a file, with FILE in its place.
 const FILES: [&str; 16] = [
     "doctor --bundle FILE",
     "model export @robots/planar2r.toml --urdf --out FILE",
@@ -48,7 +48,7 @@ const FILES: [&str; 16] = [
     "connect @scenes/planar2r_swing.toml --target desk --script record.txt",
 ];
 
-/// Every command that writes into a folder, which stands as FOLDER, and a file that it writes there.
+/// Every command that writes into a folder, with FOLDER in its place, and a file that it writes there.
 const FOLDERS: [(&str, &str); 11] = [
     ("run @scenes/planar2r_sine.toml --duration 0.01 --quiet --out FOLDER", "log.csv"),
     ("model energy @scenes/planar2r_sine.toml --duration 0.01 --out FOLDER", "energy.json"),
@@ -113,7 +113,7 @@ fn no_command_writes_into_a_folder_of_the_user() {
     }
 }
 
-/// Commands that are quick, and what they write.
+/// Fast commands, and the files that they write.
 const TWICE: [(&str, &str); 12] = [
     ("run @scenes/planar2r_sine.toml --duration 0.01 --quiet", "out/planar2r_sine/log.csv"),
     ("run @scenes/planar2r_sine.toml --duration 0.01 --quiet --out out/a --mcap out/a.mcap", "out/a.mcap"),
@@ -146,7 +146,7 @@ fn what_host_sim_wrote_is_replaced_until_somebody_changes_it() {
         assert_eq!(fs::read_to_string(&file).unwrap(), "edited", "{line}");
         let (code, said) = sim(&folder, &format!("{line} --force"));
         assert!(code == 0 && fs::read(&file).unwrap().len() > "edited".len(), "{line}: {said}");
-        // Times differ between runs; sizes of the other files do not.
+        // Files with times differ between runs; the sizes of the other files do not.
         assert!(!written.is_empty(), "{line}");
     }
 }
@@ -194,7 +194,7 @@ fn shards_are_merged_again_with_force_only() {
     assert_eq!(code, 0, "{said}");
     assert!(fs::read(folder.join("whole/runs.csv")).unwrap() == table);
     assert_ne!(fs::read_to_string(folder.join("whole/results.md")).unwrap(), "notes");
-    // A sweep goes on in its folder, and keeps a page that somebody has edited.
+    // A sweep continues in its folder, and keeps a page that a user has edited.
     let sweep = "sweep @host-sim/tests/fixtures/study.toml --quiet --out shards/1";
     assert_eq!(sim(&folder, sweep).0, 0);
     fs::write(folder.join("shards/1/results.md"), "notes").unwrap();

@@ -5,7 +5,7 @@ use crate::room_names::{named, sources};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Folders of each package's source; each folder may use itself and those before it. Arrows between packages are cargo's.
+/// Folders of each package's source. Each folder may use itself and those before it. Cargo checks the dependencies between packages.
 const FOLDERS: [(&str, &[&str]); 2] = [("sim/src", &["plant", "run"]), ("board/src", &["chip", "session"])];
 
 fn source(package: &str) -> PathBuf {
@@ -18,7 +18,7 @@ fn no_folder_names_a_later_one() {
         for (place, folder) in folders.iter().enumerate() {
             let files = sources(&source(package).join(folder));
             assert!(!files.is_empty(), "{folder} is empty");
-            // A test may borrow a scene's world from a later folder.
+            // A test may use a scene's world from a later folder.
             for file in files.iter().filter(|file| !file.to_str().unwrap().ends_with("tests.rs")) {
                 let named = named(&fs::read_to_string(file).unwrap(), folders);
                 let later: Vec<_> = folders[place + 1..].iter().filter(|later| named.contains(*later)).collect();
@@ -34,7 +34,7 @@ fn every_folder_is_listed() {
         for entry in fs::read_dir(source(package)).unwrap() {
             let path = entry.unwrap().path();
             let name = path.file_name().unwrap().to_str().unwrap().to_owned();
-            // A file's own tests may be in a folder of its name.
+            // A file's own tests may be in a folder with the file's name.
             let only_tests = || sources(&path).iter().all(|file| file.ends_with("tests.rs"));
             assert!(
                 !path.is_dir() || folders.contains(&name.as_str()) || only_tests(),

@@ -121,13 +121,13 @@ fn the_posture_of_least_potential_is_the_one_that_hangs_and_needs_no_shoulder() 
     assert!((potential.potential / least - 1.0).abs() < 1e-14);
     assert!(potential.tau[0].abs() < 1e-6, "the slope of V: {:?}", potential.tau);
 
-    // Hanging or standing, the shoulder's torque vanishes, and the sum of squares is least there too: the elbow's varies.
+    // Hanging or upright, the shoulder's torque is zero, and the sum of squares is least there too. The elbow's torque varies.
     let shoulder = planar(&held("shoulder"));
     assert!(shoulder.tau[0].abs() < 1e-6, "{:?}", shoulder.tau);
     assert_eq!(shoulder.minimised.as_ref().map(|m| m.what.as_str()), Some("shoulder"));
     assert_eq!(planar(&held("1")), shoulder, "by number");
 
-    // Q1^2 + Q2^2 along the first joint, on a grid of a hundred thousandth.
+    // Q1^2 + Q2^2 along the first joint, on a grid with steps of 1e-5 rad.
     let total = planar(&held("total"));
     let squares = |q1: f64| {
         let second = 9.81 * b * (q1 + elbow).cos();
@@ -148,7 +148,7 @@ fn a_free_search_finds_the_hanging_arm_and_the_same_one_every_time() {
     assert_eq!(planar(&free("potential")), hanging);
     assert!(planar(&free("total")).minimised.unwrap().value < 1e-10);
 
-    // Held straight up or straight down, a Puma needs no torque except in a wrist whose masses almost balance.
+    // Held straight up or straight down, a Puma needs no torque, except in its wrist, whose masses almost balance.
     let puma = Robot::load(&here("../robots/puma560.toml")).unwrap();
     let floor = StaticsRequest { gravity: vec![0.0, 0.0, -9.81], ..free("total") };
     let found = ask(&puma, &floor);

@@ -1,4 +1,4 @@
-//! Studies: what a run of one is, and what comes of all.
+//! Studies: single runs, and their results together.
 #![allow(clippy::float_cmp, reason = "the same bits are demanded")]
 
 use crate::program::{at_its_fixtures, at_the_top, printed};
@@ -90,7 +90,7 @@ fn results_count_what_the_table_holds() {
     assert_eq!(metric["worst"][0]["index"], worst);
     assert_eq!(metric["max"].as_f64().unwrap(), errors[worst]);
     assert_eq!(found["metrics"][2]["infinite"], 40);
-    // A mass that the controller does not know makes errors; a law is no number.
+    // A mass error that the controller does not know causes tracking errors. A control law is not a number, so it has no correlation.
     let of = |metric: &str, key: &str| {
         let list = found["sensitivities"].as_array().unwrap();
         list.iter().find(|it| it["metric"] == metric && it["key"] == key).map(|it| it["correlation"]["value"].as_f64())
@@ -110,7 +110,7 @@ fn a_run_whose_values_make_no_scene_is_refused_alone() {
     let out = folder("refused");
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().join("scenes");
     let text = text.replace("../../../scenes", scenes.to_str().unwrap());
-    // Beyond 100 a factor on the masses is refused.
+    // A factor above 100 on the masses is rejected.
     let text = text.replace("uniform = [0.5, 2.0]", "list = [1.0, 101.0]");
     fs::write(out.join("some.toml"), text).unwrap();
     let done = sweep(out.join("some.toml").to_str().unwrap(), &out, &["--json", "--force"]);

@@ -1,4 +1,4 @@
-//! Studies that cannot be: each refused with file, line, field, what was found and what was expected.
+//! Impossible studies: each is rejected with file, line, field, the value found and the value expected.
 
 use crate::program::{at_the_top, told};
 use crate::sweep::{folder, unbroken};

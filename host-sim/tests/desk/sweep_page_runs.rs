@@ -1,4 +1,4 @@
-//! A study's page in a real browser: the commands of its runs, long names, and a campaign's.
+//! A study's page in a real browser: the commands of its runs, long names, and the page of a campaign.
 
 use crate::browser::{Browser, FLAT};
 use crate::pages::{WINDOWS, handed_over, open, rows};
@@ -10,7 +10,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// Output of a command that a shell runs in a folder.
+/// Output of a command, run by a shell in a folder.
 fn done(command: &str, folder: &Path) -> String {
     let programs = Path::new(env!("CARGO_BIN_EXE_newtau")).parent().unwrap();
     let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap());
@@ -32,7 +32,7 @@ fn the_command_of_a_worst_run_repeats_it_wherever_the_study_lies() {
     assert!(failing_command.ends_with(&format!(" --replay {first} --out out/run_{first}")), "{failing_command}");
     let handed = [WORST, FAILING].map(|caption| handed_over(&mut browser, caption)[0].clone());
     assert_eq!(handed, [worst_command, failing_command]);
-    // The focus is where the last command was reached: on the last row.
+    // The keyboard focus is on the last command that was reached: that of the last row.
     let last = handed_over(&mut browser, FAILING).pop().unwrap();
     browser.press("Enter");
     browser.until(&format!("document.querySelector('.note')?.textContent.includes({}) === true", json!(last)));

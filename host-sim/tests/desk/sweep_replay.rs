@@ -1,4 +1,4 @@
-//! One run of a study in full: the same numbers, the files of `run`, and nobody's files replaced.
+//! One run of a study in full: it has the same numbers and the files of `run`, and replaces no file of a user.
 #![allow(clippy::float_cmp, reason = "the same bits are demanded")]
 
 use crate::program::{at_its_fixtures, at_the_top, printed, told};

@@ -1,4 +1,4 @@
-//! The folder of a study: the same bytes in whatever parts and after whatever kill.
+//! The folder of a study has the same bytes however the study is split, and whenever it is killed.
 
 use crate::program::{at_its_fixtures, printed, told};
 use crate::sweep::folder;
@@ -54,7 +54,7 @@ fn shards_of_any_division_merge_to_the_bytes_of_one_process() {
     assert!(bytes(&whole) == bytes(&one));
     for of in [1, 2, 3, 7, 17, 23] {
         let mut parts = shards(&prepared, "part", of);
-        // In any order.
+        // The shards can be merged in any order.
         parts.reverse();
         let out = folder(&format!("merged_{of}"));
         fs::remove_dir(&out).unwrap();
@@ -74,7 +74,7 @@ fn a_kill_at_any_byte_resumes_to_the_same_bytes() {
     assert_eq!(ends.len(), 7);
     let out = folder("killed");
     for cut in (0..=table.len()).step_by(23).chain(ends.iter().copied()).chain([table.len()]) {
-        // The last block whose manifest was renamed: each that ended before the cut, and one that the disk has lost since.
+        // The manifest may state any block that ended before the cut, or one that the disk has lost since.
         for rows in [0, 2, 5] {
             let sure = ends[rows];
             let state = Manifest {
@@ -89,7 +89,7 @@ fn a_kill_at_any_byte_resumes_to_the_same_bytes() {
             assert!(bytes(&out) == bytes(&whole), "cut at {cut}, {rows} rows sure");
         }
     }
-    // Before the first manifest.
+    // A kill before the first manifest.
     fs::remove_file(out.join("manifest.json")).unwrap();
     fs::write(out.join("runs.csv"), &table[..99]).unwrap();
     write(&prepared, &out, "1/1", 1).unwrap();
@@ -119,7 +119,7 @@ fn a_killed_process_continues_where_its_last_block_ended() {
     for name in ["runs.csv", "manifest.json", "results.json", "results.md", "study.toml", "scene.toml", "robot.toml"] {
         assert!(fs::read(out.join(name)).unwrap() == fs::read(whole.join(name)).unwrap(), "{name}");
     }
-    // Once more: nothing is left to do.
+    // A second call has nothing left to do.
     printed(command(&out).output().unwrap());
 }
 

@@ -45,7 +45,7 @@ fn the_scripts_of_every_engine_do_the_shards_and_merge_them() {
 fn a_folder_whose_shards_have_begun_takes_no_other_number_of_them() {
     let out = folder("submit_again");
     submit("slurm", &out);
-    // The same again, before and after a shard.
+    // The same call again, before and after a shard was run.
     submit("hyperqueue", &out);
     let mut shard = Command::new(out.join("shard.sh"));
     printed(shard.env("NEWTAU", env!("CARGO_BIN_EXE_newtau")).arg("3").output().unwrap());
@@ -57,7 +57,7 @@ fn a_folder_whose_shards_have_begun_takes_no_other_number_of_them() {
     let error = unbroken(&error);
     assert!(code == 2 && error.contains("holds shard 3/5") && error.contains("expected --shards 5"), "{error}");
     assert_eq!(fs::read_to_string(out.join("shard.sh")).unwrap(), script);
-    // A shard that has not been done is a hole, not a folder to be skipped.
+    // A missing shard is an error, not a folder to skip.
     let mut merge = Command::new(out.join("merge.sh"));
     let (code, _, error) = told(merge.env("NEWTAU", env!("CARGO_BIN_EXE_newtau")).output().unwrap());
     assert!(code == 2 && unbroken(&error).contains("no shard has the runs from 0 to 15"), "{error}");

@@ -1,4 +1,4 @@
-//! Results of a study: units, confidence, how runs ended, what the study was, and how a run is repeated.
+//! Results of a study: units, confidence intervals, how runs ended, the study's definition, and how to repeat a run.
 
 use crate::sweep::{cells, folder};
 use dynamics_core::JointKind::{Prismatic, Revolute};
@@ -13,7 +13,7 @@ pub(crate) fn prepared(study: &str, runs: u64) -> Prepared {
     Prepared::load(&top.join(study), Some(runs)).unwrap()
 }
 
-/// A folder with these rows as the runs of a study, and what came of them.
+/// A folder with these rows as the runs of a study, and their results.
 pub(crate) fn of_rows(name: &str, prepared: &Prepared, rows: &[String]) -> (PathBuf, Results) {
     let out = folder(name);
     fs::write(out.join("runs.csv"), format!("{}\n{}\n", prepared.columns().join(","), rows.join("\n"))).unwrap();
@@ -22,7 +22,7 @@ pub(crate) fn of_rows(name: &str, prepared: &Prepared, rows: &[String]) -> (Path
     (out, results)
 }
 
-/// Ten runs of two rods; those with the law `pd` stop at a fault with hardly an error.
+/// Ten runs of two rods. Those with the law `pd` stop at a fault with almost no error.
 pub(crate) fn rods() -> Vec<String> {
     let row = |index: u32| {
         let (law, error, end) =
@@ -88,7 +88,7 @@ fn a_page_says_what_the_study_was_and_hands_over_commands_that_a_shell_takes() {
     ] {
         assert!(page.contains(fact), "no {fact}");
     }
-    // Only the first figure has a limit, and it is among the runs. The style sheet has dashes too, for pens.
+    // Only the first figure has a limit, and the limit is within the range of the runs. The style sheet also contains dashes, for lines.
     let limits = |drawing: &str| drawing.split_once("</svg>").unwrap().0.matches("stroke-dasharray").count();
     let drawn: Vec<usize> = page.split("<svg").skip(1).map(limits).collect();
     assert_eq!(drawn, [1, 0, 0], "histograms of two figures, and correlations");

@@ -36,7 +36,7 @@ fn moved(run: &Run, from: f64, to: f64) -> f64 {
     (0..DOF).map(|i| (to[i] - from[i]).abs()).fold(0.0, f64::max)
 }
 
-/// Longer than the scene, so that what is left of the swing has come to rest.
+/// A longer scene, so that the swing after the push has come to rest.
 fn long(mut scene: SceneFile) -> SceneFile {
     scene.motion = MotionSpec::Hold { q: scene.motion.start().to_vec(), duration: 8.0 };
     scene
@@ -48,7 +48,7 @@ fn pushed_by_five_newtons_it_moves_and_let_go_it_stays() {
     let run = run(&scene);
     assert!(moved(&run, 0.0, 0.4) < 1e-3, "before the push: {} rad", moved(&run, 0.0, 0.4));
     assert!(moved(&run, 0.5, 1.5) > 0.2, "pushed: {} rad", moved(&run, 0.5, 1.5));
-    // What has come to rest in a wall is pushed out of it slowly.
+    // A joint that has come to rest in a wall is pushed out of it slowly.
     let walls = &scene.control.teach.as_ref().unwrap().wall;
     let (from, to) = (at(&run, 6.0), at(&run, 7.5));
     let outside = (0..DOF).filter(|i| {
@@ -111,14 +111,14 @@ fn the_path_that_it_was_led_along_becomes_a_motion_that_runs() {
     assert_eq!(path.samples.len(), led.record.ticks());
     let tolerance = 0.02;
     let motion = taught::<DOF>(&scene, &path, tolerance).unwrap();
-    // The swing that a push leaves is more than 16 points can follow to the tolerance.
+    // The swing after a push has more detail than 16 points can follow within the tolerance.
     assert!(motion.error < 0.15 && (3..=16).contains(&motion.points.len()), "{} rad: {motion:?}", motion.error);
-    // Where it was led from and to, without the rests.
+    // The motion starts and ends where the guided path does, without the rests.
     for (i, (from, to)) in at(&led, 0.0).into_iter().zip(at(&led, 3.9)).enumerate() {
         assert!((motion.points[0][i] - from).abs() <= tolerance, "joint {i} starts elsewhere");
         assert!((motion.points.last().unwrap()[i] - to).abs() <= tolerance, "joint {i} ends elsewhere");
     }
-    // Another scene of the same arm plays it.
+    // Another scene of the same arm runs it.
     let text = motion.toml();
     std::fs::write(&file, &text).unwrap();
     let plays = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/yam_move.toml");

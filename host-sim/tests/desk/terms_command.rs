@@ -33,7 +33,7 @@ fn flat(value: &Value) -> Vec<f64> {
     }
 }
 
-/// The program's message when it refuses.
+/// The program's message when it rejects its input.
 fn refusal(arguments: &[&str]) -> String {
     let output = terms(arguments);
     assert_eq!((output.status.code(), output.stdout), (Some(2), vec![]));
@@ -142,7 +142,7 @@ fn what_cannot_be_is_named() {
         let said = refusal(arguments);
         assert!(said.contains(expected), "{arguments:?}: {said}");
     }
-    // Only an overflow is wrong: the program prints a message and no infinity.
+    // Only an overflow is an error: the program prints a message, and no infinity.
     let said = refusal(&[PUMA, "--q", Q, "--qd", "1e200,1e200,1e200,1e200,1e200,1e200"]);
     assert!(said.contains("the numbers are too large"), "{said}");
 }

@@ -1,4 +1,4 @@
-//! The trade-off between speed and accuracy: its measurements, its files, its choices.
+//! The trade-off between speed and accuracy: its measurements, files and choices.
 #![allow(
     clippy::unwrap_used,
     clippy::float_cmp,
@@ -35,7 +35,7 @@ pub(crate) fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// Costs without a chip, made up from the scene files, so that their order is known.
+/// Costs without a chip, derived from the scene files, so that their order is known.
 fn made_up(paths: &[PathBuf]) -> Vec<Cost> {
     let cost = |path: &PathBuf| {
         let scene = SceneFile::load(path).unwrap();
@@ -58,13 +58,13 @@ fn made_up(paths: &[PathBuf]) -> Vec<Cost> {
     paths.iter().map(cost).collect()
 }
 
-/// A chip with these costs, whose interrupt takes so many cycles more than its controller, or none that answers.
+/// A chip with these costs, whose interrupt takes this many cycles more than its controller; or a chip that does not answer.
 struct MadeUpChip {
     asked: RefCell<usize>,
     answers: bool,
 }
 
-/// Cycles of the made-up interrupt of the firmware, whose controller takes 1,000.
+/// Cycles of the simulated firmware interrupt, of which the controller takes 1,000.
 const INTERRUPT: f64 = 5000.0;
 
 impl MadeUpChip {
@@ -104,7 +104,7 @@ fn measured(scene: &Path, folder: &Path, fresh: bool) -> (Trade, usize) {
     measured_where(scene, folder, fresh, |_| true)
 }
 
-/// Those of the choices that are `wanted`.
+/// Measures the choices that satisfy `wanted`.
 pub(crate) fn measured_where(scene: &Path, folder: &Path, fresh: bool, wanted: fn(&Choice) -> bool) -> (Trade, usize) {
     let base = Baseline::load(scene, Ends::default()).unwrap();
     let choices: Vec<Choice> = choices(&base).into_iter().filter(wanted).collect();
@@ -127,8 +127,7 @@ fn errors_are_what_the_choices_leave_out() {
     let (trade, _) = measured(&shipped("scenes/planar2r_swing.toml"), &folder, true);
     assert_eq!(trade.points.len(), 2 * (3 * 2 + 1));
     let error = |scalar: &str, terms: &str, kernel: &str| point(&trade, scalar, terms, kernel).torque_of_limit.unwrap();
-    // Rounding errors. Double precision: that of its constants, and 1e-16 of the torque. Single precision: 5e8 times as
-    // large.
+    // Rounding errors. In double precision: that of the constants, and 1e-16 of the torque. In single precision: 5e8 times as large.
     let double = error("f64", "full", "exact");
     assert!(double > 1e-18 && double < 2e-15, "{double:e}");
     let single = error("f32", "full", "exact");
@@ -150,7 +149,7 @@ fn errors_are_what_the_choices_leave_out() {
     let names: Vec<&str> = trade.courses.iter().map(|course| course.name).collect();
     assert_eq!(names, ["slow", "fast", "singular"]);
     assert!(trade.courses[0].speed < 0.11 && trade.courses[1].speed > 0.3, "{:?}", trade.courses);
-    // Two rods are nearest to singular when stretched or folded.
+    // Two rods are nearest to a singularity when stretched or folded.
     assert!(trade.courses[2].least_eigenvalue <= trade.courses[1].least_eigenvalue, "{:?}", trade.courses);
     std::fs::remove_dir_all(&folder).unwrap();
 }
@@ -209,7 +208,7 @@ fn the_page_has_every_choice_and_names_the_front() {
     let folder = folder("picture");
     let (trade, _) = measured(&shipped("scenes/planar2r_swing.toml"), &folder, true);
     let on = |front: fn(&TradePoint) -> bool| trade.points.iter().filter(|point| front(point)).count();
-    // The page: every choice with the command that measures it again, the front named, the scene's own choice ringed.
+    // The page has every choice with the command that measures it again. The front is named, and the scene's own choice is ringed.
     let html = trade.page().html();
     let commands = html.matches("data-command=").count();
     let fronts = on(|point| point.on_torque_front) + on(|point| point.on_tracking_front);
@@ -223,13 +222,13 @@ fn the_page_has_every_choice_and_names_the_front() {
 fn what_is_known_is_not_measured_again() {
     let (folder, scene) = (folder("resume"), shipped("scenes/planar2r_swing.toml"));
     let (first, asked) = measured(&scene, &folder, false);
-    // The interrupt, once.
+    // The interrupt is measured only once.
     assert_eq!(asked, first.points.len() + 1);
     let (second, asked) = measured(&scene, &folder, false);
     assert_eq!((asked, &second), (0, &first));
     let (third, asked) = measured(&scene, &folder, true);
     assert_eq!((asked, &third), (first.points.len() + 1, &first));
-    // Half of the file is lost: the other half is kept.
+    // Half of the file is lost; the other half is kept.
     let path = folder.join("measured.jsonl");
     let text = std::fs::read_to_string(&path).unwrap();
     let chip: Vec<&str> = text.lines().filter(|line| line.contains("\"chip-")).collect();

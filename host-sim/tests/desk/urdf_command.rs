@@ -1,4 +1,4 @@
-//! Commands on an arm that is cut out of a URDF with branches.
+//! Commands with an arm that is a chain of a URDF with branches.
 
 use crate::program::{at_its_fixtures, printed, told};
 use crate::reference::relative;
@@ -18,7 +18,7 @@ fn simulator(arguments: &[&str]) -> Command {
     command
 }
 
-/// A file of this test program's folder, not there yet.
+/// A path in this test program's folder at which there is no file yet.
 fn new_file(name: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::remove_file(&path).ok();
@@ -32,7 +32,7 @@ fn file(name: &str, text: &str) -> String {
     path.to_str().unwrap().to_owned()
 }
 
-/// Every command on a robot, with what else it needs.
+/// Every command for a robot, with its other arguments.
 fn commands(robot: &str) -> Vec<Vec<String>> {
     let states = file("urdf_states.jsonl", &format!("{{\"q\":[{Q}],\"qd\":[1,-1,2,0.5,-2,3]}}\n"));
     [
@@ -55,12 +55,12 @@ fn every_command_on_a_robot_cuts_a_urdf() {
         let (code, out, error) = told(simulator(&whole).output().unwrap());
         assert_eq!((code, out.as_str()), (2, ""), "{whole:?}");
         assert!(error.contains("`--tip LINK`") && error.contains("palm (6 joints)"), "{error}");
-        // The search for a bound takes its time, and less with one joint.
+        // The search for a bound is slow, and faster with one joint.
         let ends: &[&str] =
             if command[1] == "bound" { &["--base", "link5", "--tip", "palm"] } else { &["--tip", "palm"] };
         let (code, cut, note) = told(simulator(&whole).args(ends).output().unwrap());
         assert!(code == 0 && !cut.is_empty(), "{whole:?}: {note}");
-        // Link 5 is turned in the root's frame, and gravity with it.
+        // Link 5 is rotated relative to the root's frame, so gravity is rotated too.
         let turned = ends.contains(&"link5");
         assert_eq!(note.starts_with("note: the base is turned"), turned, "{note}");
         assert!(turned || note.is_empty(), "{note}");
@@ -93,7 +93,7 @@ fn an_imported_robot_answers_as_its_urdf() {
     let toml: Value = of(&["model", "terms", path, "--q", Q, "--json"]);
     let off = relative(&flat(&toml), &flat(&urdf));
     assert!(off < 1e-14, "{off:e}");
-    // What was filled in by hand is not lost.
+    // Values that the user has filled in are not lost.
     let again = told(simulator(&["import", GRIPPER, "--tip", "palm", "--out", path]).output().unwrap());
     assert_eq!(again.0, 2);
     assert!(again.2.contains("imported.toml: the file exists"), "{}", again.2);
@@ -126,7 +126,7 @@ fn import_writes_a_first_scene_that_runs_and_loses_no_file_for_it() {
     assert!(error.contains("found XML") && error.contains("newtau import ARM.urdf --out arm.toml"), "{error}");
 }
 
-/// A scene finds the URDF on another path than the command line does.
+/// A scene refers to the URDF by another path than the command line does.
 #[test]
 fn a_scene_is_about_the_same_cut_of_the_urdf() {
     let absolute = Path::new(env!("CARGO_MANIFEST_DIR")).join(GRIPPER);
@@ -143,7 +143,7 @@ fn a_scene_is_about_the_same_cut_of_the_urdf() {
     };
     assert!(!printed(terms(&same)).is_empty());
     assert!(told(terms(&other)).2.contains("is a scene of another robot"));
-    // A scene names its own ends.
+    // A scene specifies its own ends of the chain.
     let bound = told(simulator(&["choose", "bound", &same, "--tip", "palm"]).output().unwrap());
     assert_eq!(bound.0, 2);
     assert!(bound.2.contains("`--tip` is given for a scene"), "{}", bound.2);

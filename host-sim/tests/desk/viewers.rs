@@ -1,4 +1,4 @@
-//! Files for viewers: what a run or a session writes is read back, here and by other programs.
+//! Files for viewers: the output of a run or a session is read back, here and by other programs.
 
 use crate::program::{at_the_top, new, printed, told};
 use crate::skipping::skipped;
@@ -28,7 +28,7 @@ fn file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
 }
 
-/// A scene for some seconds, and its run.
+/// Runs a scene for this duration, s.
 fn run_for<const N: usize>(scene: &str, duration: f64) -> (SceneFile, Record) {
     let mut scene = SceneFile::load(&Path::new("..").join(scene)).unwrap();
     scene.duration = Some(duration);
@@ -126,12 +126,12 @@ fn frames_are_links_of_the_urdf_and_lead_to_the_tip_of_the_model() {
     }
 }
 
-/// A schema without its prose.
+/// A schema without its descriptions.
 fn bare(mut schema: Value) -> Value {
     match &mut schema {
         Value::Object(fields) => {
             fields.remove("$comment");
-            // A property may have this name too; only prose is a text.
+            // A property may have this name too; only a description is a text.
             if fields.get("description").is_some_and(Value::is_string) {
                 fields.remove("description");
             }
@@ -172,7 +172,7 @@ fn numbers_that_json_has_no_word_for_are_left_out() {
     assert_eq!(messages::<FrameTransforms>(&bytes, "/tf").len(), 1, "no frames of an arm that is nowhere");
 }
 
-/// The file of a long run is written by and by: the memory that it takes does not grow with it.
+/// The file of a long run is written in pieces: the memory use does not grow with it.
 #[cfg(target_os = "linux")]
 #[test]
 fn memory_for_a_long_run_s_file_does_not_grow_with_the_file() {
@@ -275,11 +275,11 @@ fn identify_and_motion_read_a_session_for_viewers_as_they_read_the_other() {
         assert_eq!((plain.0, unnamed(&plain.1), unnamed(&plain.2)), (mcap.0, unnamed(&mcap.1), unnamed(&mcap.2)));
     }
     let (code, out, error) = &answers[1][0];
-    // The arm is what its file says, so a model may be refused as no better: code, message and verdict say the same.
+    // The arm matches its file, so a model may be rejected as no better: code, message and verdict agree.
     let grade = serde_json::from_str::<Value>(out).unwrap()["verdict"]["grade"].as_str().unwrap().to_owned();
     assert_eq!((*code == 0, error.is_empty()), (grade == "trusted", grade == "trusted"), "{code} {grade} {error}");
     assert!(matches!(*code, 0 | 3), "{code} {error}");
-    // In a dry run the statuses carry no readings, and a path is made of those.
+    // In a dry run the statuses contain no readings, from which a path would be made.
     assert!(answers[1][1].2.contains("0 samples of the joints"), "{}", answers[1][1].2);
 }
 
@@ -306,14 +306,15 @@ fn a_session_that_was_cut_anywhere_keeps_every_whole_chunk_and_says_what_is_left
     std::fs::write(&cut, &bytes[..bytes.len() * 2 / 3]).unwrap();
     let text = printed(at_the_top().args(["connect", "replay"]).arg(&cut).output().unwrap());
     assert!(text.contains(" ticks compared, 0 differ\nthe record ends within an entry: its last "), "{text}");
-    // Cut where a chunk ends: nothing is left out, and the end is missing.
+    // Cut exactly where a chunk ends: no bytes are left out, and the end record is missing.
     let log = Log::new(bytes[..bytes.len() * 2 / 3].to_vec()).unwrap();
     std::fs::write(&cut, &bytes[..bytes.len() * 2 / 3 - log.cut()]).unwrap();
     let text = printed(at_the_top().args(["connect", "replay"]).arg(&cut).output().unwrap());
     assert!(text.ends_with("the record was not closed: its last second may be missing\n"), "{text}");
 }
 
-/// A flipped byte is found by a checksum, or is in what nobody reads; it never passes for another frame, nor stops the program.
+/// A flipped byte is either detected by a checksum, or in data that the reader ignores. It never gives a different frame, and never crashes the
+/// program.
 #[test]
 fn a_session_with_any_byte_flipped_is_refused_or_read_as_it_was() {
     let bytes = std::fs::read(recorded_by("home\nconfirm\n", "flipped.mcap").0).unwrap();
@@ -366,7 +367,7 @@ fn the_folder_of_an_mcap_file_is_made_before_the_run_and_one_that_cannot_be_ends
         command.args(["run", PICK, "--duration", "0.01", "--quiet", "--no-report", "--mcap"]).arg(to);
         told(command.arg("--out").arg(&out).output().unwrap())
     };
-    // A file occupies the path of the folder.
+    // A file exists at the path of the folder.
     let (code, _, error) = run(&Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml/x.mcap"));
     assert_eq!(code, 1);
     assert!(error.contains("Cargo.toml") && !out.join("log.csv").exists(), "{error}");

@@ -12,7 +12,7 @@ pub fn at_the_top() -> Command {
     within(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
-/// Command in the simulator's own folder with its fixtures: messages that name them are the same on every machine.
+/// Command in the simulator's folder, with its fixtures: messages that name these are the same on every machine.
 pub fn at_its_fixtures() -> Command {
     within(env!("CARGO_MANIFEST_DIR"))
 }
@@ -23,7 +23,7 @@ fn within(folder: &str) -> Command {
     command
 }
 
-/// A path at which there is nothing: the program overwrites no file of an earlier test run.
+/// A path at which there is no file, because the program does not overwrite a file of an earlier test run.
 pub fn new(path: &Path) -> &Path {
     if path.is_dir() {
         std::fs::remove_dir_all(path).unwrap()

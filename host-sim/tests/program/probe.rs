@@ -13,7 +13,7 @@ pub fn folder(name: &str) -> PathBuf {
     path
 }
 
-/// A tool that notes its arguments, one line per call, and then does what the script says.
+/// A tool that records its arguments, one line per call, and then does what the script specifies.
 pub struct FakeProbe {
     folder: PathBuf,
 }

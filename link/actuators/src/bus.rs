@@ -1,4 +1,4 @@
-//! A CAN bus with actuators on it, and the possible fates of a reply.
+//! A CAN bus with actuators, on which commands and replies can be disturbed.
 
 use crate::frame::{Frame, Order};
 use crate::mit::Actuator;
@@ -12,7 +12,7 @@ pub enum Fate {
     Arrives,
     /// It is lost.
     Lost,
-    /// It arrives in the tick after.
+    /// It arrives in the next tick.
     Late,
     /// It arrives twice.
     Twice,
@@ -20,14 +20,14 @@ pub enum Fate {
     Short,
 }
 
-/// Fate of a command that does not simply arrive.
+/// Fate of a disturbed command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CommandFate {
-    /// It is sent, and the actuator does not hear it.
+    /// It is sent, but the actuator does not receive it.
     Lost,
-    /// It arrives in the tick after, before that tick's own.
+    /// It arrives in the next tick, before that tick's own commands.
     Late,
-    /// The transmitter has no room for it.
+    /// The transmitter is full.
     Refused,
     /// It arrives twice.
     Twice,
@@ -36,9 +36,9 @@ pub enum CommandFate {
 /// Commands that share a fate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Disturbance {
-    /// Those to this actuator; `None`: to all.
+    /// Identifier of the actuator; `None` for all.
     pub id: Option<u16>,
-    /// Those of this kind; `None`: of all kinds.
+    /// Kind of command; `None` for all kinds.
     pub order: Option<Order>,
     /// Their fate.
     pub fate: CommandFate,
@@ -49,17 +49,17 @@ pub struct Disturbance {
 pub struct Bus {
     /// The actuators on it.
     pub actuators: Vec<Actuator>,
-    /// The controller has left the bus: nothing is sent or received.
+    /// True if the controller has left the bus: nothing is sent or received.
     pub off: bool,
-    /// Nobody acknowledges: mailboxes fill and stay full.
+    /// True if no device acknowledges: mailboxes fill and stay full.
     pub stuck: bool,
-    /// Fates of the next replies of an actuator, by identifier; empty: they arrive.
+    /// Fates of the next replies, with the identifier of the actuator. Replies without an entry arrive.
     pub fates: Vec<(u16, Fate)>,
-    /// Actuators that hear nothing and say nothing, by identifier: their cable is broken.
+    /// Identifiers of actuators with a broken cable: they receive and send nothing.
     pub unplugged: Vec<u16>,
-    /// Fate of commands until it is changed.
+    /// Disturbance of commands, until it is changed.
     pub disturbance: Option<Disturbance>,
-    /// Every frame that a controller sent, where they are kept.
+    /// Every frame that a controller sent, if the bus records them.
     pub sent: Vec<Frame>,
     pending: Vec<Frame>,
     arrived: VecDeque<Frame>,
@@ -69,24 +69,24 @@ pub struct Bus {
     keeps_sent: bool,
 }
 
-/// Frames that wait to be sent, at most.
+/// Largest number of frames that wait to be sent.
 pub const MAILBOXES: usize = 3;
 
 impl Bus {
-    /// A bus with these actuators, which keeps what is sent.
+    /// Creates a bus with these actuators that records all sent frames.
     #[must_use]
     pub fn new(actuators: Vec<Actuator>) -> Self {
         Self { actuators, keeps_sent: true, ..Self::default() }
     }
 
-    /// A bus with these actuators, for long runs: it keeps nothing of what is sent.
+    /// Creates a bus with these actuators that records nothing, for long runs.
     #[must_use]
     pub fn forgetful(actuators: Vec<Actuator>) -> Self {
         Self { actuators, ..Self::default() }
     }
 
-    /// Queue a frame; false when no mailbox takes it. As a bxCAN's driver does, one is taken beside others that wait only
-    /// when its identifier is lower than all of theirs.
+    /// Queues a frame; returns false if no mailbox takes it. As in a bxCAN's driver, a frame is accepted while others wait only if its identifier
+    /// is lower than all of theirs.
     pub fn send(&mut self, frame: Frame) -> bool {
         if self.pending.len() >= MAILBOXES || self.pending.iter().any(|waiting| waiting.rank() <= frame.rank()) {
             return false;
@@ -98,22 +98,22 @@ impl Bus {
         true
     }
 
-    /// Abandon the waiting frames.
+    /// Drops the waiting frames.
     pub fn abandon(&mut self) {
         self.pending.clear();
     }
 
-    /// The next frame that has arrived.
+    /// Returns the next frame that has arrived.
     pub fn receive(&mut self) -> Option<Frame> {
         if self.off { None } else { self.arrived.pop_front() }
     }
 
-    /// A frame from someone else.
+    /// Adds a received frame from another device.
     pub fn inject(&mut self, frame: Frame) {
         self.arrived.push_back(frame);
     }
 
-    /// Let time pass: frames go to and fro, and free shafts move.
+    /// Simulates `dt` seconds: exchanges frames and moves free shafts.
     pub fn step(&mut self, dt: f64) {
         self.serve();
         for actuator in &mut self.actuators {
@@ -121,7 +121,7 @@ impl Bus {
         }
     }
 
-    /// Begin a tick with what is late, then [`Bus::exchange`].
+    /// Delivers the delayed frames of the previous tick, then calls [`Bus::exchange`].
     pub fn serve(&mut self) {
         self.arrived.extend(self.later.drain(..));
         for frame in std::mem::take(&mut self.delayed) {
@@ -138,7 +138,7 @@ impl Bus {
         (meant && order.is_none_or(|order| order == electronics.order(frame))).then_some(fate)
     }
 
-    /// Send the waiting frames, lowest identifier first; the actuators answer at once.
+    /// Sends the waiting frames, lowest identifier first; the actuators answer at once.
     pub fn exchange(&mut self) {
         if !self.off && !self.stuck {
             self.pending.sort_by_key(Frame::rank);

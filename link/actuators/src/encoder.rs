@@ -1,4 +1,4 @@
-//! An AS5047P: words of 16 bits with parity, each answered by the word after it.
+//! Model of an AS5047P: words of 16 bits with parity; the reply to each arrives with the next word.
 
 /// Registers.
 const ERRFL: u16 = 0x0001;
@@ -10,20 +10,20 @@ const ANGLECOM: u16 = 0x3fff;
 /// The encoder.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Encoder {
-    /// The angle, counts; only the low 14 bits show.
+    /// The angle, counts; only the low 14 bits are sent.
     pub angle: u32,
-    /// The magnet is too far away.
+    /// True if the magnet is too far away.
     pub magnet_low: bool,
-    /// Flip a bit of a word to the controller, once: how many words pass before, and which bit.
+    /// Flips one bit of one word to the controller: number of words before it, and number of the bit.
     pub flip: Option<(u32, u32)>,
-    /// Every address that was read.
+    /// Addresses that were read, in order.
     pub read: Vec<u16>,
     errors: u16,
     reply: u16,
 }
 
 impl Encoder {
-    /// One word each way. The chip select rises after it.
+    /// Takes one word and returns one. The chip select rises after it.
     pub fn transfer(&mut self, word: u16) -> u16 {
         let mut out = self.reply;
         self.flip = match self.flip {
@@ -41,7 +41,7 @@ impl Encoder {
             self.read.push(address);
             match address {
                 0 => 0,
-                // Reading clears it, the flag with it.
+                // Reading clears the error register and the error flag.
                 ERRFL => std::mem::take(&mut self.errors),
                 DIAAGC => 0x0180 | if self.magnet_low { 0x0800 } else { 0 },
                 MAG => 0x1000,

@@ -49,7 +49,7 @@ impl embedded_can::Frame for Frame {
     }
 
     fn id(&self) -> Id {
-        // An identifier of more bits is on no wire; as the lowest priority it is nobody's.
+        // An identifier with too many bits does not exist on a wire; it becomes the one of lowest priority, which no actuator has.
         if self.extended {
             ExtendedId::new(self.id).unwrap_or(ExtendedId::MAX).into()
         } else {
@@ -73,7 +73,7 @@ pub enum Order {
     Enable,
     /// Switch off.
     Disable,
-    /// Forget an error.
+    /// Clear an error.
     Clear,
     /// Read or write a register or parameter, such as the communication timeout.
     Setting,

@@ -1,16 +1,16 @@
-//! Actuators and sensors at a controller's wires: their commands, their replies, and their failures.
+//! Models of actuators and sensors: commands, replies and failures.
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`mit`] | an actuator that takes MIT-mode frames: its electronics (quantised, limited, with a state of its own), and a free shaft |
-//! | [`bus`] | a CAN bus with such actuators, on which replies get lost, late, doubled |
-//! | [`wire`] | CAN frames bit by bit, stuffing included |
-//! | [`encoder`] | an AS5047P: words with parity, replies one word later, a magnet that can go away |
+//! | [`mit`] | an MIT-mode actuator: its electronics (with quantisation, limits and internal state), and a free shaft |
+//! | [`bus`] | a CAN bus with such actuators, on which frames can be lost, delayed or doubled |
+//! | [`wire`] | CAN frames bit by bit, including stuffing |
+//! | [`encoder`] | an AS5047P: words with parity, replies one word later, a magnet that can be too far away |
 //!
-//! The joint tests put free shafts behind the electronics, the simulated arm its joints.
+//! The tests of `joint-io` connect free shafts to the electronics; the simulated arm connects its joints.
 //!
-//! Written from the documents of the devices, in double precision, and without code of the firmware: a mistake in a
-//! frame's layout shows as a disagreement instead of cancelling.
+//! The models were written from the documents of the devices, in double precision and without code of the firmware. So a mistake in a frame's
+//! layout shows up as a disagreement instead of cancelling.
 #![forbid(unsafe_code)]
 
 pub mod bus;

@@ -1,7 +1,7 @@
-//! An actuator in MIT mode, from its own side of the wire.
+//! Model of an actuator in MIT mode.
 //!
-//! Field layout and special frames after B. Katz, `CAN_com.cpp` of the mini-cheetah motor controller, with its arithmetic:
-//! `float_to_uint` cuts off, `uint_to_float` is `code span / (2^bits - 1) + min`.
+//! Field layout and special frames follow B. Katz, `CAN_com.cpp` of the mini-cheetah motor controller, with its arithmetic: `float_to_uint`
+//! truncates, `uint_to_float` is `code span / (2^bits - 1) + min`.
 
 mod actuator;
 mod frames;
@@ -21,71 +21,71 @@ const TIMEOUT_UNIT: f64 = 50e-6;
 /// Motion of a shaft.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Shaft {
-    /// rad
+    /// Position, rad.
     pub position: f64,
-    /// rad/s
+    /// Velocity, rad/s.
     pub velocity: f64,
 }
 
-/// The part of a position that survives a loss of power.
+/// Part of a position that survives a loss of power.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Memory {
-    /// All of it.
+    /// The whole position.
     Absolute,
-    /// The angle within a turn of this many rad of the shaft: of a motor behind a gear of 6, 2 pi / 6.
+    /// The angle within one turn of this many rad at the shaft; 2 pi / 6 for an encoder on the motor and a gear ratio of 6.
     Turn(f64),
-    /// Nothing: the shaft is at 0 where it starts.
+    /// Nothing: the position after the start is 0.
     Nothing,
 }
 
-/// Electronics of an actuator: frames in and out, and the torque on a shaft that somebody else moves.
+/// Electronics of an actuator: frames in and out, and the torque on a shaft that the caller moves.
 ///
-/// `torque = kp (position - p) + kd (velocity - v) + feed-forward`, held inside `torque_max` either way; none while the drive is off, has
-/// an error, or has heard nothing for `timeout`:
+/// `torque = kp (position - p) + kd (velocity - v) + feed-forward`, limited to `torque_max` in both directions. There is no torque while the
+/// drive is off, has an error, or has received nothing for `timeout`:
 ///
 /// | frames | after `timeout` without a frame while it is on | timeout after a start |
 /// |---|---|---|
-/// | mini-cheetah | no torque until the next command (B. Katz: the command becomes zero) | what it was: it cannot be read or set over the bus |
+/// | mini-cheetah | no torque until the next command (B. Katz: the command becomes zero) | unchanged: it cannot be read or set over the bus |
 /// | Damiao | off, with [`error::SILENCE`] until it is cleared | 0.4 s (i2rt's setting of YAM) |
 /// | RobStride | off | none |
 #[derive(Clone, Debug, PartialEq)]
 pub struct Electronics {
-    /// Its frames.
+    /// Its protocol.
     pub language: Language,
     /// Identifier of its commands.
     pub id: u16,
     /// Identifier of its replies.
     pub reply_id: u16,
-    /// Bytes of its replies.
+    /// Length of its replies, bytes.
     pub reply_bytes: usize,
     /// Ranges of its frames' fields.
     pub ranges: Ranges,
-    /// Its greatest torque, for any command, N m.
+    /// Largest torque, N m, whatever the command.
     pub torque_max: f64,
-    /// Seconds without a frame after which it gives no torque; 0: it never stops.
+    /// Time without a frame after which it gives no torque, s; 0 for no timeout.
     pub timeout: f64,
-    /// The same after a start.
+    /// Value of `timeout` after a start, s.
     pub first_timeout: f64,
-    /// It answers nothing about its settings, and takes none: an older program.
+    /// True if it ignores frames about its settings, as older firmware of a drive does.
     pub has_no_settings: bool,
-    /// The frame that enables it does nothing.
+    /// True if it ignores the frame that enables it.
     pub ignores_enable: bool,
-    /// The part of its position that survives a loss of power.
+    /// Part of its position that survives a loss of power.
     pub memory: Memory,
-    /// Its own error; not zero: it gives no torque.
+    /// Its error code; with an error it gives no torque.
     pub error: u8,
-    /// Its temperature's byte.
+    /// Temperature in its replies, degrees Celsius (a mini-cheetah's byte may have an offset).
     pub temperature: u8,
-    /// Highest temperature's byte; above: [`error::HOT`].
+    /// Highest permitted value of `temperature`; above it, the error is [`error::HOT`].
     pub temperature_max: u8,
     /// Supply voltage, V.
     pub supply: f64,
-    /// Lowest and highest supply voltage, V; beyond: [`error::UNDER_VOLTAGE`], [`error::OVER_VOLTAGE`].
+    /// Lowest and highest permitted supply voltage, V; outside, the error is [`error::UNDER_VOLTAGE`] or [`error::OVER_VOLTAGE`].
     pub supply_range: (f64, f64),
-    /// It has power. Without it the drive hears nothing, says nothing and gives no torque until [`Electronics::restart`].
+    /// True if it has power. Without power it receives and sends nothing and gives no torque until [`Electronics::restart`].
     pub powered: bool,
     enabled: bool,
-    /// A frame has switched it off, and nothing else did before.
+    /// True if a frame switched it off while it gave torque.
     told_off: bool,
     silent_for: f64,
     zero: f64,
@@ -94,7 +94,7 @@ pub struct Electronics {
 }
 
 impl Electronics {
-    /// Electronics that are off.
+    /// Creates electronics that are off.
     #[must_use]
     pub fn new(id: u16, ranges: Ranges) -> Self {
         Self {
@@ -124,7 +124,7 @@ impl Electronics {
         }
     }
 
-    /// The same, with other frames, and with what their makers' drives have: the communication timeout and the memory of the position.
+    /// Sets the protocol, and the communication timeout and memory of the position that drives of this maker have.
     #[must_use]
     pub fn speaking(self, language: Language) -> Self {
         let (timeout, memory) = match language {
@@ -135,7 +135,8 @@ impl Electronics {
         Self { language, timeout, first_timeout: timeout, memory, ..self }
     }
 
-    /// Power comes back: it is off, without an error, with the settings of a start, and knows of its position what its memory holds.
+    /// Simulates the return of power: the drive is off, without an error, with its settings after a start. Of its position it knows what its
+    /// memory holds.
     pub fn restart(&mut self, shaft: &Shaft) {
         (self.enabled, self.error, self.silent_for, self.timeout) = (false, 0, 0.0, self.first_timeout);
         self.told_off = false;
@@ -149,12 +150,12 @@ impl Electronics {
         self.zero = shaft.position - shown;
     }
 
-    /// Switches itself off without a word, as after a fault that it forgets.
+    /// Simulates that the drive switches itself off without reporting an error.
     pub fn trip(&mut self) {
         (self.enabled, self.told_off, self.told) = (false, false, Setpoint::default());
     }
 
-    /// A frame switches it off.
+    /// Handles a frame that switches it off.
     fn exit(&mut self) {
         self.told_off |= self.gives_torque();
         (self.enabled, self.told) = (false, Setpoint::default());
@@ -166,24 +167,24 @@ impl Electronics {
         self.told_off && !self.enabled
     }
 
-    /// Makes the present position the zero, as a frame from somebody else would.
+    /// Makes the present position the zero, as a frame from another device would.
     pub fn set_zero(&mut self, shaft: &Shaft) {
         self.zero = shaft.position;
     }
 
-    /// Position of the shaft at which it shows 0, rad.
+    /// Returns the position of the shaft at which it reports 0, rad.
     #[must_use]
     pub fn zero(&self) -> f64 {
         self.zero
     }
 
-    /// Seconds since the last frame to it.
+    /// Returns the time since it last received a frame, s.
     #[must_use]
     pub fn silent_for(&self) -> f64 {
         self.silent_for
     }
 
-    /// Kind of a frame that it hears.
+    /// Returns the kind of a frame that is for it.
     #[must_use]
     pub fn order(&self, frame: &Frame) -> Order {
         match (self.language, frame.data.as_slice()) {
@@ -205,19 +206,19 @@ impl Electronics {
         }
     }
 
-    /// True if it drives.
+    /// True if it is switched on.
     #[must_use]
     pub fn is_enabled(&self) -> bool {
         self.enabled
     }
 
-    /// Last command to it.
+    /// Returns the last command to it.
     #[must_use]
     pub fn told(&self) -> Setpoint {
         self.told
     }
 
-    /// Torque that it gave last, N m.
+    /// Returns the torque that it gave last, N m.
     #[must_use]
     pub fn torque(&self) -> f64 {
         self.torque
@@ -229,7 +230,7 @@ impl Electronics {
         self.gives_torque() && (self.told.kp != 0.0 || self.told.kd != 0.0)
     }
 
-    /// Time goes by, s: towards the timeout, and the drive looks after itself.
+    /// Simulates `dt` seconds of the electronics: the communication timeout, and the drive's checks of supply and temperature.
     pub fn pass(&mut self, dt: f64) {
         if !self.powered {
             return;
@@ -247,7 +248,7 @@ impl Electronics {
         }
     }
 
-    /// True if no frame has come for longer than the timeout.
+    /// True if no frame has arrived for longer than the timeout.
     fn is_silent(&self) -> bool {
         self.timeout > 0.0 && self.silent_for > self.timeout
     }
@@ -266,7 +267,7 @@ impl Electronics {
         }
     }
 
-    /// Torque on the shaft now, N m: one turn of the drive's own loop.
+    /// Runs one cycle of the drive's own loop and returns the torque on the shaft, N m.
     pub fn drive(&mut self, shaft: &Shaft) -> f64 {
         self.torque = if self.gives_torque() {
             let Setpoint { position, velocity, kp, kd, torque } = self.told;
@@ -278,7 +279,7 @@ impl Electronics {
         self.torque
     }
 
-    /// True if it follows commands: it has power, is on, has no error, and hears somebody.
+    /// True if it follows commands: it has power, is on, has no error, and its timeout has not expired.
     #[must_use]
     pub fn gives_torque(&self) -> bool {
         self.powered && self.enabled && self.error == 0 && !self.is_silent()

@@ -1,7 +1,8 @@
-//! Searches with two and three events, each for a stated time: `cargo run --release -p joint-io --example search -- [NAME] [SECONDS] [PERIODS]`.
+//! Longer explorations, with two and three events: `cargo run --release -p joint-io --example search -- [NAME] [SECONDS] [PERIODS]`.
 //!
-//! They go depth first, so that the states that wait fit into memory. With PERIODS, all events of a path happen within so many periods after its first
-//! one: all paths of that kind are looked at, from every moment of the session on. Exit code 1 if a rule is broken.
+//! Each search ends after SECONDS (600 by default). It is depth first, so that the pending states fit into memory. With PERIODS, all events of a
+//! path happen within this many control periods after its first one, and the first may happen at any moment of the session. Exit code 1 if a rule
+//! is broken.
 
 #[path = "../tests/explore/checker/mod.rs"]
 mod checker;
@@ -16,7 +17,7 @@ use std::process::ExitCode;
 const LINK: Kinds = Kinds { requests: true, host: true, ..Kinds::NONE };
 const BUS: Kinds = Kinds { frames: true, drives: true, ..Kinds::NONE };
 
-/// Name, joints, protocol, safe action, events at most, kinds of events.
+/// Name, number of joints, protocol, safe action, largest number of events, kinds of events.
 const SEARCHES: [(&str, usize, Language, SafeAction, u8, Kinds); 15] = [
     ("two_mini_cheetah_brake", 1, MiniCheetah, Brake, 2, Kinds::ALL),
     ("two_mini_cheetah_damped_stop", 1, MiniCheetah, DampedStop, 2, Kinds::ALL),

@@ -1,31 +1,30 @@
-//! The AS5047P magnetic encoder: 14 bits a turn over SPI (mode 1, words of 16 bits, most significant first).
+//! The AS5047P magnetic encoder: 14 bits per turn over SPI (mode 1, words of 16 bits, most significant first).
 //!
 //! | bit | to the encoder | from it |
 //! |---|---|---|
 //! | 15 | parity: even over the word | the same |
-//! | 14 | 1: read | EF: the word before was in error |
+//! | 14 | 1: read | EF: error in an earlier word |
 //! | 13:0 | address | value |
 //!
-//! The reply to a word comes with the **next** word. A tick sends two: the first asks for the angle and brings the
-//! reply to the last tick's second word (diagnostics, or the error register after an EF); the second asks for
-//! diagnostics and brings the angle, sampled in this tick. (ams AS5047P datasheet v1-11, "SPI transactions", figures 15
-//! to 26.)
+//! The reply to a word arrives with the **next** word. A tick sends two words. The first requests the angle and returns the reply to the last
+//! tick's second word: diagnostics, or the error register after an EF. The second requests diagnostics and returns the angle, sampled in this
+//! tick. (ams AS5047P datasheet v1-11, "SPI transactions", figures 15 to 26.)
 
 use embedded_hal::spi::SpiDevice;
 
-/// Counts a turn.
+/// Counts per turn.
 pub const COUNTS: i32 = 1 << 14;
 
-/// Nothing: only fetches the reply to the word before.
+/// No operation: only fetches the reply to the previous word.
 pub const NOP: u16 = 0x0000;
 /// The error register; reading clears it.
 pub const ERRFL: u16 = 0x0001;
 /// Gain and magnet: bits 11 (field too low), 10 (too high), 9 (CORDIC overflow), 8 (loops ready).
 pub const DIAAGC: u16 = 0x3ffc;
-/// The angle, with the errors of a moving shaft compensated.
+/// The angle, compensated for the dynamic error of a moving shaft.
 pub const ANGLECOM: u16 = 0x3fff;
 
-/// DIAAGC: too little field, too much, or an invalid angle.
+/// DIAAGC: field too low, field too high, or invalid angle.
 const DOUBTS: u16 = 1 << 11 | 1 << 10 | 1 << 9;
 /// DIAAGC: the offset loop has settled.
 const READY: u16 = 1 << 8;
@@ -42,14 +41,14 @@ pub const fn read_word(address: u16) -> u16 {
 /// Contents of a word from the encoder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Word {
-    /// Fourteen bits.
+    /// The value, 14 bits.
     pub value: u16,
-    /// EF: the encoder found an error in a word before, and the error register has not been read since.
+    /// EF: the encoder found an error in an earlier word, and the error register has not been read since.
     pub flagged: bool,
 }
 
 impl Word {
-    /// From the wire; `None` when the parity is odd: then no bit means anything.
+    /// Reads a word from the wire; `None` if the parity is odd, because then no bit can be trusted.
     #[inline]
     #[must_use]
     pub const fn new(word: u16) -> Option<Self> {
@@ -67,35 +66,35 @@ pub struct EncoderCounts {
     pub parity: u32,
     /// Words with the error flag.
     pub flagged: u32,
-    /// Bits of the error register, all that were read so far: 0 framing, 1 invalid command, 2 parity.
+    /// All bits of the error register that were read so far: 0 framing, 1 invalid command, 2 parity.
     pub errors_seen: u16,
-    /// Readings with diagnostics that report a doubtful magnet.
+    /// Diagnostics that made the angle unreliable.
     pub doubted: u32,
-    /// Transfers that the bus refused.
+    /// Failed SPI transfers.
     pub bus: u32,
 }
 
-/// An encoder, behind a device with a chip select that rises between words.
+/// An encoder on an SPI device, which must raise the chip select between words.
 #[derive(Debug)]
 pub struct As5047p<D> {
     device: D,
     /// Register requested by the last word.
     asked: u16,
-    /// A word was flagged, and the error register has not been asked for since.
+    /// True if a word was flagged and the error register has not been requested since.
     flagged: bool,
     doubtful: bool,
     counts: EncoderCounts,
 }
 
 impl<D: SpiDevice> As5047p<D> {
-    /// An encoder that has not been asked anything. Its first diagnostics come with the second tick; until then its angles
-    /// are doubtful.
+    /// Creates an encoder to which nothing has been sent. Its first diagnostics arrive in the second tick; until then its angles count as
+    /// unreliable.
     pub const fn new(device: D) -> Self {
         let counts = EncoderCounts { parity: 0, flagged: 0, errors_seen: 0, doubted: 0, bus: 0 };
         Self { device, asked: NOP, flagged: false, doubtful: true, counts }
     }
 
-    /// The angle now, counts from 0 to 16383; `None` when the wire or the encoder is in error.
+    /// Reads the present angle, counts from 0 to 16383; `None` if the wire or the encoder has an error.
     pub fn angle(&mut self) -> Option<u16> {
         let last = self.asked;
         if let Some(word) = self.ask(ANGLECOM) {
@@ -108,25 +107,24 @@ impl<D: SpiDevice> As5047p<D> {
                 _ => {}
             }
         }
-        // After a flag, the error register: reading it is what clears the flag.
+        // After a flag the error register is read, because only that clears the flag.
         let second = if core::mem::take(&mut self.flagged) { ERRFL } else { DIAAGC };
         let asked_for_angle = self.asked == ANGLECOM;
         let word = self.ask(second)?;
         (asked_for_angle && !word.flagged).then_some(word.value)
     }
 
-    /// True if the last diagnostics make the angle doubtful.
+    /// True if the last diagnostics make the angle unreliable.
     pub const fn is_doubtful(&self) -> bool {
         self.doubtful
     }
 
-    /// Errors so far.
+    /// Returns the errors so far.
     pub const fn counts(&self) -> EncoderCounts {
         self.counts
     }
 
-    /// Send the word that reads a register; the return value is the reply to the word before. `None`: the bus refused,
-    /// or the parity is odd.
+    /// Sends the word that reads a register and returns the reply to the previous word; `None` if the transfer failed or the parity is odd.
     fn ask(&mut self, address: u16) -> Option<Word> {
         let mut bytes = read_word(address).to_be_bytes();
         if self.device.transfer_in_place(&mut bytes).is_err() {
@@ -148,13 +146,13 @@ impl<D: SpiDevice> As5047p<D> {
     }
 }
 
-/// Turns counted from single-turn angles.
+/// Multi-turn position from single-turn angles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Turns {
     /// Counts since `zero`, turns included; `None` before the first angle, and after a turn was lost.
     position: Option<i32>,
     lost: bool,
-    /// Counts of the last step, and how many ticks it spans.
+    /// Counts per tick over the last step.
     step: i32,
     jump_max: i32,
     age_ticks: u32,
@@ -162,18 +160,18 @@ pub struct Turns {
 }
 
 impl Turns {
-    /// Turns of a shaft that moves `jump_max` counts in a tick, at most.
+    /// Creates a counter for a shaft that moves at most `jump_max` counts per tick.
     #[must_use]
     pub fn new(jump_max: u16) -> Self {
         let jump_max = i32::from(jump_max).min(COUNTS / 2 - 1);
         Self { position: None, lost: false, step: 0, jump_max, age_ticks: 0, jumps: 0 }
     }
 
-    /// Take this tick's angle, counts from `zero` upwards, modulo a turn; `None` without a valid angle.
+    /// Takes this tick's angle, counts above `zero`, modulo a turn; `None` without a valid angle.
     ///
-    /// The first one is taken as within half a turn of zero. From then on the step is the shortest way. It is accepted
-    /// up to `jump_max` for each tick since the last angle; a longer step counts as no angle. After so many ticks that
-    /// the shaft can have moved half a turn, the turn is lost, and stays so until [`Turns::new`].
+    /// The first angle is taken as within half a turn of zero. After that each step is the shortest rotation to the new angle. It is accepted up
+    /// to `jump_max` for each tick since the last angle; a longer step counts as no angle. If there is no angle for so long that the shaft may
+    /// have moved half a turn, the turn is lost, and stays lost until [`Turns::new`].
     pub fn update(&mut self, angle: Option<u16>) {
         self.age_ticks = self.age_ticks.saturating_add(1);
         let Some(position) = self.position else {
@@ -182,7 +180,7 @@ impl Turns {
             }
             return;
         };
-        // No overflow: the count of ticks is bounded here before it is multiplied.
+        // The count of ticks is bounded first, so that the product cannot overflow.
         let ticks = self.age_ticks.min(COUNTS as u32) as i32;
         let reach = self.jump_max * ticks;
         if reach >= COUNTS / 2 {
@@ -203,19 +201,19 @@ impl Turns {
         }
     }
 
-    /// Counts since zero, turns included; 0 where the position is unknown.
+    /// Returns the counts since zero, turns included; 0 if the position is unknown.
     #[must_use]
     pub fn position(&self) -> i32 {
         self.position.unwrap_or(0)
     }
 
-    /// Counts a tick, over the last step.
+    /// Returns the speed over the last step, counts per tick.
     #[must_use]
     pub const fn speed(&self) -> i32 {
         self.step
     }
 
-    /// Ticks since the last accepted angle; `u32::MAX` while the position is unknown.
+    /// Returns the ticks since the last accepted angle; `u32::MAX` while the position is unknown.
     #[must_use]
     pub fn age_ticks(&self) -> u32 {
         if self.position.is_some() { self.age_ticks } else { u32::MAX }
@@ -227,16 +225,16 @@ impl Turns {
         self.lost
     }
 
-    /// Angles that were further than the shaft can move; wraps.
+    /// Returns the number of angles that were further away than the shaft can move; wraps.
     #[must_use]
     pub const fn jumps(&self) -> u32 {
         self.jumps
     }
 }
 
-/// The shortest way: counts from -8192 to 8191.
+/// Shortest rotation that equals `counts` modulo a turn: -8192 to 8191 counts.
 #[inline]
 fn shortest(counts: i32) -> i32 {
-    // Fourteen bits to the top of a word of 32, and back with their sign.
+    // Sign extension of 14 bits.
     (counts << 18) >> 18
 }

@@ -7,45 +7,46 @@
 //! bus:                                                             | commands and replies ............ |  tick k+1
 //! ```
 //!
-//! A reply answers the command of the tick before: an actuator measures when a command arrives, and everything is in
-//! before the next tick begins ([`crate::bus_time`] computes the highest rate). On each bus the command with the
-//! **highest** identifier is queued first: a bxCAN takes a frame into a free mailbox beside pending ones only when the
-//! new one has the lower identifier, so in this order three commands fill three mailboxes without waiting. Where a bus has
-//! more actuators than its controller has room for, [`crate::queued`] stands between them.
+//! A reply answers the command of the previous tick: an actuator measures when a command arrives, and all replies have arrived before the next
+//! tick begins ([`crate::bus_time`] computes the highest rate). On each bus the command with the **highest** identifier is queued first. The
+//! reason is the bxCAN: while frames are pending, it takes another one only if its identifier is lower. In this order three commands fill three
+//! mailboxes without waiting. If a bus has more actuators than its controller has mailboxes, [`crate::queued`] adds queues.
 //!
 //! Effect of the replies:
 //!
 //! | reply | what happens |
 //! |---|---|
-//! | from an actuator with an outstanding reply | taken; its joint's measurement is fresh |
-//! | two in one tick, after a tick without | the first is counted as late, the second taken |
-//! | none | counted as missing; the joint's measurement is a tick older, and at fault after [`MISSING_MAX`](crate::MISSING_MAX) of them |
+//! | from an actuator with an outstanding reply | accepted; its joint's measurement is fresh |
+//! | two in one tick, after a tick without | both are accepted; one is counted as late |
+//! | none | counted as missing; the measurement ages by a tick; a fault after more than [`MISSING_MAX`](crate::MISSING_MAX) ticks |
 //! | from one without an outstanding reply | counted as a duplicate and ignored |
-//! | of an unknown identifier, of another length, remote | counted for the bus and ignored |
-//! | about a setting that was not asked for | counted for the bus and ignored |
+//! | with an unknown identifier or another length, or remote | counted for the bus and ignored |
+//! | about a setting that was not requested | counted for the bus and ignored |
 //!
 //! ## On
 //!
-//! A drive is on when it has **shown** it ([`Readings::on`](session::readings::Readings::on)), not when it was told to be. [`JointIo::enable`](crate::JointIo::enable) repeats the frame that enables it
-//! until then:
+//! A drive counts as on ([`Readings::on`](session::readings::Readings::on)) when its replies have **confirmed** it, not when it was commanded on.
+//! [`JointIo::enable`](crate::JointIo::enable) repeats the frame that enables it until then:
 //!
-//! | the kind's replies | shown by |
+//! | the kind's replies | confirmed by |
 //! |---|---|
-//! | carry the drive's state (`reports_state` of its [facts](dynamics_core::drive::DriveFacts)) | replies of two ticks after the frame whose state is on |
-//! | carry none | a reply to the frame, then a reply whose torque follows a probe of a fiftieth of the frame's range |
+//! | carry the drive's state (`reports_state` of its [facts](dynamics_core::drive::DriveFacts)) | replies with state "on" in two ticks |
+//! | carry no state | a reply to the frame, then a reply with the torque of a probe, a fiftieth of the frame's range |
 //!
-//! Two ticks, because a reply that comes a tick late answers the frame before. The brakes open only if every drive is on, has replied in this
-//! tick, and gives the torque that it was told. Every safe action, a
-//! bus that is off and a silence in which the drive may have restarted ([`MitDrive::restart_ticks`]) forget it, and so does a reply that shows the drive off, in its own tick. A drive
-//! that has shown that it is on, also while it damps, and then shows that it is off, without an error and without having been commanded off, has restarted. A drive
-//! of any kind no longer counts as on when its torque was less than half of what it was told to give, in more than [`WEAK_MAX`]
-//! replies that follow each other ([`JointFaults::TORQUE`](session::readings::JointFaults::TORQUE)); below a fiftieth of the frame's range nothing is seen.
+//! Two ticks are needed because a reply that arrives a tick late answers the previous frame. The brakes open only if every drive is on, has
+//! replied in this tick, and gives the commanded torque.
 //!
-//! Before a drive is enabled, its own communication timeout is read and set where the protocol has one. It is a fault of the joint if the drive
-//! does not confirm it in [`TIMEOUT_TRIES`] frames.
+//! A drive no longer counts as on after a safe action, if the bus is off, after a silence in which it may have restarted
+//! ([`MitDrive::restart_ticks`]), and from the tick in which a reply shows it off. A drive that has shown that it is on (also while it damps) and
+//! then shows that it is off, without an error and without having been commanded off, has restarted. A drive of any kind also no longer counts as
+//! on if its torque was less than half of the commanded torque in more than [`WEAK_MAX`] consecutive replies
+//! ([`JointFaults::TORQUE`](session::readings::JointFaults::TORQUE)). Commanded torques below a fiftieth of the frame's range are not checked.
 //!
-//! A frame carries no number, so an actuator that always answers one tick late looks punctual after its first miss,
-//! which is counted. Its delay is bounded by the bus: its reply must come before its next one.
+//! Before a drive is enabled, its own communication timeout is read and set, if the protocol has one. If the drive does not confirm it within
+//! [`TIMEOUT_TRIES`] frames, the joint is at fault.
+//!
+//! Frames are not numbered, so an actuator that always answers one tick late looks punctual after its first missing reply, which is counted. The
+//! bus bounds its delay: its reply must arrive before its next one.
 
 mod bus;
 mod joint;
@@ -65,7 +66,7 @@ use joint::CanJoint;
 
 pub use limits::{BUSES, BusCounts, JointCounts, TIMEOUT_TRIES, WEAK_MAX};
 
-/// The joints behind up to three buses, whose drives understand the frames `F`. A bus that is not there is [`NoBus`](crate::can_bus::NoBus).
+/// The joints on up to three buses, with drives that use the frames `F`. [`NoBus`](crate::can_bus::NoBus) stands for a bus that does not exist.
 #[derive(Clone)]
 pub struct CanJoints<F, A, B, C, P, const N: usize> {
     frames: PhantomData<F>,
@@ -74,20 +75,20 @@ pub struct CanJoints<F, A, B, C, P, const N: usize> {
     third: C,
     brake: P,
     drives: [MitDrive; N],
-    /// Joints in the order in which they are sent to: highest identifier first.
+    /// Joints in the order in which their commands are queued: highest identifier first.
     order: [u8; N],
     joints: [CanJoint; N],
     buses: [BusCounts; BUSES],
     brake_failed: bool,
-    /// The last command to the brakes was to open.
+    /// True if the last command to the brakes was to open.
     released: bool,
-    /// Ticks in which errors are still to be cleared.
+    /// Number of ticks in which errors are still to be cleared.
     clearing: u8,
-    /// The joint that is looked at first when a drive's setting is to be read or written.
+    /// The joint with which the search for a drive's setting to read or write begins.
     next_setting: usize,
 }
 
-/// Prints the fields in which two drivers of one build may differ, without constants.
+/// Shows the fields in which two drivers of one build may differ, without constants.
 impl<F, A: Debug, B: Debug, C: Debug, P: Debug, const N: usize> Debug for CanJoints<F, A, B, C, P, N> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let Self {
@@ -121,7 +122,7 @@ impl<F, A: Debug, B: Debug, C: Debug, P: Debug, const N: usize> Debug for CanJoi
 }
 
 impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> CanJoints<F, A, B, C, P, N> {
-    /// Actuators without any command so far. `brake` is a line that is high to open the brakes; it is driven low here.
+    /// Creates a driver that has not sent any command. `brake` is the line that opens the brakes when high; it is driven low here.
     pub fn new((first, second, third): (A, B, C), brake: P, drives: [MitDrive; N]) -> Self {
         let mut joints = Self {
             frames: PhantomData,
@@ -142,22 +143,22 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> C
         joints
     }
 
-    /// The buses, for a simulation at their other end.
+    /// Returns the buses, for a simulation at their other end.
     pub fn buses(&mut self) -> (&mut A, &mut B, &mut C) {
         (&mut self.first, &mut self.second, &mut self.third)
     }
 
-    /// The line to the brakes.
+    /// Returns the line to the brakes.
     pub fn brake(&self) -> &P {
         &self.brake
     }
 
-    /// Errors of each joint's frames.
+    /// Returns the error counts of each joint's frames.
     pub fn joint_counts(&self) -> [JointCounts; N] {
         self.joints.map(|joint| joint.counts)
     }
 
-    /// Errors of each bus.
+    /// Returns the error counts of each bus.
     pub fn bus_counts(&self) -> [BusCounts; BUSES] {
         self.buses
     }
@@ -170,18 +171,18 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> C
         (self.brake_failed, self.released) = (self.brake.set_high().is_err(), true);
     }
 
-    /// The drives' own error codes, as their last replies have them; 0 without an error. [`Frames::error_text`] has their text.
+    /// Returns the drives' error codes from their last replies; 0 without an error. [`Frames::error_text`] returns their text.
     pub fn drive_errors(&self) -> [u8; N] {
         self.joints.map(|joint| joint.error)
     }
 
-    /// The drives' own communication timeouts, as they answered, in units of [`dynamics_core::drive::TIMEOUT_UNIT_US`]; 0 where a drive has none,
-    /// `None` where it is not known.
+    /// Returns the communication timeouts that the drives reported, in units of [`dynamics_core::drive::TIMEOUT_UNIT_US`]; 0 if a drive has no
+    /// timeout, `None` if it has not reported one.
     pub fn timeouts(&self) -> [Option<u32>; N] {
         self.joints.map(|joint| joint.timeout.value)
     }
 
-    /// True if every drive has shown that it is on.
+    /// True if every drive has confirmed that it is on.
     fn all_on(&self) -> bool {
         self.joints.iter().all(|joint| joint.on)
     }

@@ -1,31 +1,32 @@
-//! A CAN bus as the schedule of commands needs it.
+//! Interface to a CAN bus for the schedule of commands.
 
 use embedded_can::nb::Can;
 use embedded_can::{ErrorKind, Frame, Id};
 
-/// Functions of a bus that the schedule needs, beside sending and receiving.
+/// Functions of a bus that the schedule needs in addition to sending and receiving.
 pub trait CanBus: Can {
-    /// True if the controller has left the bus after too many errors. Bringing it back is the board's work (a bxCAN does it
-    /// by itself once told to).
+    /// True if the controller has left the bus after too many errors. The board must bring it back; a bxCAN can be configured to return without
+    /// the processor.
     fn is_off(&mut self) -> bool;
 
-    /// Abandon all unsent frames: a torque of the tick before must not go out after this tick's.
+    /// Drops all unsent frames: a torque of the previous tick must not be sent after this tick's.
     fn abandon(&mut self);
 
-    /// The controller's interrupt. Nothing to do where it holds all frames of a tick.
+    /// Handles the controller's interrupt. Does nothing for a controller that holds all frames of a tick.
     fn interrupt(&mut self) {}
 
-    /// Identifier of the next frame that was taken by [`Can::transmit`] and will never be sent. At most [`crate::queued::OUT`] of them wait.
+    /// Returns the identifier of the next frame that [`Can::transmit`] accepted and that will never be sent. At most [`crate::queued::OUT`] of
+    /// them wait.
     fn dropped(&mut self) -> Option<Id> {
         None
     }
 }
 
-/// A bus that a board does not have: it takes no frame, and none comes.
+/// Stands for a bus that a board does not have: no frame can be sent, and none is received.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct NoBus;
 
-/// A frame that cannot be.
+/// The frame type of [`NoBus`]; it has no values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoFrame {}
 

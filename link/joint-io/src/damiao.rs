@@ -1,15 +1,15 @@
-//! Frames of Damiao's motors (DM4310, DM4340 and kin; "DM-J4310-2EC reduction motor manual", MIT mode).
+//! Frames of Damiao's motors (DM4310, DM4340 and similar; "DM-J4310-2EC reduction motor manual", MIT mode).
 //!
-//! Commands are the mini-cheetah's ([`crate::mit`]), with one more special frame, which clears an error. A reply has eight bytes:
+//! Commands are those of the mini-cheetah ([`crate::mit`]), with an additional special frame that clears an error. A reply has eight bytes:
 //!
 //! | field | bits |
 //! |---|---|
 //! | state: 0 off, 1 on, from 8 an error | 4 |
-//! | the motor's identifier, its low half | 4 |
+//! | low half of the motor's identifier | 4 |
 //! | position, velocity, torque | 16, 12, 12 |
 //! | temperature of the transistors, of the winding, degrees Celsius | 8, 8 |
 //!
-//! Settings are registers. A request has the identifier 0x7FF; its answer has that of the replies, and differs from a reply in its bytes:
+//! Settings are registers. A request has the identifier 0x7FF. Its answer has the identifier of the replies and differs from a reply in its data:
 //!
 //! | byte | request | answer |
 //! |---|---|---|
@@ -18,31 +18,31 @@
 //! | 3 | the register | the same |
 //! | 4 to 7 | a write's value, low byte first | the value |
 //!
-//! As a reply an answer would be that of a motor at 0.02, 0.03 or 0.06 rad above the low end of a range of 12.5 rad: no joint may be there, so
-//! a frame of this form is never taken as a reply. Register 9 is the communication timeout in units of 50 us, 0 for none; a motor that hears
-//! nothing for so long leaves the enabled state with error 0xD. (Registers: i2rt, `set_timeout.py`, whose 8000 are 400 ms, the maker's setting
-//! for YAM; almond-bot/axol, `motor/config.py`: "the register counts 50 us ticks".)
+//! Read as a reply, such an answer would report a position 0.02, 0.03 or 0.06 rad above the low end of a range of 12.5 rad. No joint may be
+//! there, so a frame of this form is never taken as a reply. Register 9 is the communication timeout in units of 50 us, 0 for none. A motor that
+//! receives nothing for this time leaves the enabled state with error 0xD. (Sources for the registers: i2rt, `set_timeout.py`, with 8000 for
+//! 400 ms, the maker's setting for YAM; almond-bot/axol, `motor/config.py`: "the register counts 50 us ticks".)
 
 use crate::frames::{Frames, Packet, Setting, to};
 use crate::mit::{Reply, Setpoint};
 use dynamics_core::drive::{Damiao, MiniCheetah, MitDrive};
 use embedded_can::{Id, StandardId};
 
-/// Forget the error.
+/// Special frame that clears the error.
 pub const CLEAR: [u8; 8] = [0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xfb];
 
-/// State of a motor that is off, and of one that is on. Every other one is an error, also where the manual has no name for it.
+/// States of a motor that is off and of one that is on. Every other state is an error, also if the manual does not name it.
 const OFF: u8 = 0;
 const ON: u8 = 1;
 
-/// Identifier of requests about registers; bytes that say what to do; the register of the communication timeout.
+/// Identifier of requests about registers, codes of the operations, and the register of the communication timeout.
 const REGISTERS: StandardId = StandardId::MAX;
 const READ: u8 = 0x33;
 const WRITE: u8 = 0x55;
 const STORE: u8 = 0xaa;
 const TIMEOUT: u8 = 9;
 
-/// A request about the communication timeout.
+/// Request to read or write the communication timeout.
 fn timeout(drive: &MitDrive, what: u8, value: u32) -> Packet {
     let [a, b, c, d] = value.to_le_bytes();
     Packet { id: REGISTERS.into(), data: [drive.id, 0, what, TIMEOUT, a, b, c, d] }

@@ -1,21 +1,21 @@
-//! Ways of reaching the joints, without a chip in them: the board runs them before its wires, the desk before simulated
-//! drives, and the tests before models of the devices on the wire.
+//! Drivers of the joints that depend on no chip. The board uses them with its CAN controllers and pins, the desk with simulated drives, and the
+//! tests with models of the devices on the wire.
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`frames`] | commands and replies of an actuator on CAN, whatever its maker |
-//! | [`mit`] | commands and replies of MIT-mode actuators, packed |
+//! | [`frames`] | interface to the commands and replies of an actuator on CAN, for any maker |
+//! | [`mit`] | packing of commands and replies of MIT-mode actuators |
 //! | [`mini_cheetah`], [`damiao`], [`robstride`] | the frames of three kinds of actuators |
-//! | [`bus_time`] | how long frames take on a CAN bus, and how fast a schedule can be; the core's |
-//! | [`can_bus`] | a CAN bus, as a schedule of commands needs it |
-//! | [`can`] | actuators on up to three CAN buses: the schedule of commands, and the checks on replies |
-//! | [`queued`] | queues beside a controller that holds fewer frames than a tick has |
-//! | [`as5047p`] | the magnetic encoder: its words, its errors, its turns |
-//! | [`run_tick`] | the order of a tick: measurement, session, outputs, and only then whether it was late |
-//! | [`pwm`] | torque to duty cycle, H-bridges, and the encoders beside them |
+//! | [`bus_time`] | time that frames need on a CAN bus, and the highest rate of a schedule; re-exported from `dynamics-core` |
+//! | [`can_bus`] | interface to a CAN bus for the schedule of commands |
+//! | [`can`] | actuators on up to three CAN buses: the schedule of commands, and the checks of replies |
+//! | [`queued`] | queues for a CAN controller that holds fewer frames than a tick has |
+//! | [`as5047p`] | the AS5047P magnetic encoder: words, errors, count of turns |
+//! | [`run_tick`] | the order of a tick: measurement, session, outputs, and then the check for an overrun |
+//! | [`pwm`] | torque to duty cycle: H-bridges with encoders |
 //!
-//! Every function here is total: input from a wire becomes a value, a count or a fault bit of a joint, never a panic,
-//! and no loop waits for hardware without a bound.
+//! Every function here is total: input from a wire becomes a value, a count or a fault bit of a joint, and never causes a panic. No loop waits
+//! for hardware without a bound.
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -40,50 +40,51 @@ use dynamics_core::safety::SafeAction;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use session::readings::Readings;
 
-/// Ticks without a measurement after which a joint is at fault ([`session::readings::JointFaults::MISSING`]).
+/// Largest age of a joint's measurement, ticks. A joint with an older one is at fault ([`session::readings::JointFaults::MISSING`]).
 ///
-/// The joint's measurement is one tick older each time. The controller's own limit (`age_max` of the scene) comes first
-/// where it is lower.
+/// The measurement ages by one tick in each tick without a new one. If the controller's own limit (`age_max` of the scene) is lower, that acts
+/// first.
 pub const MISSING_MAX: u32 = 3;
 
-/// The joints, as the tick sees them: once a tick [`JointIo::measure`], then [`JointIo::drive`] or [`JointIo::safe`].
+/// Interface between the tick and the joints. Each tick calls [`JointIo::measure`] once, and then one of [`JointIo::drive`], [`JointIo::safe`],
+/// [`JointIo::enable`] and [`JointIo::preload`].
 pub trait JointIo<const N: usize> {
-    /// Readings of the joints; `None` where measurements come over the link.
+    /// Returns the readings of the joints; `None` if measurements arrive over the link.
     fn measure(&mut self) -> Option<Readings<N>>;
 
-    /// Highest temperature that the drives report, degrees Celsius; `None` where none does.
+    /// Returns the highest temperature that the drives report, degrees Celsius; `None` if none reports one.
     fn temperature(&self) -> Option<f32> {
         None
     }
 
-    /// Enables every drive, with engaged brakes and without torque. Called in every tick until all drives have shown that they are on
-    /// ([`Readings::on`]). A drive that is on gives no torque; where `action` is a damped stop it damps.
+    /// Enables every drive, with engaged brakes and without torque. Called in every tick until all drives have confirmed that they are on
+    /// ([`Readings::on`]). A drive that is on gives no torque; if `action` is a damped stop, it damps.
     fn enable(&mut self, action: SafeAction);
 
-    /// Engages the brakes, and gives these torques or forces, N m or N, with `springs` as [`JointIo::drive`] does: the arm's weight is carried
-    /// before the brakes open, and until they have engaged. Called on open brakes too.
+    /// Engages the brakes and applies these torques or forces, N m or N, with `springs` as in [`JointIo::drive`]. The drives thus carry the arm
+    /// before the brakes open, and until they have engaged. Also called while the brakes are open.
     fn preload(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>);
 
-    /// Drives these torques or forces, N m or N. The brakes are open only if every drive has shown that it is on. A drive that has not is
-    /// enabled, as by [`JointIo::enable`], and gives no torque until then.
+    /// Applies these torques or forces, N m or N. The brakes open only if every drive has confirmed that it is on. A drive that has not is
+    /// enabled as by [`JointIo::enable`], and gives no torque until then.
     ///
-    /// A drive with a loop of its own takes `springs` as well, about the measurement that the torques follow from; any other
-    /// leaves them out.
+    /// A drive with its own position loop also applies `springs`, centred on the measurement that the torques were computed from. Other drives
+    /// ignore them.
     fn drive(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>);
 
-    /// Stops, in one tick and from any state. Called in every tick that does not drive; where the wire asks for it, it also
-    /// asks for the next measurement. No drive counts as on after it.
+    /// Performs the safe action, in one tick and from any state. Called in every tick that does not drive. On a bus on which drives only answer,
+    /// it also requests the next measurement. No drive counts as on afterwards.
     fn safe(&mut self, action: SafeAction);
 
-    /// Clears latched errors of the drives in the next calls of [`JointIo::safe`]. An error that is still there comes back; the readings show it
-    /// as long as it does. Nothing to do where drives latch none.
+    /// Makes the next calls of [`JointIo::safe`] clear latched errors of the drives. If the cause persists, the drive reports the error again. Does
+    /// nothing if the drives latch no errors.
     fn clear(&mut self) {}
 
-    /// The interrupt of a controller between two ticks, at the tick's own priority: a frame has come, or one is sent.
+    /// Handles the interrupt of a CAN controller between two ticks, at the tick's priority: a frame has arrived or has been sent.
     fn interrupt(&mut self) {}
 }
 
-/// The higher of two temperatures; NaN where one is NaN, which no bound lets pass.
+/// Returns the higher of two temperatures, or NaN if one is NaN. NaN is outside any bound.
 #[must_use]
 pub fn higher(a: Option<f32>, b: Option<f32>) -> Option<f32> {
     match (a, b) {

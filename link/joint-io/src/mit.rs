@@ -1,4 +1,4 @@
-//! Commands to MIT-mode actuators and their replies, packed as the mini-cheetah's motor controller does.
+//! Commands to MIT-mode actuators and their replies, in the packing of the mini-cheetah's motor controller.
 //!
 //! A command is eight bytes, a reply six or more, all fields unsigned, most significant bits first:
 //!
@@ -10,12 +10,13 @@
 //! | kd | 12 | | torque | 12 |
 //! | feed-forward torque | 12 | | temperature, error (some drives) | 8, 8 |
 //!
-//! Code 0 is the low end of a field's range and the highest code its high end; half a step ([`Range::step`]) is the error
-//! of a value that was packed. With an even number of codes over a symmetric range **no code is zero**: "no torque" is
-//! half a step, 0.0044 N m on a range of 18 N m either way. `kp` and `kd` begin at 0, which is code 0 exactly.
+//! Code 0 is the low end of a field's range and the highest code its high end. Packing causes an error of up to half a step ([`Range::step`]).
+//! With an even number of codes over a symmetric range **no code is zero**: "no torque" is half a step, 0.0044 N m for a range of +-18 N m. The
+//! ranges of `kp` and `kd` begin at 0, which is exactly code 0.
 //!
-//! The actuator gives `kp (position - p) + kd (velocity - v) + torque`. We drive with `kp = kd = 0`: the torque is the
-//! controller's; a damped stop is `kd` alone. Under the law `split` the spring and the damper are the actuator's. (B. Katz, `CAN_com.cpp` of the mini-cheetah motor controller.)
+//! The actuator gives `kp (position - p) + kd (velocity - v) + torque`. Most control laws use `kp = kd = 0`, so that the controller alone
+//! determines the torque; a damped stop uses only `kd`. With the control law `split` the actuator provides spring and damper. (B. Katz,
+//! `CAN_com.cpp` of the mini-cheetah motor controller.)
 
 use dynamics_core::drive::{MitDrive, MitRanges, Range};
 
@@ -24,14 +25,14 @@ pub const POSITION_BITS: u32 = 16;
 /// Bits of every other field.
 pub const FIELD_BITS: u32 = 12;
 
-/// Motor mode on.
+/// Special frame that switches motor mode on.
 pub const ENTER: [u8; 8] = [0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xfc];
-/// Motor mode off.
+/// Special frame that switches motor mode off.
 pub const EXIT: [u8; 8] = [0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xfd];
-/// Make the present position the zero.
+/// Special frame that makes the present position the zero.
 pub const ZERO: [u8; 8] = [0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xfe];
 
-/// Command to an actuator, in its own units.
+/// Command to an actuator, at the actuator's shaft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setpoint {
     /// Position, rad.
@@ -47,24 +48,23 @@ pub struct Setpoint {
 }
 
 impl Setpoint {
-    /// This torque and nothing else, N m.
+    /// Creates a setpoint with this torque only, N m.
     #[inline]
     #[must_use]
     pub const fn torque(torque: f32) -> Self {
         Self { position: 0.0, velocity: 0.0, kp: 0.0, kd: 0.0, torque }
     }
 
-    /// A damper, N m s/rad.
+    /// Creates a setpoint with this damping only, N m s/rad.
     #[inline]
     #[must_use]
     pub const fn damped(kd: f32) -> Self {
         Self { position: 0.0, velocity: 0.0, kp: 0.0, kd, torque: 0.0 }
     }
 
-    /// As a frame's data; values beyond their range take its end. `None` when one is NaN: that never goes on a wire.
+    /// Packs the setpoint into a frame's data; values beyond their range are clamped. `None` if one is NaN, which is never sent.
     ///
-    /// No combination of fields is one of the special frames as long as `kp` is below its highest code: the special
-    /// frames have all bits of `kp` set.
+    /// The result cannot equal a special frame as long as `kp` is below its highest code: special frames have all bits of `kp` set.
     #[inline]
     #[must_use]
     pub fn pack(&self, ranges: &MitRanges) -> Option<[u8; 8]> {
@@ -86,7 +86,7 @@ impl Setpoint {
     }
 }
 
-/// Reply of an actuator, in its own units.
+/// Reply of an actuator, at the actuator's shaft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reply {
     /// Position, rad.
@@ -95,18 +95,18 @@ pub struct Reply {
     pub velocity: f32,
     /// Torque, N m.
     pub torque: f32,
-    /// The position is at an end of its range, so the true one may lie beyond.
+    /// True if the position is at an end of its range: the true position may be beyond it.
     pub saturated: bool,
-    /// Temperature, degrees Celsius, where the reply has one.
+    /// Temperature, degrees Celsius, if the reply has one.
     pub temperature: Option<f32>,
-    /// The drive's own error code; 0 without an error, or where the reply has no such byte.
+    /// The drive's error code; 0 without an error, or if the reply has no such byte.
     pub error: u8,
-    /// The drive says that it is switched off; false where a reply does not tell.
+    /// True if the drive reports that it is switched off; false if the reply carries no state.
     pub off: bool,
 }
 
 impl Reply {
-    /// From a reply's data; `None` when its length is not that of this drive's replies, or when it is another drive's.
+    /// Reads a reply's data; `None` if its length is not that of this drive's replies, or if it is from another drive.
     #[inline]
     #[must_use]
     pub fn unpack(data: &[u8], drive: &MitDrive) -> Option<Self> {
@@ -124,7 +124,7 @@ impl Reply {
         })
     }
 
-    /// A reply that says position, velocity and torque, and nothing else.
+    /// Creates a reply with position, velocity and torque only.
     #[inline]
     pub(crate) fn of_state([p_high, p_low, v, vt, t]: [u8; 5], ranges: &MitRanges) -> Self {
         let position = u16::from_be_bytes([p_high, p_low]);

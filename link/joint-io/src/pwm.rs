@@ -1,15 +1,15 @@
-//! H-bridges that take a duty cycle, and magnetic encoders beside them.
+//! Joints with H-bridges, which are driven by a duty cycle, and magnetic encoders.
 //!
 //! ```text
 //! tau_m = tau / ratio                        torque of the motor                [N m]
-//! i     = tau_m / k                          held at the greatest current       [A]
+//! i     = tau_m / k                          limited to the largest current     [A]
 //! u     = R i + k w                          resistance and back-EMF            [V]
-//! duty  = |u| / supply                       held at 1; the sign is a pin's
+//! duty  = |u| / supply                       limited to 1; a pin sets the sign
 //! ```
 //!
 //! with the torque constant `k`, the resistance `R` and the motor's speed `w` from the last step of the encoder.
-//! Inductance is left out: its time constant is far below a tick. Without a current sensor the current is estimated
-//! from the last duty, `(duty supply - k w) / R`.
+//! Inductance is neglected: its time constant is far below a tick. Without a current sensor the current is estimated from the last duty,
+//! `(duty supply - k w) / R`.
 
 use crate::as5047p::{As5047p, EncoderCounts, Turns};
 use crate::{JointIo, MISSING_MAX};
@@ -21,9 +21,9 @@ use embedded_hal::pwm::SetDutyCycle;
 use embedded_hal::spi::SpiDevice;
 use session::readings::{JointFaults, Readings};
 
-/// Measures the current of a motor, A, positive as the joint's positive torque makes it; `None` when it cannot.
+/// Sensor of a motor's current.
 pub trait CurrentSensor {
-    /// The current now.
+    /// Returns the present current, A, positive for positive torque of the joint; `None` if it cannot be measured.
     fn current(&mut self) -> Option<f32>;
 }
 
@@ -40,11 +40,11 @@ impl CurrentSensor for NoSensor {
 /// Duty and current of a motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drive {
-    /// Voltage over supply, from -1 to 1.
+    /// Voltage as a share of the supply voltage, from -1 to 1.
     pub duty: f32,
-    /// The current that it drives at the speed it was worked out for, A.
+    /// Current that the duty drives at the speed it was computed for, A.
     pub current: f32,
-    /// The torque needs more current or more voltage than the limits allow.
+    /// True if the torque needs more current or more voltage than the limits allow.
     pub saturated: bool,
 }
 
@@ -52,8 +52,8 @@ impl Drive {
     /// No voltage.
     pub const NONE: Self = Self { duty: 0.0, current: 0.0, saturated: false };
 
-    /// Duty and current for a torque or force of the joint, N m or N, while the motor turns at `speed` rad/s; `None`
-    /// when they are not finite.
+    /// Computes duty and current for a torque or force of the joint, N m or N, while the motor turns at `speed`, rad/s. `None` if they are not
+    /// finite.
     #[inline]
     #[must_use]
     pub fn torque(torque: f32, speed: f32, drive: &PwmDrive) -> Option<Self> {
@@ -70,7 +70,7 @@ impl Drive {
     }
 }
 
-/// `f32::clamp` panics on invalid bounds; this does not, and NaN stays NaN.
+/// Clamping to `-max..=max`. Unlike `f32::clamp` it does not panic on invalid bounds; NaN stays NaN.
 trait ClampTo {
     fn clamp_to(self, max: f32) -> f32;
 }
@@ -88,7 +88,7 @@ impl ClampTo for f32 {
     }
 }
 
-/// A duty from 0 to 1 as steps of `max`; outside this range the nearest end, and 0 for NaN.
+/// Converts a duty from 0 to 1 into steps from 0 to `max`. A duty outside this range is clamped; NaN gives 0.
 #[inline]
 #[must_use]
 pub fn duty_steps(duty: f32, max: u16) -> u16 {
@@ -98,11 +98,11 @@ pub fn duty_steps(duty: f32, max: u16) -> u16 {
 /// The pins and devices of one joint.
 #[derive(Debug)]
 pub struct Channel<W, D, E, S, C = NoSensor> {
-    /// Duty cycle of the bridge.
+    /// PWM output that sets the duty cycle of the bridge.
     pub pwm: W,
-    /// High for a voltage that moves the motor forwards.
+    /// Direction pin: high for a voltage that moves the motor forwards.
     pub direction: D,
-    /// High while the bridge drives.
+    /// Enable pin: high while the bridge drives.
     pub enable: E,
     /// The encoder.
     pub encoder: S,
@@ -124,7 +124,7 @@ struct PwmJoint<W, D, E, S, C> {
     refused: u32,
 }
 
-/// The joints behind H-bridges.
+/// The joints with H-bridges.
 #[derive(Debug)]
 pub struct PwmJoints<W, D, E, S, C, P, const N: usize> {
     joints: [PwmJoint<W, D, E, S, C>; N],
@@ -142,12 +142,12 @@ where
     C: CurrentSensor,
     P: OutputPin,
 {
-    /// Joints at rest: no duty, bridges off, brakes engaged. `channels` stand in the order of the joints.
+    /// Creates the driver, with no duty, bridges off and brakes engaged. `channels` are in the order of the joints.
     pub fn new(channels: [Channel<W, D, E, S, C>; N], brake: P, drives: [PwmDrive; N]) -> Self {
         let mut jumps = drives.iter().map(|drive| drive.jump_max);
         let joints = channels.map(|Channel { pwm, direction, enable, encoder, sensor }| {
             let mut encoder = As5047p::new(encoder);
-            // Asks for diagnostics, so that the first tick has them.
+            // Requests diagnostics, so that the first tick receives them.
             encoder.angle();
             PwmJoint {
                 pwm,
@@ -167,22 +167,22 @@ where
         joints
     }
 
-    /// Errors of each encoder, and the number of its angles that were further than the joint can move.
+    /// Returns the errors of each encoder, and the number of its angles that were further away than the joint can move.
     pub fn encoder_counts(&self) -> [(EncoderCounts, u32); N] {
         core::array::from_fn(|i| self.joints.get(i).map(|j| (j.encoder.counts(), j.turns.jumps())).unwrap_or_default())
     }
 
-    /// Torques per joint that were NaN or infinite, and were not driven; wraps.
+    /// Returns the number of torques per joint that were NaN or infinite and were not applied; wraps.
     pub fn refused(&self) -> [u32; N] {
         core::array::from_fn(|i| self.joints.get(i).map_or(0, |joint| joint.refused))
     }
 
-    /// Last duty and current, per joint.
+    /// Returns the last duty and current of each joint.
     pub fn given(&self) -> [Drive; N] {
         core::array::from_fn(|i| self.joints.get(i).map_or(Drive::NONE, |joint| joint.given))
     }
 
-    /// Torques or forces, N m or N; the brake is left as it is.
+    /// Applies torques or forces, N m or N; does not change the brake.
     fn give(&mut self, torque: &[f32; N]) {
         for ((joint, drive), &torque) in self.joints.iter_mut().zip(&self.drives).zip(torque) {
             joint.torque(torque, drive);
@@ -199,7 +199,7 @@ impl<W: SetDutyCycle, D: OutputPin, E: OutputPin, S: SpiDevice, C: CurrentSensor
         self.turns.update(counts);
     }
 
-    /// The motor's speed, rad/s, forwards as its positive torque turns it.
+    /// Speed of the motor, rad/s, positive in the direction of its positive torque.
     fn speed(&self, drive: &PwmDrive) -> f32 {
         self.turns.speed() as f32 * drive.speed_per_count
     }
@@ -212,7 +212,7 @@ impl<W: SetDutyCycle, D: OutputPin, E: OutputPin, S: SpiDevice, C: CurrentSensor
         self.check(|joint| joint.enable.set_high().is_ok());
     }
 
-    /// Duty and direction; no voltage while the direction changes, so that the bridge is never driven both ways.
+    /// Sets duty and direction. The duty is zero while the direction changes, so that no voltage acts in the wrong direction.
     fn give(&mut self, drive: Drive) {
         self.given = drive;
         let forwards = drive.duty >= 0.0;
@@ -228,7 +228,7 @@ impl<W: SetDutyCycle, D: OutputPin, E: OutputPin, S: SpiDevice, C: CurrentSensor
         self.check(|joint| joint.pwm.set_duty_cycle(steps).is_ok());
     }
 
-    /// No voltage; a bridge that stays on shorts the motor, which damps it, and one that is off lets it coast.
+    /// Sets the duty to zero. A bridge that stays on shorts the motor, which damps it; a bridge that is off lets it coast.
     fn stop(&mut self, bridge_off: bool) {
         self.faults = JointFaults::NONE;
         self.given = Drive::NONE;
@@ -288,14 +288,14 @@ where
     }
 
     fn preload(&mut self, torque: &[f32; N], _: Option<&[Spring<f32>; N]>) {
-        // Before the torque: they need time to engage.
+        // Before the torque is set, because the brakes need time to engage.
         self.brake_failed = self.brake.set_low().is_err();
         self.give(torque);
     }
 
     fn drive(&mut self, torque: &[f32; N], _: Option<&[Spring<f32>; N]>) {
         self.give(torque);
-        // The motors hold before the brakes release.
+        // After the torque is set, so that the motors hold before the brakes release.
         self.brake_failed = self.brake.set_high().is_err();
     }
 

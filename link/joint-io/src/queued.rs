@@ -1,54 +1,54 @@
-//! Queues beside a controller that holds fewer frames than a tick has.
+//! Queues for a CAN controller that holds fewer frames than a tick has.
 //!
-//! The FDCAN of an STM32G4 has room for three frames to send and three that have come; six actuators on one bus make six of each in a tick.
-//! [`Queued`] keeps the others. The controller's interrupt moves them on: when a frame is sent the next one takes its room, and one that has
-//! come makes room for the next. It may be held up for the time of three replies: 130 us at least, with FD frames at 5 Mbit/s.
+//! The FDCAN of an STM32G4 holds three frames to send and three received ones; six actuators on one bus need six of each in a tick. [`Queued`]
+//! holds the others. The controller's interrupt moves them: when a frame has been sent, the next one is passed to the controller, and a received
+//! frame is fetched to free its buffer. The interrupt may be delayed by the time of three replies: at least 130 us, with FD frames at 5 Mbit/s.
 //!
-//! | call | queue out | queue in |
+//! | call | transmit queue | receive queue |
 //! |---|---|---|
-//! | `transmit` | behind what waits; refused when six wait | |
-//! | `interrupt` | to the controller, as far as it has room | all that has come |
-//! | `receive` | | the first, after all that has come since; an error before it |
-//! | `abandon` | emptied, with the controller's own | |
-//! | `dropped` | identifiers of frames that were taken and not sent: refused or pushed out by the controller, or abandoned in the queue | |
+//! | `transmit` | appends the frame; refuses it if six wait | |
+//! | `interrupt` | passes frames to the controller until it is full | fetches all received frames |
+//! | `receive` | | fetches all received frames, then returns an error if there was one, otherwise the first frame |
+//! | `abandon` | empties the queue and the controller's buffers | |
+//! | `dropped` | returns identifiers of frames that were accepted and not sent: refused or displaced by the controller, or dropped from the queue | |
 
 use crate::can_bus::CanBus;
 use embedded_can::nb::Can;
 use embedded_can::{Frame as _, Id};
 use heapless::Deque;
 
-/// Frames that wait to be sent, at most: those of a tick, while the controller still gives up those of the tick before.
+/// Capacity for frames to be sent: those of a tick, because the controller may still hold those of the previous tick.
 pub const OUT: usize = 6;
 
-/// Frames that wait to be read, at most: the replies of a tick and two strangers, beside what the controller holds.
+/// Capacity for received frames, in addition to the controller's own: the replies of a tick and two foreign frames.
 pub const IN: usize = 8;
 
-/// A controller with queues.
+/// A CAN controller with additional queues.
 #[derive(Clone, Debug)]
 pub struct Queued<B: CanBus> {
     bus: B,
     out: Deque<B::Frame, OUT>,
     received: Deque<B::Frame, IN>,
-    /// Of the errors since the last reception the last one.
+    /// The last error since the last reception.
     error: Option<B::Error>,
-    /// Identifiers of frames that were taken and are not sent.
+    /// Identifiers of frames that were accepted and will not be sent.
     dropped: Deque<Id, OUT>,
 }
 
 impl<B: CanBus> Queued<B> {
-    /// Empty queues.
+    /// Creates empty queues for a controller.
     pub const fn new(bus: B) -> Self {
         Self { bus, out: Deque::new(), received: Deque::new(), error: None, dropped: Deque::new() }
     }
 
-    /// The controller.
+    /// Returns the controller.
     pub const fn bus(&mut self) -> &mut B {
         &mut self.bus
     }
 
-    /// Give the controller frames until it has no room. One that it refuses, or pushes out for another, is dropped.
+    /// Passes frames to the controller until it is full. A frame that it refuses, or displaces for another one, is dropped.
     fn hand_on(&mut self) {
-        // Each turn takes a frame away, and nothing puts one in meanwhile.
+        // The loop ends: each pass removes a frame, and none is added meanwhile.
         while let Some(frame) = self.out.front() {
             match self.bus.transmit(frame) {
                 Err(nb::Error::WouldBlock) => return,
@@ -65,9 +65,9 @@ impl<B: CanBus> Queued<B> {
         }
     }
 
-    /// Take what has come. What finds no room stays in the controller.
+    /// Fetches received frames until the queue is full; the others stay in the controller.
     fn take_in(&mut self) {
-        // Errors take no room, so the turns are counted.
+        // Errors do not fill the queue, so the number of passes is limited.
         for _ in 0..IN {
             if self.received.is_full() {
                 return;

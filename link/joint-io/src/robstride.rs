@@ -7,18 +7,18 @@
 //! | command | 1 | torque | motor | position, velocity, kp, kd: 16 bits each |
 //! | reply | 2 | state (23, 22), errors (21 to 16), motor (15 to 8) | host | position, velocity, torque, 0.1 degrees Celsius |
 //! | on | 3 | host | motor | zero |
-//! | off | 4 | host | motor | first byte 1: forget the errors |
+//! | off | 4 | host | motor | first byte 1: clear the errors |
 //! | read a parameter | 17 | host | motor | index in two bytes, low byte first |
-//! | its answer | 17 | 0, or 1 where it failed (23 to 16); motor (15 to 8) | host | index, 0, 0, value in four bytes, low byte first |
-//! | write a parameter | 18 | host | motor | as that answer; a reply answers it |
+//! | its answer | 17 | 0, or 1 if it failed (23 to 16); motor (15 to 8) | host | index, 0, 0, value in four bytes, low byte first |
+//! | write a parameter | 18 | host | motor | as that answer; the motor sends a reply |
 //!
 //! State 0 is off, 1 calibrating, 2 on.
 //!
-//! Parameter 0x7028 is the communication timeout in units of 50 us ("20000 = 1 s"), 0 for none, which is the maker's setting; a motor that
-//! hears nothing for so long goes off. A written value is lost with the power.
+//! Parameter 0x7028 is the communication timeout in units of 50 us ("20000 = 1 s"). 0 means none and is the maker's setting. A motor that
+//! receives nothing for this time switches off. A written value is lost at power-off.
 //!
-//! The answer to a request for the version has a reply's identifier and begins with 00 C4 56: as a reply, a position 0.08 rad above the low end
-//! of the range. No joint may be there, so it is never taken as a reply.
+//! The answer to a request for the version has the identifier of a reply and begins with 00 C4 56. Read as a reply, it would report a position
+//! 0.08 rad above the low end of the range. No joint may be there, so it is never taken as a reply.
 
 use crate::frames::{Frames, Packet, Setting};
 use crate::mit::{Reply, Setpoint};
@@ -51,7 +51,7 @@ fn to(kind: u32, middle: u16, drive: &MitDrive, data: [u8; 8]) -> Packet {
     Packet { id: ExtendedId::new(id).unwrap_or(ExtendedId::MAX).into(), data }
 }
 
-/// Errors of an identifier's bits 21 to 16.
+/// Errors in bits 21 to 16 of an identifier.
 fn errors(id: u32) -> u8 {
     (id >> 16 & 0x3f) as u8
 }
@@ -132,7 +132,7 @@ impl Frames for RobStride {
         })
     }
 
-    /// The most urgent of several.
+    /// Text of the error in the lowest bit, if there are several.
     fn error_text(error: u8) -> &'static str {
         match error {
             0 => "no error",

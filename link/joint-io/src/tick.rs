@@ -9,11 +9,11 @@ use session::{Buffers, Drives, Session};
 
 /// Runs one tick of a board: measurement, session, outputs. Returns true if the tick ended in time.
 ///
-/// `is_due` tells that the next tick is due already. It is asked twice:
-/// - after the session, before the outputs: a tick that is late then does the safe action, because its torque is old;
-/// - after the last output, wherever the time went: the next tick reports the overrun, and is the safe action.
+/// `is_due` returns true if the next tick is due already. It is called twice:
+/// - after the session and before the outputs: if the tick is late then, it performs the safe action, because its torque is old;
+/// - after the last output: if the tick is late then, for whatever reason, the next tick reports the overrun and performs the safe action.
 ///
-/// Actions that need a tick in time, such as feeding a watchdog, come after it.
+/// Do actions that require a tick in time, such as feeding a watchdog, only if this returns true.
 #[inline]
 pub fn run_tick<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>, M: Counter>(
     session: &mut Session<N, A, B>,

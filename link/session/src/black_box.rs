@@ -1,6 +1,6 @@
-//! Inputs and outputs of the last ticks: telemetry of this one, and a memory of those around a fault.
+//! Inputs and outputs of the last ticks: telemetry of the current tick, and a record of the ticks around a fault.
 //!
-//! A tick only copies its inputs and its output here. Frames are made of them below the priority of the tick.
+//! A tick only writes its inputs and output here. Frames are made from them later, at a lower priority than the tick's.
 
 use crate::supervisor::silence;
 use dynamics_core::safety::{Actuation, HoldCause, Inputs, Output, SafeAction, State};
@@ -8,29 +8,29 @@ use heapless::Vec;
 use link::convert::joints;
 use link::{Denial, DriveFaultReport, ExtraFields, Frame, Parts, SensedLines, StateCode, Status, TickCost};
 
-/// Ticks that are remembered.
+/// Number of ticks that are remembered.
 pub const TICKS: usize = 39;
 
-/// Ticks remembered after a tick with a fault; the others are the ticks before it.
+/// Number of ticks remembered after a tick with a fault; the others are the ticks before it.
 pub const TICKS_AFTER: u8 = 8;
 
-/// A tick.
+/// Record of a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Record<const N: usize> {
-    /// Its number.
+    /// Number of the tick.
     pub tick: u32,
-    /// Frames that had been taken before it, modulo 65,536.
+    /// Number of frames received before it, including lost ones, modulo 65,536.
     pub taken: u16,
-    /// Inputs of the machine.
+    /// Inputs of the safety state machine.
     pub inputs: Inputs<f32, N>,
-    /// Outputs of the machine.
+    /// Outputs of the safety state machine.
     pub output: Output<f32, N>,
-    /// Its cost.
+    /// Cost of the tick, if it can be counted exactly.
     pub cost: Option<TickCost>,
 }
 
 impl<const N: usize> Record<N> {
-    /// No tick.
+    /// The record of no tick.
     const NONE: Self = Self {
         tick: 0,
         taken: 0,
@@ -44,13 +44,13 @@ impl<const N: usize> Record<N> {
         cost: None,
     };
 
-    /// An idle machine before its first tick, whose drives do the safe action.
+    /// Record of an idle machine before its first tick; the drives perform the safe action.
     pub(crate) const fn safe(action: SafeAction) -> Self {
         let Self { output, .. } = Self::NONE;
         Self { output: Output { actuation: Actuation::Safe(action), ..output }, ..Self::NONE }
     }
 
-    /// Status frame with these parts, and what stands beside the record.
+    /// Creates the status frame with these parts; `beside` holds the fields that are not recorded.
     #[must_use]
     pub fn status(&self, parts: Parts, beside: &LiveContext<N>) -> Status {
         let Output { actuation, state, homed, refused } = &self.output;
@@ -84,7 +84,7 @@ impl<const N: usize> Record<N> {
     }
 }
 
-/// Reason for the machine's state: the number of the fault or of the cause to hold, and the joint that caused it.
+/// Reason for the machine's state: the code of the fault or of the cause of holding, and the joint that caused it.
 fn cause(state: State) -> (u8, Option<u8>) {
     match state {
         State::Fault(fault) => (fault.code(), fault.joint()),
@@ -125,38 +125,38 @@ fn sensed<const N: usize>(inputs: &Inputs<f32, N>) -> SensedLines {
     }
 }
 
-/// Parts of a status that are of now, and of no record.
+/// Status fields that are sampled when the status is sent, and are not recorded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LiveContext<const N: usize> {
-    /// The black box holds a fault.
+    /// True if the black box keeps a fault.
     pub kept: bool,
-    /// Points that the trajectory has room for.
+    /// Number of points that the trajectory buffer can still take.
     pub room: u8,
     /// Report of the first joint with a fault.
     pub drive_fault: Option<DriveFaultReport>,
-    /// Torque from outside on each joint, N m or N, where it is asked for and estimated.
+    /// External torque or force on each joint, N m or N, if it is requested and estimated.
     pub external: Option<[f32; N]>,
 }
 
 impl<const N: usize> LiveContext<N> {
-    /// Nothing.
+    /// All fields empty.
     pub(crate) const NONE: Self = Self { kept: false, room: 0, drive_fault: None, external: None };
 }
 
-/// Report of ticks. Made under the lock of the tick by copying; [`Report::frame`] does the rest.
+/// A report to be sent. Copied from the session while the tick is locked out; [`Report::frame`] then makes the frame without the lock.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "made and taken apart at once, where there is nothing to allocate from")]
 pub enum Report<const N: usize> {
-    /// The answer of a bench tick.
+    /// A frame that is ready to be sent: the answer of a bench tick, a verdict, or the answer to a change.
     Answer(Frame),
-    /// A tick, these parts of it, and what stands beside its record.
+    /// A tick, the parts of it to send, and the fields that are not recorded.
     Tick(Record<N>, Parts, LiveContext<N>),
-    /// A tick of the black box; `None` behind the last.
+    /// A tick of the black box; `None` after the last.
     Past(Option<Record<N>>),
 }
 
 impl<const N: usize> Report<N> {
-    /// Frame of this report. A function of its own on a chip: what it moves is off the stack when the frame is packed.
+    /// Creates the frame of this report. Not inlined, so that its temporaries have left the stack when the frame is packed.
     #[must_use]
     #[inline(never)]
     pub fn frame(self) -> Frame {
@@ -168,45 +168,45 @@ impl<const N: usize> Report<N> {
     }
 }
 
-/// A ring of the last ticks. It stops a few ticks after a fault, and holds these until the host has read and released them: by
-/// [`link::Request::Release`], or by clearing the fault after a complete reading. A hello changes nothing about it.
+/// A ring buffer of the last ticks. It stops a few ticks after a fault and keeps the ticks around it until the host has read and released them:
+/// by [`link::Request::Release`], or by clearing the fault after a complete reading. A hello does not release them.
 #[derive(Clone, Debug)]
 pub struct BlackBox<const N: usize> {
-    /// One place more than the remembered ticks: the current tick is written there while the others are frozen.
+    /// One entry more than the remembered ticks: the current tick is written there while the others are frozen.
     ring: Vec<Record<N>, { TICKS + 1 }>,
-    /// Place of the current tick.
+    /// Index of the current tick.
     now: usize,
     /// Number of records, the current one included.
     length: usize,
-    /// Ticks still to be remembered after a fault; `None` where no fault is held.
+    /// Number of ticks still to be remembered after a fault; `None` if no fault is kept.
     left: Option<u8>,
-    /// All of a held fault has been read.
+    /// True if all ticks around a kept fault have been read.
     read: bool,
-    /// A reading has begun after the ring had stopped.
+    /// True if a reading has begun after the ring stopped.
     reads: bool,
-    /// The fault in force has been released already.
+    /// True if the fault in force has been released already.
     known: bool,
 }
 
 impl<const N: usize> BlackBox<N> {
-    /// Empty.
+    /// Creates an empty black box.
     #[must_use]
     pub const fn new() -> Self {
         Self { ring: Vec::new(), now: 0, length: 0, left: None, read: false, reads: false, known: false }
     }
 
-    /// Fill the ring with ticks that never were, once, at the start: no tick does it then.
+    /// Fills the ring with empty records. Call it once at the start, so that no tick has to.
     pub fn prepare(&mut self) {
         while self.ring.push(Record::NONE).is_ok() {}
     }
 
-    /// A new session: forget everything, but for a fault that is held, or will be: that of the last tick, which the next would have found,
-    /// and one that the next tick raises though it comes from before, which is `pending`.
+    /// Starts a new session. Deletes everything, unless a fault is kept or is about to be. That is a fault of the last tick, which the next tick
+    /// would have found, or a fault from before that the next tick will raise (`pending`).
     pub fn restart(&mut self, pending: bool) {
         self.reads = false;
         let failed = self.length > 0 && !self.known && matches!(self.now().output.state, State::Fault(_));
         match &mut self.left {
-            // The last tick before the hello stays; one more is written after it.
+            // The last tick before the hello is kept; one more is written after it.
             Some(left) => *left = (*left).min(2),
             None if failed => self.left = Some(2),
             None if pending => {}
@@ -215,19 +215,19 @@ impl<const N: usize> BlackBox<N> {
         self.known = false;
     }
 
-    /// True if a fault is held: no new ticks are remembered until [`BlackBox::release`].
+    /// True if a fault is kept: after [`TICKS_AFTER`] more ticks, none is remembered until [`BlackBox::release`].
     #[must_use]
     pub fn keeps(&self) -> bool {
         self.left.is_some()
     }
 
-    /// True if all of a held fault has been read.
+    /// True if all ticks around a kept fault have been read.
     #[must_use]
     pub fn is_read(&self) -> bool {
         self.read
     }
 
-    /// Go on recording. Returns false, and changes nothing, if a fault is held that has not been read completely.
+    /// Resumes recording. Returns false and changes nothing if a fault is kept that has not been read completely.
     pub fn release(&mut self) -> bool {
         if self.keeps() && !self.read {
             return false;
@@ -237,7 +237,7 @@ impl<const N: usize> BlackBox<N> {
         true
     }
 
-    /// Note that the tick at this place has been read, or that there are no more.
+    /// Records that the tick at index `place` has been read, or, with `end`, that there are no more.
     pub fn read(&mut self, place: usize, end: bool) {
         if place == 0 {
             self.reads = self.left == Some(0);
@@ -245,7 +245,7 @@ impl<const N: usize> BlackBox<N> {
         self.read |= self.reads && end;
     }
 
-    /// The current tick; call [`BlackBox::begin`] first.
+    /// Returns the current tick. Call [`BlackBox::begin`] first.
     #[inline]
     #[must_use]
     pub fn now(&self) -> &Record<N> {
@@ -255,12 +255,12 @@ impl<const N: usize> BlackBox<N> {
         }
     }
 
-    /// Room for the current tick, behind one that ended in this state; `None` before [`BlackBox::prepare`]. The one before is remembered,
-    /// unless the ring is frozen.
+    /// Returns the record to write the current tick to; `None` before [`BlackBox::prepare`]. `before` is the state in which the previous tick
+    /// ended. The previous tick is remembered, unless the ring is frozen.
     #[inline]
     pub fn begin(&mut self, before: State) -> Option<&mut Record<N>> {
         let fails = matches!(before, State::Fault(_));
-        // In nearly every tick there is no fault to remember.
+        // In nearly every tick there is no fault to keep.
         let still = if fails || self.known || self.left.is_some() { self.holds(fails) } else { false };
         if !still {
             self.now = if self.length > 0 && self.now < TICKS { self.now + 1 } else { 0 };
@@ -269,7 +269,7 @@ impl<const N: usize> BlackBox<N> {
         self.ring.get_mut(self.now)
     }
 
-    /// Counts the ticks after a fault. True if the ring is frozen. `fails`: the tick before ended in a fault.
+    /// Counts the ticks after a fault. Returns true if the ring is frozen. `fails`: the previous tick ended in a fault.
     #[cold]
     #[inline(never)]
     fn holds(&mut self, fails: bool) -> bool {
@@ -289,7 +289,7 @@ impl<const N: usize> BlackBox<N> {
         still
     }
 
-    /// The remembered tick at this place, the oldest at 0, without the current one; `None` behind the last.
+    /// Returns the remembered tick at index `place`; the oldest is 0. The current tick does not count. `None` after the last.
     #[must_use]
     pub fn get(&self, place: usize) -> Option<&Record<N>> {
         let remembered = self.length.checked_sub(1)?;

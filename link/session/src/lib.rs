@@ -1,15 +1,15 @@
-//! From frames to ticks to frames, without hardware: the shared code of board and desk between the link, the
-//! controller, and the safety state machine around it. The firmware runs it on the microcontroller; a dry run, a replay
-//! and a campaign run it on the desk, to the same bits.
+//! The session: turns received frames into ticks, and ticks into frames to send. It connects the link with the controller and the safety state
+//! machine, and needs no hardware. Board and desk share this code: the firmware runs it on the microcontroller; dry runs, replays and campaigns
+//! run it on the desk and give the same bits.
 //!
 //! | module | holds |
 //! |---|---|
-//! | the root | [`Session`]: received frames in, ticks and answers out, on the bench or under supervision |
-//! | [`supervisor`] | the safety state machine around the controller, its inputs, and the trajectory |
+//! | the root | [`Session`]: received frames in, ticks and answers out, in a bench mode or under supervision |
+//! | [`supervisor`] | the safety state machine around the controller, and its inputs |
 //! | [`trajectory`] | the reference motion, buffered ahead of time |
 //! | [`black_box`] | inputs and outputs of the last ticks |
 //! | [`readings`] | measurements, lines and faults from a board |
-//! | [`parameters`] | parameters that can be read back at run time, and those that can be changed |
+//! | [`parameters`] | parameters that can be read at run time, and those that can be changed |
 //! | [`meter`] | cost of a tick, counted exactly or not at all |
 //!
 //! ```text
@@ -22,18 +22,17 @@
 //!       hello for another robot
 //! ```
 //!
-//! A hello starts afresh: the controller is reset, reference, trajectory and measurement are forgotten, every
-//! live input is zero, ticks are counted from 1, and the safety state machine idles, not homed. There is one exception. While
-//! the arm of a live session is driven, the hello that the session has begun with continues it: the arm stays as it is, and only the
-//! host is forgotten. Any other hello is refused then.
+//! A hello restarts everything: the controller is reset; reference, trajectory and measurement are deleted; every live input is zero; ticks are
+//! counted from 1; and the safety state machine is idle and not homed. There is one exception, for a live session with a driven arm: a hello
+//! equal to the one that began the session continues it. The arm is not affected, and only the state of the previous host is deleted. Any other
+//! hello is refused then.
 //!
-//! On the bench the controller stands alone and no drive is driven; its faults stay until the next hello. Supervised,
-//! [`supervisor::Supervisor`] decides in every tick on the action of the drives.
+//! In a bench mode the controller runs without the safety state machine and no drive is driven; its faults stay until the next hello. Under
+//! supervision, [`supervisor::Supervisor`] decides in every tick on the action of the drives.
 //!
-//! Live inputs and parameters come between ticks and hold from the next one on. Where torque acts they hold from the
-//! one after: the next tick computes its torque twice, with the old and with the new, and refuses the change where a
-//! joint's torque would change by more than it may in a tick ([`JUMP`] of its limit where no rate is given). Live
-//! inputs are answered only when they are refused.
+//! Live inputs and parameters arrive between ticks and are valid from the next tick on. While torque acts, they are valid one tick later: the
+//! next tick computes its torque twice, with the old and the new values. It refuses the change if the torque of a joint would change by more
+//! than its limit for one tick ([`JUMP`] times the torque limit if no rate is given). Live inputs are answered only if they are refused.
 #![no_std]
 #![forbid(unsafe_code)]
 

@@ -4,30 +4,30 @@ use link::Cost;
 
 /// A free-running counter of work.
 pub trait Counter {
-    /// The count now; wraps.
+    /// Returns the current count, which wraps around.
     fn now(&self) -> u32;
 
-    /// A count with its unit.
+    /// Adds the unit to a count.
     fn cost(count: u32) -> Cost;
 
-    /// A fixed piece of work, always the same instructions, for [`Meter::new`] to try the counter on.
+    /// Does a fixed piece of work with always the same instructions. [`Meter::new`] tests the counter with it.
     fn exercise(&self);
 }
 
-/// Measures a piece of work with a counter that has proved to be exact.
+/// Measures the cost of work with a counter that was tested to be exact.
 #[derive(Clone, Copy, Debug)]
 pub struct Meter<C> {
     counter: C,
-    /// The count that an empty measurement shows; `None` when the counter is unreliable.
+    /// Count of an empty measurement; `None` if the counter is unreliable.
     overhead: Option<u32>,
 }
 
 impl<C: Counter> Meter<C> {
-    /// Try the counter: it must advance over a fixed piece of work, and by the same amount each time.
+    /// Tests the counter: it must advance over a fixed piece of work, and by the same amount each time.
     ///
-    /// A counter that stands still (the emulator's cycle counter) or that follows the host's clock (its timers, when
-    /// instructions are not counted) is detected here, and reports nothing from then on. The first two runs warm the
-    /// caches and are not compared.
+    /// This detects a counter that does not advance (the emulator's cycle counter), and one that follows the host's clock (the emulator's timers,
+    /// if it does not count instructions). With such a counter the meter reports no costs. The first two runs warm the caches and are not
+    /// compared.
     pub fn new(counter: C) -> Self {
         let runs: [u32; 6] = core::array::from_fn(|_| trial(&counter));
         let start = counter.now();
@@ -42,7 +42,7 @@ impl<C: Counter> Meter<C> {
         self.overhead.is_some()
     }
 
-    /// Do the work, and return its cost.
+    /// Does the work and returns its result and cost; the cost is `None` if the counter is unreliable.
     #[inline]
     pub fn measure<R>(&self, work: impl FnOnce() -> R) -> (R, Option<Cost>) {
         let start = self.counter.now();
@@ -52,7 +52,7 @@ impl<C: Counter> Meter<C> {
     }
 }
 
-/// Out of line, so that every run is the same instructions: unrolled, they differ by a move or two.
+/// Measures one exercise. Not inlined, so that every run has the same instructions: unrolled copies differ by a move or two.
 #[inline(never)]
 fn trial<C: Counter>(counter: &C) -> u32 {
     let start = counter.now();
@@ -65,7 +65,7 @@ mod tests {
     use super::{Cost, Counter, Meter};
     use core::cell::Cell;
 
-    /// Each look counts 1, each exercise the next number of `steps`.
+    /// A counter that advances by 1 at each reading and by the next number of `steps` at each exercise.
     struct Scripted<'a>(&'a Cell<u32>, &'a [u32], &'a Cell<usize>);
 
     impl Counter for Scripted<'_> {

@@ -1,4 +1,4 @@
-//! Parameters that can be read back at run time, and those of them that can be changed.
+//! Parameters that can be read at run time, and those of them that can be changed.
 //!
 //! A parameter's number is 16 times its joint (counted from 0) plus one of these:
 //!
@@ -9,18 +9,18 @@
 //! | 2 | compensated viscous friction | N m s/rad, N s/m | 0 to 2 |
 //! | 3 | compensated Coulomb friction | N m, N | 0 to 2 |
 //! | 4 | torque limit | N m, N | fixed |
-//! | 5 | greatest change of torque in a tick | N m, N | fixed |
+//! | 5 | largest change of torque in a tick | N m, N | fixed |
 //! | 6 | velocity limit | rad/s, m/s | fixed |
 //! | 7, 8 | lower and upper position limit | rad, m | fixed |
 //! | 9 | position per encoder count | rad, m | fixed |
-//! | 10, [`HEAT`] | heat of the motor, 1 at its continuous limit ([`dynamics_core::safety::heat`]); NaN where it is unknown | | read only |
+//! | 10, [`HEAT`] | heat of the motor, 1 at its continuous limit ([`dynamics_core::safety::heat`]); NaN if it is unknown | | read only |
 //!
-//! and for the whole arm, from 96 on: payload mass (kg), its first moment (kg m, x y z), its inertia about the last
-//! link's origin (kg m^2: xx yy zz xy xz yz), gravity (m/s^2, x y z). These are live inputs and are set together, by a
-//! frame of their own: the payload must be possible, and no heavier and no larger than the rules allow
-//! ([`InertiaBounds`]); gravity of at most [`GRAVITY_MAX`]. Behind them, [`LAW`]: the control law, as [`ControlLaw::code`].
+//! Parameters of the whole arm have numbers from 96 on: payload mass (kg), its first moment (kg m, x y z), its inertia about the last link's
+//! origin (kg m^2: xx yy zz xy xz yz) and gravity (m/s^2, x y z). These are live inputs; a separate frame sets them together. The payload must
+//! be physically possible and within the rules' bounds on mass and size ([`InertiaBounds`]); gravity may be at most [`GRAVITY_MAX`]. The next
+//! number is [`LAW`]: the control law, as [`ControlLaw::code`].
 //!
-//! The first four and the law can be changed where the scene says `tunable = true` under `[control]`: only then are they in RAM.
+//! The first four and the control law can be changed if the scene has `tunable = true` under `[control]`: only then are they in RAM.
 
 use dynamics_core::InertiaBounds;
 use dynamics_core::control::{ControlLaw, ControllerConfig, SpringOwner};
@@ -28,19 +28,19 @@ use dynamics_core::safety::Rules;
 use dynamics_core::scene::Live;
 use link::{Refusal, Setting, Value};
 
-/// The first number of the whole arm.
+/// First number of the parameters of the whole arm.
 pub const ARM: u8 = 96;
 
-/// Number of a joint's heat, plus 16 times the joint. It is no setting: the state machine computes it.
+/// Number of the heat of joint 0; add 16 times the joint. It cannot be set: the safety state machine computes it.
 pub const HEAT: u8 = 10;
 
 /// Number of the control law.
 pub const LAW: u8 = ARM + 13;
 
-/// Greatest gravity that can be set, m/s^2: twice the earth's, for a base that is accelerated.
+/// Largest gravity that can be set, m/s^2: twice that of the earth, for a base that is accelerated.
 pub const GRAVITY_MAX: f32 = 20.0;
 
-/// The parameters of a joint, by number.
+/// Names of a joint's parameters, by number.
 pub const JOINT_NAMES: [&str; 11] = [
     "position gain",
     "velocity gain",
@@ -55,7 +55,7 @@ pub const JOINT_NAMES: [&str; 11] = [
     "heat",
 ];
 
-/// The parameters of the whole arm, by number less [`ARM`].
+/// Names of the parameters of the whole arm, by number minus [`ARM`].
 pub const ARM_NAMES: [&str; 14] = [
     "payload mass",
     "payload first moment x",
@@ -73,7 +73,7 @@ pub const ARM_NAMES: [&str; 14] = [
     "law",
 ];
 
-/// Name of a parameter's number, and its joint (counted from 0).
+/// Returns the name of the parameter with this number, and its joint (counted from 0; `None` for the whole arm).
 #[must_use]
 pub fn name(index: u8) -> Option<(&'static str, Option<u8>)> {
     match index.checked_sub(ARM) {
@@ -82,7 +82,7 @@ pub fn name(index: u8) -> Option<(&'static str, Option<u8>)> {
     }
 }
 
-/// A parameter of a joint that can be changed, out of a configuration; `None` where it is fixed or absent.
+/// A joint's changeable parameter in a configuration; `None` if it is fixed or absent.
 fn changeable<const N: usize>(config: &mut ControllerConfig<f32, N>, index: u8) -> Option<&mut f32> {
     let joint = usize::from(index / 16);
     match index % 16 {
@@ -97,8 +97,8 @@ fn changeable<const N: usize>(config: &mut ControllerConfig<f32, N>, index: u8) 
 /// Lower and upper bounds of the changeable parameters, as multiples of the built-in values.
 const BOUNDS: [(f32, f32); 4] = [(0.25, 4.0), (0.5, 2.0), (0.0, 2.0), (0.0, 2.0)];
 
-/// Value of a parameter, and its bounds where it can be changed. The payload's mass has its own, though it is set by another frame. A joint's
-/// heat is not in a configuration: it is NaN here.
+/// Returns the value of a parameter, and its bounds if it can be changed. The payload's mass also has bounds, although another frame sets it. A
+/// joint's heat is not part of a configuration and is NaN here.
 ///
 /// # Errors
 /// [`Refusal::NoParameter`].
@@ -167,7 +167,7 @@ fn value<const N: usize>(index: u8, config: &ControllerConfig<f32, N>, live: &Li
     })
 }
 
-/// Check that a setting can be made.
+/// Checks that a setting is permitted.
 ///
 /// # Errors
 /// [`Refusal::NoParameter`], [`Refusal::Fixed`], [`Refusal::OutOfBounds`].
@@ -192,14 +192,14 @@ pub fn check<const N: usize>(
     if setting.value >= low && setting.value <= high { Ok(()) } else { Err(Refusal::OutOfBounds) }
 }
 
-/// True if the configuration has all that a law needs: the feel of a hand-guided arm, or springs that its drives' frames can
-/// carry.
+/// True if the configuration has all that a control law needs: for hand guiding its parameters, and for a law that uses the drives' springs a
+/// built-in law that uses them too.
 fn is_built_in<const N: usize>(law: ControlLaw, built_in: &ControllerConfig<f32, N>) -> bool {
     let of_drive = |law: ControlLaw| law.traits().spring == SpringOwner::Drive;
     (!law.is_hand_guided() || built_in.teach.is_some()) && (!of_drive(law) || of_drive(built_in.law))
 }
 
-/// Check that live inputs, all finite, can be taken.
+/// Checks that live inputs, which must be finite, are within bounds.
 ///
 /// # Errors
 /// [`Refusal::OutOfBounds`].
@@ -212,7 +212,7 @@ pub fn check_live<const N: usize>(live: &Live<f32, N>, rules: &Rules<f32, N>) ->
     if pull && turn && live.payload.is_within(&rules.payload) { Ok(()) } else { Err(Refusal::OutOfBounds) }
 }
 
-/// Make a setting that was checked.
+/// Makes a setting that [`check`] has accepted.
 pub fn set<const N: usize>(setting: Setting, config: &mut ControllerConfig<f32, N>) {
     if setting.index == LAW {
         config.law = ControlLaw::from_number(setting.value).unwrap_or(config.law);

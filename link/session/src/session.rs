@@ -1,4 +1,4 @@
-//! The state machine between frames and ticks: its parts, its states, and the effect of a hello.
+//! The session's state machine between frames and ticks: its fields, its states, and the effect of a hello.
 
 mod change;
 mod outcome;
@@ -35,16 +35,16 @@ use waiting::{Change, Changed};
 /// State of the session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
-    /// No hello has agreed yet: the arm is braked and no tick runs.
+    /// No matching hello has arrived yet: the drives perform the safe action and no tick runs.
     Waiting,
-    /// Ticks run on the bench; the controller brakes where there is a fault.
+    /// Ticks run in a bench mode; the controller brakes if there is a fault.
     Bench(Pacing, Option<Fault>),
-    /// Ticks run under the safety state machine, in this state.
+    /// Ticks run under the safety state machine, which is in this state.
     Supervised(Pacing, safety::State),
 }
 
 impl State {
-    /// The origin of ticks, if any run.
+    /// Returns the source of ticks; `None` if no tick runs.
     #[inline]
     #[must_use]
     pub const fn pacing(self) -> Option<Pacing> {
@@ -55,7 +55,7 @@ impl State {
     }
 }
 
-/// Large buffers, placed in static RAM on a chip so that they never pass over the stack.
+/// The large buffers. On a chip they are in static RAM, so that they are never copied to the stack.
 #[derive(Clone, Debug, Default)]
 pub struct Buffers<const N: usize> {
     trajectory: Trajectory<N>,
@@ -63,20 +63,20 @@ pub struct Buffers<const N: usize> {
 }
 
 impl<const N: usize> Buffers<N> {
-    /// Empty.
+    /// Creates empty buffers.
     #[must_use]
     pub const fn new() -> Self {
         Self { trajectory: Trajectory::new(), black_box: BlackBox::new() }
     }
 
-    /// The reference motion that is buffered.
+    /// Returns the buffered reference motion.
     #[must_use]
     pub const fn trajectory(&self) -> &Trajectory<N> {
         &self.trajectory
     }
 }
 
-/// The state machine. `B` holds the buffers: by value, or as a reference.
+/// The session's state machine. `B` holds the buffers, by value or as a reference.
 #[derive(Clone)]
 pub struct Session<const N: usize, A: ArmBuild<f32, N>, B = Buffers<N>> {
     own: Hello,
@@ -86,41 +86,41 @@ pub struct Session<const N: usize, A: ArmBuild<f32, N>, B = Buffers<N>> {
     safety: A::Settings,
     reference: Option<Reference<f32, N>>,
     measurement: Option<Measurement<f32, N>>,
-    /// The number that the last measurement gave to its tick; the timer counts on from it.
+    /// Tick number from the last measurement; the timer counts on from it.
     tick: u32,
-    /// A measurement has come since the last tick.
+    /// True if a measurement has arrived since the last tick.
     fresh: bool,
-    /// Frames taken since the hello.
+    /// Number of frames received since the hello, including lost ones.
     taken: u16,
     /// Answer of the last bench tick, until it is sent.
     answer: Option<Frame>,
-    /// The last tick under supervision is still to be sent; the black box holds it.
+    /// True if the last tick under supervision is still to be reported; the black box holds it.
     unsaid: bool,
     /// A change that waits for the next tick, while torque acts.
     change: Option<Change<N>>,
-    /// Answers of ticks that have settled a change, until they are sent.
+    /// Answers to changes that ticks have made or refused, until they are sent.
     changed: Deque<Changed, CHANGED_MAX>,
     /// Requests of the next tick, and the last verdicts.
     requests: Requests,
-    /// Measurements that a host has sent to a board that measures for itself, since the hello.
+    /// Number of measurements that a host has sent since the hello, although the board uses its own sensors.
     foreign: u16,
-    /// True if parameters may be changed, if the controller's configuration can be changed at all.
+    /// True if parameters may be changed, provided that the controller's configuration can be changed at all.
     tunable: bool,
     watch: Watch,
     /// Ticks until the next report.
     until: u16,
-    /// Last report of the first joint with a fault, outside of the state of a fault or since its beginning.
+    /// Last report of the first joint with a fault. In the fault state a report stays until another replaces it.
     drive_fault: Option<DriveFaultReport>,
     buffers: B,
-    /// The next tick of the black box to be sent.
+    /// Index of the next tick of the black box to be sent.
     past: Option<usize>,
-    /// The last hello has ended a live session.
+    /// True if the last hello has ended a live session.
     left_live: bool,
-    /// The last hello was refused because the arm is driven: of its host nothing but a stop counts.
+    /// True if the last hello was refused because the arm is driven: only stop requests are accepted from its host.
     shut_out: bool,
 }
 
-/// State that tells two sessions of one build apart: without constants, and of the controller its fault and live inputs alone.
+/// Shows the state in which two sessions of one build can differ: without constants, and of the controller only its fault and live inputs.
 impl<const N: usize, A: ArmBuild<f32, N>, B: Debug> Debug for Session<N, A, B>
 where
     A::Settings: Debug,
@@ -189,14 +189,14 @@ where
     P: Protection<f32, N> + Clone,
     K: safety::SafetyConfiguration<f32, N> + Clone,
 {
-    /// A session that waits for a hello like `own`.
+    /// Creates a session that waits for a hello that matches `own`.
     pub fn new(own: Hello, controller: ControllerOf<f32, N, D, T, C, P>, safety: K) -> Self {
         Self::with_buffers(own, controller.with_settings(), safety, Buffers::new())
     }
 }
 
 impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A, B> {
-    /// A session that waits for a hello like `own`, with its buffers elsewhere.
+    /// Creates a session that waits for a hello that matches `own`, with the given buffers.
     pub fn with_buffers(own: Hello, controller: Controller<f32, N, A>, safety: A::Settings, mut buffers: B) -> Self {
         buffers.borrow_mut().black_box.prepare();
         Self {
@@ -227,13 +227,13 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         }
     }
 
-    /// The same, with parameters fixed or not: for a desk, whose configuration can always be changed.
+    /// Sets whether parameters may be changed. For the desk, where the controller's configuration is always in RAM.
     #[must_use]
     pub fn with_tuning(self, tunable: bool) -> Self {
         Self { tunable, ..self }
     }
 
-    /// State of the session.
+    /// Returns the state of the session.
     pub fn state(&self) -> State {
         match self.pacing {
             None => State::Waiting,
@@ -253,26 +253,26 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         self.pacing == Some(Pacing::Live)
     }
 
-    /// The safe action: the action of the drives when no torque is commanded.
+    /// Returns the safe action: the action of the drives while no torque is commanded.
     #[inline]
     pub fn safe_action(&self) -> SafeAction {
         safety::SafetyConfiguration::rules(&self.safety).safe_action
     }
 
-    /// True if the host asks in this tick to clear a fault: latched errors of the drives are cleared too, before the fault can be.
+    /// True if the host requests in this tick to clear a fault. The drives' latched errors must then be cleared first.
     #[inline]
     pub fn clears(&self) -> bool {
         self.is_live() && self.supervisor.inputs().request == Some(safety::Request::Clear)
     }
 
-    /// The tick had not ended when the next was due: the next one reports the fault, and this one must not drive.
+    /// Reports that the tick had not ended when the next one was due. The next tick raises the fault; the late tick must not drive.
     pub fn overrun(&mut self) {
         self.controller.overrun();
         self.supervisor.overrun();
     }
 
-    /// Take the readings of the board's own joints and lines. Call it at the start of a tick. On the bench and in a
-    /// dry run the host simulates them.
+    /// Takes the readings of the board's joints and lines. Call it at the start of a tick. Has no effect in bench modes and dry runs, in which the
+    /// host sends simulated readings.
     #[inline]
     pub fn sense(&mut self, readings: Option<&Readings<N>>, lines: &Lines) {
         if !self.is_live() {
@@ -285,38 +285,39 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         }
     }
 
-    /// Remember what a joint reports. In the state of a fault it stays, though the drive may have forgotten it.
+    /// Stores a joint's report. In the fault state a report stays, even if the drive no longer reports it.
     fn remember(&mut self, drive_fault: Option<DriveFaultReport>) {
         if drive_fault.is_some() || !matches!(self.supervisor.state(), safety::State::Fault(_)) {
             self.drive_fault = drive_fault;
         }
     }
 
-    /// Springs and dampers for the actuators' own loops, beside the torques of this tick; `None` where the law has none for them.
+    /// Returns stiffness and damping for the drives' own loops, in addition to the torques of this tick; `None` if the control law does not use
+    /// these loops.
     #[inline]
     pub fn springs(&self) -> Option<[Spring<f32>; N]> {
         let config = self.controller.config();
         (config.law.traits().spring == SpringOwner::Drive).then(|| core::array::from_fn(|i| config.gains[i].spring()))
     }
 
-    /// The first part of a new start: forget what the controller knows. Between the parts no tick runs.
+    /// First part of a restart: resets the controller. No tick may run between the parts.
     pub fn forget_controller(&mut self) {
         self.controller.reset();
         *self.controller.live_mut() = Live::zero();
     }
 
-    /// The second part: forget the arm.
+    /// Second part of a restart: resets the safety state machine.
     pub fn forget_arm(&mut self) {
         self.supervisor.reset(self.safety.clone());
     }
 
-    /// The last part: forget frames and readings, and begin as a host's hello says.
+    /// Last part of a restart: deletes frames and readings, and begins the session that the host's hello requests.
     pub fn begin(&mut self, theirs: &Hello) -> Outcome {
         (self.reference, self.measurement, self.fresh, self.taken, self.tick) = (None, None, false, 0, 0);
         (self.answer, self.unsaid, self.past, self.until, self.change) = (None, false, None, 0, None);
         (self.requests, self.foreign, self.drive_fault) = (Requests::NONE, 0, None);
         self.changed.clear();
-        // No tick has judged yet that the last one of a live session was late.
+        // If the last tick of a live session was late, no tick has judged that yet.
         let late = self.left_live && self.supervisor.inputs().overrun;
         self.supervisor.forget();
         if late {
@@ -324,12 +325,12 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         }
         let Buffers { trajectory, black_box } = self.buffers.borrow_mut();
         trajectory.clear();
-        // One that holds a fault stays: whoever comes to look wants to read it.
+        // A black box that keeps a fault is not deleted, so that the next host can read it.
         black_box.restart(late);
         let agreed = Hello { pacing: self.own.pacing, ..*theirs } == self.own;
         self.pacing = agreed.then_some(theirs.pacing);
         if core::mem::take(&mut self.left_live) && !self.is_live() {
-            // No tick drives any more, and where none runs no status would follow: this one says that the drives do the safe action.
+            // No tick drives any more, and in some modes no status would follow. This one reports that the drives perform the safe action.
             let status = Record::<N>::safe(self.safe_action()).status(Parts::TORQUE, &LiveContext::NONE);
             self.answer = Some(Frame::Status(status));
         }
@@ -337,17 +338,17 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         if !agreed {
             return Outcome::Stop(answer, Refusal::OtherRobot);
         }
-        // In a dry run every tick is answered, as on the bench.
+        // In a dry run every tick is answered, as in bench modes.
         self.watch = if theirs.pacing == Pacing::DryRun { EVERYTHING } else { QUIET };
         Outcome::Start(answer)
     }
 }
 
-/// Answers of settled changes that wait to be sent. While all wait, another change is refused as [`Refusal::Busy`].
+/// Capacity for answers to changes that wait to be sent. While it is full, another change is refused as [`Refusal::Busy`].
 const CHANGED_MAX: usize = 4;
 
-/// Report nothing.
+/// Reports nothing.
 const QUIET: Watch = Watch { every: 0, parts: Parts::NONE };
 
-/// Report every part of each tick.
+/// Reports torque, reference and cost of each tick.
 const EVERYTHING: Watch = Watch { every: 1, parts: Parts::TORQUE.and(Parts::REFERENCE).and(Parts::COST) };

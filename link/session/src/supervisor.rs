@@ -1,48 +1,48 @@
 //! The safety state machine between the controller and the drives, with all its inputs.
 //!
-//! There is no link and no chip in here. Inputs since the tick before are kept until the tick that takes them: requests
-//! and overruns for one tick, lines and readings until new ones come. A kept reading is one tick older in each tick.
+//! It depends neither on the link nor on a chip. Inputs are stored until the next tick uses them: requests and overruns for one tick, lines and
+//! readings until new ones arrive. A stored reading ages by one tick in each tick.
 
 use crate::readings::{JointFaults, Lines, Readings};
 use crate::trajectory::{NotTaken, Trajectory};
 use dynamics_core::control::{Fault, LimitFlags, Measurement, Reference, Sensed};
 use dynamics_core::safety::{Inputs, Output, Request, Safety, SafetyConfiguration, State, TorqueRequest};
 
-/// The safety state machine and its inputs. The trajectory is kept elsewhere, because it is large.
+/// The safety state machine and its inputs. The caller holds the trajectory, because it is large.
 #[derive(Clone, Debug)]
 pub struct Supervisor<const N: usize, K> {
     safety: Safety<f32, N, K>,
     /// State before this tick.
     before: State,
-    /// The arm was stopping along its path.
+    /// True if the arm was stopping along its path in the previous tick.
     along: bool,
     /// Control period, s.
     period: f32,
-    /// Inputs of the next tick: the reference too, which the trajectory puts there.
+    /// Inputs of the next tick, including the reference, which the trajectory writes.
     inputs: Inputs<f32, N>,
-    /// Readings have come since the last tick. Those from before it are a tick older, which is worked out only where they are used.
+    /// True if readings have arrived since the last tick. Older readings are aged only when a tick uses them.
     read: bool,
 }
 
 impl<const N: usize, K: SafetyConfiguration<f32, N>> Supervisor<N, K> {
-    /// An idle machine, before any measurement and any sign of the host.
+    /// Creates an idle machine, before any measurement and any frame of a host.
     pub fn new(config: K) -> Self {
         let period = config.rules().period;
         Self { safety: Safety::new(config), before: State::Idle, along: false, period, inputs: silence(), read: false }
     }
 
-    /// Back to idle. The inputs are as before any measurement and any sign of the host behind [`Supervisor::forget`].
+    /// Resets the machine to idle. The inputs are unchanged; [`Supervisor::forget`] resets them.
     pub fn reset(&mut self, config: K) {
         self.safety.reset(config);
         (self.before, self.along) = (State::Idle, false);
     }
 
-    /// Forget the inputs.
+    /// Resets the inputs to those before any measurement and any frame of a host.
     pub fn forget(&mut self) {
         (self.inputs, self.read) = (silence(), false);
     }
 
-    /// State of the machine.
+    /// Returns the state of the machine.
     pub fn state(&self) -> State {
         self.safety.state()
     }
@@ -57,7 +57,7 @@ impl<const N: usize, K: SafetyConfiguration<f32, N>> Supervisor<N, K> {
         self.safety.homed()
     }
 
-    /// Heat of a joint's motor, 1 at its continuous limit; NaN where its numbers are not known.
+    /// Returns the heat of a joint's motor, 1 at its continuous limit; NaN if the motor's thermal data are unknown.
     #[cold]
     #[inline(never)]
     pub fn heat(&self, joint: usize) -> f32 {
@@ -66,23 +66,24 @@ impl<const N: usize, K: SafetyConfiguration<f32, N>> Supervisor<N, K> {
         self.safety.heat().get(joint).copied().filter(|_| known).unwrap_or(f32::NAN)
     }
 
-    /// Inputs of the next tick; those of this tick in [`Supervisor::tick`]'s callback and until [`Supervisor::age`].
+    /// Returns the inputs of the next tick. In the callback of [`Supervisor::tick`] and until [`Supervisor::age`], these are the inputs of the
+    /// current tick.
     pub fn inputs(&self) -> &Inputs<f32, N> {
         &self.inputs
     }
 
-    /// Put a request to the next tick, in the place of any before it.
+    /// Stores a request for the next tick, replacing an earlier one.
     pub fn request(&mut self, request: Request) {
         self.inputs.request = Some(request);
     }
 
-    /// Take the request back.
+    /// Removes the request.
     pub fn withdraw(&mut self) {
         self.inputs.request = None;
     }
 
-    /// Another host has come: a motion of the previous one stops along its path, one that waits does not begin, an arm that is being armed is
-    /// not, and a request that waits is dropped unless it stops the arm.
+    /// Handles a change of host. A motion of the previous host stops along its path, a motion that waits does not begin, and arming is aborted. A
+    /// waiting request is dropped unless it stops the arm.
     pub fn change_host(&mut self, trajectory: &mut Trajectory<N>) {
         if self.inputs.request.is_none_or(|request| request.rank() < Request::Hold.rank()) {
             self.inputs.request = matches!(self.state(), State::Running | State::Arming).then_some(Request::Hold);
@@ -94,23 +95,23 @@ impl<const N: usize, K: SafetyConfiguration<f32, N>> Supervisor<N, K> {
         self.heard();
     }
 
-    /// The live inputs are new.
+    /// Records that live inputs have just been set.
     pub fn live_came(&mut self) {
         self.inputs.live_age = 0;
     }
 
-    /// The host is there.
+    /// Records a heartbeat of the host.
     #[inline]
     pub fn heard(&mut self) {
         self.inputs.heartbeat_age = 0;
     }
 
-    /// The tick had not ended when the next was due.
+    /// Records that the tick had not ended when the next one was due.
     pub fn overrun(&mut self) {
         self.inputs.overrun = true;
     }
 
-    /// Take a board's lines.
+    /// Takes the state of a board's lines.
     #[inline]
     pub fn lines(&mut self, lines: &Lines) {
         let Lines { emergency_stop, supply, temperature } = *lines;
@@ -118,7 +119,7 @@ impl<const N: usize, K: SafetyConfiguration<f32, N>> Supervisor<N, K> {
             (emergency_stop, supply, temperature);
     }
 
-    /// Take the readings of a board's joints.
+    /// Takes the readings of a board's joints.
     #[inline]
     pub fn sense(&mut self, readings: &Readings<N>) {
         self.inputs.sensed = readings.sensed;
@@ -129,26 +130,26 @@ impl<const N: usize, K: SafetyConfiguration<f32, N>> Supervisor<N, K> {
         self.inputs.zero_lost |= readings.zero_lost;
     }
 
-    /// Take one measurement of all joints at once.
+    /// Takes one measurement of all joints.
     #[inline]
     pub fn measured(&mut self, measurement: &Measurement<f32, N>) {
         self.inputs.sensed = measurement.sensed;
         (self.inputs.age_ticks, self.read) = ([measurement.age_ticks; N], true);
     }
 
-    /// Take drive faults, drives that are on, and if the joints know their zeros or may have lost them: in place of readings with these
-    /// values.
+    /// Takes simulated drive states instead of readings: faults, which drives are on, and whether the joints know their zeros or may have lost
+    /// them.
     pub fn drives_say(&mut self, drive_fault: [bool; N], on: [bool; N], zeroed: bool, zero_lost: bool) {
         (self.inputs.drive_fault, self.inputs.on, self.inputs.zeroed) = (drive_fault, on, zeroed);
         self.inputs.zero_lost |= zero_lost;
     }
 
-    /// Control period, s.
+    /// Returns the control period, s.
     pub fn period(&self) -> f32 {
         self.period
     }
 
-    /// Take a point that starts a trajectory.
+    /// Takes a point that starts a trajectory.
     ///
     /// # Errors
     /// [`NotTaken`]; nothing is changed.
@@ -161,8 +162,8 @@ impl<const N: usize, K: SafetyConfiguration<f32, N>> Supervisor<N, K> {
         }
     }
 
-    /// One tick, its output written to its place. `control` is called at most once: where torque may act. `led`: a hand leads the
-    /// arm. Call [`Supervisor::age`] when its inputs are no longer needed.
+    /// Runs one tick and writes its output to `output`. Calls `control` at most once, and only if torque may act. `led`: the arm is hand guided.
+    /// Call [`Supervisor::age`] when the tick's inputs are no longer needed.
     #[inline]
     pub fn tick(
         &mut self,
@@ -177,14 +178,14 @@ impl<const N: usize, K: SafetyConfiguration<f32, N>> Supervisor<N, K> {
         self.safety.tick_into(output, &self.inputs, led, control);
     }
 
-    /// No reading has come since the last tick.
+    /// Ages the readings by a tick, because none has arrived since the last tick.
     #[cold]
     #[inline(never)]
     fn grow_old(&mut self) {
         self.inputs.age_ticks = self.inputs.age_ticks.map(|age| age.saturating_add(1));
     }
 
-    /// Age the inputs by a tick: nothing new has come for the next one, and the trajectory goes on where it was followed.
+    /// Prepares the inputs of the next tick: removes those for one tick, ages the others, and advances the trajectory if it was followed.
     #[inline]
     pub fn age(&mut self, trajectory: &mut Trajectory<N>) {
         let (now, inputs) = (self.safety.state(), &mut self.inputs);
@@ -199,7 +200,7 @@ impl<const N: usize, K: SafetyConfiguration<f32, N>> Supervisor<N, K> {
             trajectory.clear();
             inputs.reference = None;
         } else if now != self.before && !matches!(now, State::Arming | State::Armed) {
-            // The arm has left the trajectory, or has stopped, been disarmed or homed: the next one starts at the arm.
+            // The arm has left the trajectory, has stopped, or was disarmed or homed: the next trajectory starts at the arm's position.
             trajectory.clear();
             inputs.reference = None;
         }
@@ -210,7 +211,7 @@ impl<const N: usize, K: SafetyConfiguration<f32, N>> Supervisor<N, K> {
     }
 }
 
-/// Inputs when nothing has been measured or heard yet.
+/// Inputs before any measurement and any frame of a host.
 pub(crate) const fn silence<const N: usize>() -> Inputs<f32, N> {
     Inputs {
         request: None,

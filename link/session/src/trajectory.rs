@@ -1,7 +1,7 @@
-//! The reference motion, ahead of time: a bounded buffer of points, and a polynomial of fifth degree between each two.
+//! The reference motion, buffered ahead of time: a bounded queue of segments, each a fifth-degree polynomial between two points.
 //!
-//! The polynomial agrees with both of its points in position, velocity and acceleration, so the host is free to choose
-//! their distance in time. With `s = k / T` in tick `k` of `T`, and `D = T h`:
+//! The polynomial matches position, velocity and acceleration at both points, so the host is free to choose the time between points. A segment
+//! has `T` ticks of the control period `h`. With `s = k / T` in tick `k`, and `D = T h`:
 //!
 //! ```text
 //! q(s) = c0 + c1 s + c2 s^2 + c3 s^3 + c4 s^4 + c5 s^5,   q' = (dq/ds) / D,   q'' = (d2q/ds2) / D^2
@@ -11,35 +11,35 @@
 //! c5 =   6 d - 3 q0' D - 3 q1' D - (q0'' - q1'') D^2 / 2
 //! ```
 //!
-//! In the tick of a point itself the reference is the point, to the last bit. In between, f32 costs acceleration most:
-//! positions of 1 rad are rounded to 6e-8 rad. A way of 10 ms turns this into up to 0.007 rad/s^2 (5.8 / D^2 times it);
-//! a way of 1 ms has no tick in between. Coefficients are computed where a point arrives, below the priority of the
-//! tick and outside its lock.
+//! In the tick of a point the reference equals the point, to the last bit. In between, rounding to f32 affects the acceleration most. A position
+//! of 1 rad is rounded by up to 6e-8 rad, so `d` is wrong by up to 1.2e-7 rad. The acceleration error is up to 5.8 / D^2 times that, or
+//! 0.007 rad/s^2 on a segment of 10 ms. At 1 kHz a segment of 1 ms has no tick in between. The coefficients are computed when a point arrives, at
+//! a lower priority than the tick's and outside its lock.
 
 use dynamics_core::control::Reference;
 use heapless::Deque;
 
-/// Ways between points that the buffer holds.
+/// Number of segments between points that the buffer holds.
 pub const WAYS: usize = 16;
 
-/// Why a point was not taken.
+/// Reason why a point was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NotTaken {
-    /// The point, or a number from which the way to it is computed, is NaN or infinite.
+    /// The point, or a coefficient of the segment to it, is NaN or infinite.
     NonFinite,
-    /// There is no room.
+    /// The buffer is full.
     Full,
-    /// The point takes time, and there is no point to start from.
+    /// The point has a duration, but there is no point to start from.
     NoStart,
-    /// The point is a start, and the arm follows the trajectory now.
+    /// The point is a start, but the arm is following the trajectory.
     Running,
 }
 
-/// A way between two points. Its end is the start of the next way, or the last point of the trajectory.
+/// A segment between two points. Its end is the start of the next segment, or the last point of the trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment<const N: usize> {
     start: Reference<f32, N>,
-    /// Coefficients of `s^3`, `s^4` and `s^5`; those below are the start, scaled.
+    /// Coefficients of `s^3`, `s^4` and `s^5`; the lower ones are the start's values, scaled.
     upper: [[f32; N]; 3],
     /// `1 / T`.
     per_tick: f32,
@@ -50,14 +50,14 @@ pub struct Segment<const N: usize> {
     ticks: u16,
 }
 
-/// Factor that turns the acceleration of a way of so many seconds into the coefficient of `s^2`.
+/// Factor from the acceleration at the start to the coefficient of `s^2`, for a segment of this duration in s.
 fn square(duration: f32) -> f32 {
     0.5 * duration * duration
 }
 
 impl<const N: usize> Segment<N> {
-    /// The way to a point so many ticks behind the one before (0 counts as 1) of a control period in s; `None` where a number of it is
-    /// NaN or infinite.
+    /// Computes the segment from `start` to `end`, `ticks` control periods long (0 counts as 1). `period` is the control period, s. Returns `None`
+    /// if a number of it is NaN or infinite.
     #[must_use]
     pub fn new(start: &Reference<f32, N>, end: &Reference<f32, N>, ticks: u16, period: f32) -> Option<Self> {
         let ticks = ticks.max(1);
@@ -86,11 +86,11 @@ impl<const N: usize> Segment<N> {
         (sum == 0.0 && rate.is_finite()).then_some(Self { start: *start, upper, per_tick, duration, rate, ticks })
     }
 
-    /// The reference `k` ticks behind the start: the polynomial and its derivatives by three synthetic divisions by `s - k / T`, whose
+    /// Computes the reference `k` ticks after the start. The polynomial and its derivatives come from three synthetic divisions by `s - k / T`; the
     /// remainders are `q`, `dq/ds` and half of `d2q/ds2`.
     ///
-    /// Cost: 16 products and 12 sums a joint. Differences from tick to tick would do with 12 sums, but the 15 numbers that they
-    /// load and store take longer than products, and their rounding adds up over a way.
+    /// Cost: 16 products and 12 sums per joint. Forward differences would need only 12 sums, but loading and storing their 15 numbers takes longer
+    /// than the products, and their rounding errors add up over a segment.
     #[inline]
     fn at(&self, k: f32, reference: &mut Reference<f32, N>) {
         let Self { start, upper: [c3, c4, c5], per_tick, duration, rate, .. } = self;
@@ -114,42 +114,42 @@ impl<const N: usize> Segment<N> {
     }
 }
 
-/// The buffer. The caller keeps the reference of the next tick, so that no tick copies it: `None` before a start, and
-/// where the last point was reached in motion.
+/// The buffer of the reference motion. The caller holds the reference of the next tick, so that no tick copies it. That reference is `None` before
+/// a start, and after the last point if the motion did not end at rest.
 #[derive(Clone, Debug)]
 pub struct Trajectory<const N: usize> {
     ways: Deque<Segment<N>, WAYS>,
-    /// The point that was taken last: the next way starts there.
+    /// The last accepted point: the next segment starts there.
     last: Option<Reference<f32, N>>,
-    /// Ticks on the first way.
+    /// Ticks since the start of the first segment.
     k: u16,
-    /// Fraction of a tick beyond them, while the arm stops.
+    /// Fraction of a tick in addition to `k`, while the arm stops.
     fraction: f32,
-    /// Ticks of the path in a tick while the arm stops; `None` is 1. The initial value is all zeros, which takes no flash.
+    /// Path time per tick while the arm stops, in ticks; `None` means 1. So the initial value is all zeros and needs no flash.
     pace: Option<f32>,
 }
 
 impl<const N: usize> Trajectory<N> {
-    /// Nothing yet.
+    /// Creates an empty trajectory.
     #[must_use]
     pub const fn new() -> Self {
         Self { ways: Deque::new(), last: None, k: 0, fraction: 0.0, pace: None }
     }
 
-    /// Forget everything.
+    /// Deletes all points.
     #[inline]
     pub fn clear(&mut self) {
         self.ways.clear();
         (self.last, self.k, self.fraction, self.pace) = (None, 0, 0.0, None);
     }
 
-    /// Points that there is room for.
+    /// Returns the number of points that the buffer can still take.
     #[must_use]
     pub fn room(&self) -> usize {
         WAYS - self.ways.len()
     }
 
-    /// Take a start.
+    /// Takes the start of a new trajectory.
     ///
     /// # Errors
     /// [`NotTaken::NonFinite`]; nothing is changed.
@@ -167,7 +167,7 @@ impl<const N: usize> Trajectory<N> {
         Ok(())
     }
 
-    /// Take the next point, so many ticks behind the one before (0 counts as 1) of a control period in s.
+    /// Takes the next point, `ticks` control periods after the previous one (0 counts as 1). `period` is the control period, s.
     ///
     /// # Errors
     /// [`NotTaken`]; nothing is changed.
@@ -176,13 +176,13 @@ impl<const N: usize> Trajectory<N> {
         self.add(way.as_ref(), point)
     }
 
-    /// The point that was taken last: the start of the next way.
+    /// Returns the last accepted point: the start of the next segment.
     #[must_use]
     pub fn last(&self) -> Option<&Reference<f32, N>> {
         self.last.as_ref()
     }
 
-    /// Take the next point, and the way to it from [`Trajectory::last`]; `None` is one that is not finite.
+    /// Takes the next point and the segment to it from [`Trajectory::last`]; `None` stands for a segment that is not finite.
     ///
     /// # Errors
     /// [`NotTaken`]; nothing is changed.
@@ -199,10 +199,9 @@ impl<const N: usize> Trajectory<N> {
         Ok(())
     }
 
-    /// Go on by one tick, from the reference of the last to that of the next.
+    /// Advances the reference by one tick.
     ///
-    /// Behind the last point the reference stays there if it is at rest; else it becomes `None`, and a new start is
-    /// needed.
+    /// After the last point the reference stays there if the point is at rest. Otherwise it becomes `None`, and a new start is needed.
     #[inline]
     pub fn advance(&mut self, reference: &mut Option<Reference<f32, N>>) {
         let (Some(way), Some(now)) = (self.ways.front(), &mut *reference) else {
@@ -227,7 +226,7 @@ impl<const N: usize> Trajectory<N> {
 }
 
 impl<const N: usize> Trajectory<N> {
-    /// Go on by one tick of an arm that stops along its path, from the reference of the last tick to that of the next.
+    /// Advances the reference of an arm that stops along its path by one tick. `period` is the control period, s.
     ///
     /// The path time slows down. With `q'` and `q''` along the path and the pace `p`,
     ///
@@ -235,8 +234,8 @@ impl<const N: usize> Trajectory<N> {
     /// qd = q' p,   qdd = q'' p^2 + q' dp/dt,   |qdd| <= deceleration
     /// ```
     ///
-    /// `dp/dt` is the lowest for which the last holds for every joint that is slowed down: the arm stays on its path, and no joint is
-    /// slowed down more than it can be. `None` if the points end in motion. The trajectory is empty when the arm has stopped.
+    /// `dp/dt` is the lowest value for which the last condition holds for every joint that is slowed down: the arm stays on its path, and no joint
+    /// decelerates more than it can. The reference becomes `None` if the points end in motion. The trajectory is empty once the arm has stopped.
     #[cold]
     #[inline(never)]
     pub fn slow_down(
@@ -247,7 +246,7 @@ impl<const N: usize> Trajectory<N> {
     ) {
         let Some(now) = &mut *reference else { return };
         let Some(way) = self.ways.front() else {
-            // At the last point: at rest there, or not.
+            // The last point is reached, at rest or in motion.
             let rests = (0..N).all(|i| now.qd[i] == 0.0 && now.qdd[i] == 0.0);
             self.clear();
             if !rests {
@@ -263,7 +262,7 @@ impl<const N: usize> Trajectory<N> {
             let (speed, way) = (along.qd[i].abs(), along.qd[i]);
             let own = if way >= 0.0 { along.qdd[i] } else { -along.qdd[i] };
             let most = deceleration(i) + own * before * before;
-            // A joint that is slowed down by its path alone already slows down no more.
+            // A joint that its path alone already slows down by the limit is not slowed down further.
             if speed * -change > most {
                 change = -(most.max(0.0) / speed);
             }

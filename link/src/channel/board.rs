@@ -1,7 +1,7 @@
-//! The board's side.
+//! The board's side of the link.
 //!
-//! A packet outside of the session is cheap: it is read, counted and dropped, and one answer is owed to all of them, which the board sends when
-//! its line has room. So nobody on the wire can keep the board from reading what its host says.
+//! A packet from outside the session costs little: the board decodes, counts and drops it. All of them together get one answer of each kind,
+//! sent when the line has free capacity. So a flood of packets cannot keep the board from reading those of its host.
 
 use crate::codec::{Codec, Received};
 use crate::frame::{Challenge, Frame, Hello, NonceSource, Refusal, Trust};
@@ -9,18 +9,18 @@ use crate::packet::Packet;
 use crate::seal::{KEY_BYTES, Key, Nonce, Proof, Side, Transcript};
 use crate::{DecodeError, Pacing};
 
-/// Whom a board lets talk.
+/// The hosts that a board accepts.
 #[derive(Clone, Copy)]
 pub enum Access {
-    /// A host that proves to have this key.
+    /// A host that proves that it has this key.
     Key(&'static [u8; KEY_BYTES]),
-    /// The board has no key: anybody may use it on the bench, where no drive is driven.
+    /// The board has no key: any host may use the bench modes, in which no drive is driven.
     NoKey,
-    /// Anybody.
+    /// Any host may drive the arm.
     Insecure,
 }
 
-/// Gives a number that never comes again, and its origin; `None` where the origin has failed.
+/// Returns a number that is never repeated, and its origin; `None` if the origin has failed.
 pub type NewNonce<'a> = &'a mut dyn FnMut() -> Option<(Nonce, NonceSource)>;
 
 /// Sends bytes.
@@ -30,52 +30,53 @@ pub type Write<'a> = &'a mut dyn FnMut(&[u8]);
 pub struct BoardChannel {
     codec: Codec,
     access: Access,
-    /// The last packet, kept here so that none passes over the stack.
+    /// The last packet. Kept here so that no packet is copied to the stack.
     packet: Packet,
-    /// Transcript of the last challenge, until a right proof comes for it.
+    /// Transcript of the last challenge, until a correct proof arrives for it.
     challenged: Option<Transcript>,
     /// Packets refused because they are not authentic.
     refused: u16,
     owed: Owed,
 }
 
-/// Answers to packets outside of the session, until [`BoardChannel::answer`] sends them. Several packets of one kind get one answer, so a
-/// flood of them needs no more of the line, and hardly more of the processor, than one packet.
+/// Pending answers to packets from outside the session, until [`BoardChannel::answer`] sends them. Several packets of one kind get one answer,
+/// so answering a flood needs no more of the line than answering one packet.
 #[derive(Clone, Copy, Debug, Default)]
 struct Owed {
-    /// Any of the others.
+    /// True if any of the other fields is set.
     any: bool,
     /// The last packet that could not be decoded.
     undecodable: Option<DecodeError>,
     /// Packets were refused as not authentic since the last answer.
     unauthentic: bool,
-    /// A host wants to drive a board without a key.
+    /// A host asked for a supervised session, but this board has no key: the refusal must still be sent.
     no_key: bool,
     /// Nonce of the last host that asked for a challenge.
     join: Option<Nonce>,
 }
 
 impl BoardChannel {
-    /// A channel before any packet.
+    /// Creates a channel that has not sent or received anything.
     #[must_use]
     pub const fn new(access: Access) -> Self {
         let owed = Owed { any: false, undecodable: None, unauthentic: false, no_key: false, join: None };
         Self { codec: Codec::new(), access, packet: Packet::new(), challenged: None, refused: 0, owed }
     }
 
-    /// Send a frame: sealed in a session with a key. A frame that fits no packet is not sent; there is none of up to
-    /// [`crate::JOINTS_MAX`] joints.
+    /// Sends a frame, sealed if a session with a key is open. A frame that does not fit a packet is not sent; every frame of up to
+    /// [`crate::JOINTS_MAX`] joints fits.
     pub fn send(&mut self, frame: &Frame, write: Write<'_>) {
         if self.codec.encoder.encode_to(frame, &mut self.packet).is_ok() {
             write(&self.packet);
         }
     }
 
-    /// Take one byte, and send every answer at once: [`BoardChannel::take`] and [`BoardChannel::answer`], for a board whose line is never
-    /// full. `own` is the board's hello, `nonce` gives a new nonce and its origin.
+    /// Takes one byte and sends pending answers at once: [`BoardChannel::take`] followed by [`BoardChannel::answer`]. For a board whose line is
+    /// never full. `own` is the board's hello, `nonce` returns a new nonce and its origin.
     ///
     /// # Errors
-    /// A packet that could not be decoded, which is then not answered here; one that is not authentic is no error: it is refused and counted.
+    /// [`DecodeError`] if a packet could not be decoded; the caller must answer it. A packet that is not authentic is no error: it is refused
+    /// and counted.
     pub fn push(
         &mut self,
         byte: u8,
@@ -94,11 +95,11 @@ impl BoardChannel {
         received.map(Ok)
     }
 
-    /// Takes one byte. Returns the frames that count: those of the session, or anybody's where the board has no key. Sends nothing: all else
-    /// is answered by [`BoardChannel::answer`].
+    /// Takes one byte. Returns a frame if the byte ends a packet that is accepted: one of the session, or of any host if the board has no key.
+    /// Sends nothing: [`BoardChannel::answer`] answers all other packets.
     ///
-    /// Cost of a packet that does not count: its COBS and its check sum or seal. Bytes beyond the longest packet are dropped, up to the next
-    /// zero.
+    /// Cost of a packet that is not accepted: decoding COBS and checking its check sum or seal. Bytes beyond the longest packet are dropped, up
+    /// to the next zero.
     #[inline]
     pub fn take(&mut self, byte: u8) -> Option<Received> {
         if self.codec.decoder.collect(byte) { self.packet_ended() } else { None }
@@ -111,7 +112,7 @@ impl BoardChannel {
         self.owed.any
     }
 
-    /// A function of its own: what a packet needs of the stack is not there while bytes are collected and reports are sent.
+    /// Handles a complete packet. Not inlined, so that its stack frame exists only here and not while bytes are collected or reports are sent.
     #[inline(never)]
     fn packet_ended(&mut self) -> Option<Received> {
         let keyed = matches!(self.access, Access::Key(_));
@@ -138,8 +139,8 @@ impl BoardChannel {
         None
     }
 
-    /// Sends the answers to packets outside of the session: at most [`ANSWERS_MAX`] bytes, however many packets there were. `own` is the
-    /// board's hello, `nonce` gives a new nonce and its origin.
+    /// Sends the pending answers to packets from outside the session: at most [`ANSWERS_MAX`] bytes, however many packets there were. `own` is
+    /// the board's hello, `nonce` returns a new nonce and its origin.
     #[cold]
     #[inline(never)]
     pub fn answer(&mut self, own: &Hello, nonce: NewNonce<'_>, write: Write<'_>) {
@@ -148,7 +149,7 @@ impl BoardChannel {
             self.send(&Frame::Refusal(Refusal::Undecodable(error)), write);
         }
         if owed.unauthentic {
-            // The session's host hears of it, where there is a session.
+            // If there is a session, this answer is sealed and reaches its host.
             self.send(&Frame::Refusal(Refusal::Unauthentic { count: self.refused }), write);
         }
         if owed.no_key {
@@ -176,7 +177,7 @@ impl BoardChannel {
         self.answer_openly(&Frame::Challenge(Challenge { own, trust }), write);
     }
 
-    /// Begin a session, if the proof fits. A wrong one leaves the challenge standing: who guesses must not keep others out.
+    /// Begins a session if the proof fits. After a wrong proof the challenge stays valid, so that guesses cannot lock out the real host.
     #[cold]
     fn check(&mut self, proof: &Proof, key: Key) {
         match self.challenged {
@@ -194,7 +195,7 @@ impl BoardChannel {
         (self.owed.any, self.owed.unauthentic) = (true, true);
     }
 
-    /// Sends a frame to somebody who has no part in a session.
+    /// Sends an open packet, for a receiver without a session.
     fn answer_openly(&mut self, frame: &Frame, write: Write<'_>) {
         if self.codec.encoder.encode_open_to(frame, &mut self.packet).is_ok() {
             write(&self.packet);

@@ -1,4 +1,4 @@
-//! The host's side.
+//! The host's side of the link.
 
 use crate::DecodeError;
 use crate::codec::{Codec, FrameTooLong, Received};
@@ -10,13 +10,13 @@ use core::fmt;
 /// Reason why a host does not talk to a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Distrust {
-    /// The board asks for a key, and the host has none.
+    /// The board requires a key, and the host has none.
     KeyNeeded,
     /// The board's proof does not fit the key: it has another, or is not the board.
     WrongProof,
-    /// The host has a key, and the board says that it has none.
+    /// The host has a key, and the board reports that it has none.
     BoardHasNoKey,
-    /// The host has a key, and the board says that it was built to trust anybody.
+    /// The host has a key, and the board reports that it was built to trust anybody.
     BoardIsInsecure,
 }
 
@@ -40,19 +40,19 @@ pub struct HostChannel {
     key: Option<Key>,
     sending: Option<SealKey>,
     nonce: Nonce,
-    /// A challenge was asked for, and has not been answered.
+    /// The host has requested a challenge and not answered one yet.
     asked: bool,
     sealed: bool,
 }
 
 impl HostChannel {
-    /// A channel before any packet. With a key, none but a board with the same key is talked to.
+    /// Creates a channel that has not sent or received anything. With a key, the host accepts only a board with the same key.
     #[must_use]
     pub const fn new(key: Option<Key>) -> Self {
         Self { codec: Codec::new(), key, sending: None, nonce: [0; 16], asked: false, sealed: false }
     }
 
-    /// Key of the seals that this side makes, for a host that makes its packets elsewhere.
+    /// Key of the seals that this side makes, for a host that encodes its packets itself; `None` before the session.
     #[must_use]
     pub fn sending_key(&self) -> Option<SealKey> {
         self.sending.clone()
@@ -64,7 +64,7 @@ impl HostChannel {
         self.sealed
     }
 
-    /// The packet that asks for a challenge. `nonce` must be random and new.
+    /// Returns the packet that requests a challenge. `nonce` must be random and new.
     ///
     /// # Errors
     /// As [`crate::Encoder::encode`].
@@ -73,15 +73,15 @@ impl HostChannel {
         self.codec.encoder.encode_open(&Frame::Join(nonce))
     }
 
-    /// Check that the board is one to talk to. Sends nothing, and begins nothing.
+    /// Checks that the board can be trusted. Sends nothing, and begins no session.
     ///
     /// # Errors
-    /// [`Distrust`]: the board is not one to talk to with this key, or without one.
+    /// [`Distrust`]: the board cannot be trusted with this key, or requires one and the host has none.
     pub fn check(&self, challenge: &Challenge) -> Result<(), Distrust> {
         self.secret(challenge).map(|_| ())
     }
 
-    /// Answer a challenge: the packet to send, if there is one. From then on packets are sealed where both have the key.
+    /// Answers a challenge. Returns the packet with the host's proof, or `None` for a board without a key. After a proof all packets are sealed.
     ///
     /// # Errors
     /// As [`HostChannel::check`].
@@ -97,7 +97,7 @@ impl HostChannel {
         Ok(packet)
     }
 
-    /// Key and transcript of the session that a challenge offers; `None` for a board that needs none.
+    /// Key and transcript of the session that a challenge offers; `None` for a board that needs no key.
     fn secret(&self, challenge: &Challenge) -> Result<Option<(Key, Transcript)>, Distrust> {
         match (challenge.trust, self.key) {
             (Trust::Key { nonce, proof, .. }, Some(key)) => {
@@ -112,8 +112,8 @@ impl HostChannel {
         }
     }
 
-    /// The next packet: sealed in a session with a key. A request begins with a zero, which ends whatever noise came before it on the wire:
-    /// otherwise the request would be lost with the noise.
+    /// Encodes the next packet, sealed in a session with a key. A request begins with a zero byte. It ends any noise that came before on the
+    /// wire, which would otherwise merge with the request and destroy it.
     ///
     /// # Errors
     /// As [`crate::Encoder::encode`].
@@ -125,8 +125,8 @@ impl HostChannel {
         Ok(packet)
     }
 
-    /// Take one byte. In a sealed session an open packet counts only where a board must speak without a seal: it has started
-    /// anew, or answers a join.
+    /// Takes one byte. In a sealed session an open packet is accepted only if the board has to send it without a seal: after a restart, or in
+    /// answer to a join.
     ///
     /// # Errors
     /// As [`crate::Decoder::push`].
@@ -136,7 +136,7 @@ impl HostChannel {
             Ok((received, true)) => Some(Ok(received)),
             Ok((received, false)) => {
                 let counts = match received.frame {
-                    // Else it is the answer to somebody else.
+                    // If this host has not asked, the challenge answers another host.
                     Frame::Challenge(_) => self.asked,
                     Frame::Hello(_) | Frame::Refusal(Refusal::Unauthentic { .. } | Refusal::NoNonce) => true,
                     _ => !self.sealed,

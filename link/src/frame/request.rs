@@ -1,4 +1,4 @@
-//! Requests of a host, changes of parameters, and the answers of a board.
+//! Requests and parameter changes of a host, and the answers of a board.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,10 +9,10 @@ pub enum Refusal {
     Undecodable(crate::packet::DecodeError),
     /// Packets were lost before this one.
     Lost {
-        /// Number of packets; 255 is that or more.
+        /// Number of packets; 255 means 255 or more.
         missed: u8,
     },
-    /// A measurement, reference or live input before hellos were exchanged.
+    /// A measurement, reference or live input arrived before hellos were exchanged.
     NoHello,
     /// The frame has values for another number of joints.
     JointCount {
@@ -21,31 +21,30 @@ pub enum Refusal {
         /// Number of joints in the frame.
         found: u8,
     },
-    /// The hello was for another robot, joint count or rate; the MCU's own hello came before this.
+    /// The hello was for another robot, joint count or rate. The MCU sent its own hello before this refusal.
     OtherRobot,
-    /// A measurement came before any reference.
+    /// A measurement arrived before any reference.
     NoReference,
     /// The MCU never receives this kind of frame.
     Unexpected,
-    /// The packet is not of the session: it is open, its seal does not fit, it was there before, or a proof is wrong.
+    /// The packet does not belong to the session: it is open, its seal does not fit, it is a repeated packet, or a proof is wrong.
     Unauthentic {
-        /// Number of such packets since the board has started; 65,535 is that or more.
+        /// Number of such packets since the board started; 65,535 means 65,535 or more.
         count: u16,
     },
-    /// The board has no key: without one the safety state machine is not to be had.
+    /// The board has no key, and without one it does not run the safety state machine.
     NoKey,
     /// The board has no nonce: its random number generator has failed.
     NoNonce,
     /// A live input is NaN or infinite; the earlier ones stay in force.
     NonFiniteLive,
-    /// A point's position, velocity or acceleration, or a number from which the way to it is computed, is NaN or
-    /// infinite.
+    /// A point's position, velocity or acceleration, or a coefficient of the segment to it, is NaN or infinite.
     NonFinitePoint,
-    /// The trajectory holds as many points as it can; send this one again when the status shows room.
+    /// The trajectory buffer is full; send this point again when the status shows free capacity.
     TrajectoryFull,
-    /// A point that takes time came before one to start from.
+    /// A point with a duration arrived before a start point.
     NoStart,
-    /// A start, or another law, came while the arm runs.
+    /// A start point, or a change of the control law, arrived while the arm runs.
     Running,
     /// No parameter has this number.
     NoParameter,
@@ -53,26 +52,26 @@ pub enum Refusal {
     Fixed,
     /// The value is outside the parameter's bounds, or NaN; an impossible or too heavy payload; too much gravity.
     OutOfBounds,
-    /// Another change waits for its tick.
+    /// An earlier change is still waiting for its tick.
     Busy,
-    /// The torque of a joint would change at once by more than it may in a tick.
+    /// The change would make the torque of a joint jump by more than its limit for one tick.
     WouldJump {
-        /// The first joint that would, counted from 0.
+        /// The first such joint, counted from 0.
         joint: u8,
     },
-    /// A measurement came from the host while the board measures for itself.
+    /// The host sent a measurement while the board uses its own sensors.
     OwnMeasurements {
-        /// Number of such frames since the hello; 65,535 is that or more.
+        /// Number of such frames since the hello; 65,535 means 65,535 or more.
         count: u16,
     },
-    /// A hello for another robot, rate or pacing came while the arm is driven; the session goes on.
+    /// A hello for another robot, rate or pacing arrived while the arm is driven; the session goes on.
     Driven,
 }
 
 /// Request with a number that the host chooses.
 ///
-/// The board answers each number once. A frame with a number and request that are among the last 8 is the same request, sent again: it acts
-/// no second time, and is answered again. A host sends a request until its answer has come, and takes the next number for the next one.
+/// The board executes each number once. A frame with the number and request of one of the last 8 is a repetition: it is answered again but not
+/// executed again. A host repeats a request until its answer arrives, and uses the next number for the next request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NumberedRequest {
     /// The number.
@@ -95,28 +94,28 @@ pub struct Answer {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "host", derive(Deserialize))]
 pub enum Verdict {
-    /// The state machine has done it.
+    /// The request was carried out.
     Accepted,
-    /// It has not, for this reason; nothing was changed.
+    /// The request was rejected for this reason; nothing was changed.
     Rejected(Denial),
-    /// A request of higher rank, or an earlier one of the same rank, came for the same tick; nothing was changed.
+    /// A request of higher rank, or an earlier one of the same rank, was taken in the same tick; nothing was changed.
     Superseded,
 }
 
 /// Request to the safety state machine. See [`dynamics_core::safety::Request`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Request {
-    /// Forget the zeros, and look for them.
+    /// Forget the joints' zeros, and find them again.
     Home,
-    /// The zeros are right.
+    /// Confirm that the zeros are correct.
     Confirm,
-    /// Hold the arm by torque.
+    /// Switch the drives on and hold the arm by torque.
     Arm,
-    /// No torque.
+    /// Take the torque away.
     Disarm,
     /// Follow the trajectory.
     Run,
-    /// Stop, and stay.
+    /// Stop and hold the position.
     Hold,
     /// Leave the fault.
     Clear,
@@ -124,7 +123,7 @@ pub enum Request {
     Stop,
     /// Lift the limits of the first motion after homing.
     FullRange,
-    /// Release the black box, which holds the ticks around a fault until then.
+    /// Release the black box, which keeps the ticks around a fault until then.
     Release,
 }
 
@@ -134,11 +133,11 @@ pub enum Request {
 pub struct Denial {
     /// [`dynamics_core::safety::Refusal::code`].
     pub code: u8,
-    /// The fault that stands in the way, or 0.
+    /// The fault that prevents it, as [`dynamics_core::Fault::code`], or 0.
     pub fault: u8,
-    /// The joint, counted from 0, where it is one joint's.
+    /// The joint that is the reason, counted from 0, if it is a single joint.
     pub joint: Option<u8>,
-    /// The live input that is missing or old, as [`dynamics_core::safety::LiveInput::code`], or 0.
+    /// The live input that is missing or too old, as [`dynamics_core::safety::LiveInput::code`], or 0.
     pub input: u8,
 }
 
@@ -147,20 +146,20 @@ pub struct Denial {
 pub struct Setting {
     /// Its number.
     pub index: u8,
-    /// Its new value, in its unit.
+    /// Its new value, in the parameter's unit.
     pub value: f32,
 }
 
-/// A parameter. See `session::parameters` for their numbers and units.
+/// Value and bounds of a parameter. See `session::parameters` for numbers and units.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "host", derive(Deserialize))]
 pub struct Value {
     /// Its number.
     pub index: u8,
-    /// Its value.
+    /// Its value, in the parameter's unit.
     pub value: f32,
-    /// Lowest value that can be set; NaN where it is fixed.
+    /// Lowest value that can be set; NaN if the parameter is fixed.
     pub low: f32,
-    /// Highest value that can be set; NaN where it is fixed.
+    /// Highest value that can be set; NaN if the parameter is fixed.
     pub high: f32,
 }

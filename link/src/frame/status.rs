@@ -1,4 +1,4 @@
-//! Reports of a board: its state, the action of the drives, readings, and costs.
+//! Reports of a board: state, action of the drives, readings and costs.
 
 use super::request::Denial;
 use super::values::{Cost, Joints, Reference, Sensed};
@@ -7,32 +7,32 @@ use dynamics_core::control;
 use dynamics_core::safety::HoldCause;
 use serde::{Deserialize, Serialize};
 
-/// State of a board's lines, beside the joints' readings.
+/// State of a board's input lines: everything it senses except the joints' readings.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "PackedLines", into = "PackedLines")]
 pub struct Lines {
     /// The emergency stop is pressed, or its wire is broken.
     pub emergency_stop: bool,
-    /// The tick before had not ended when this one was due.
+    /// The previous tick had not ended when this one was due.
     pub overrun: bool,
     /// Every joint knows its zero.
     pub zeroed: bool,
-    /// Joints whose drive reports a fault: bit 0 is the first.
+    /// Joints with a drive that reports a fault: bit 0 is the first.
     pub drive_fault: u8,
-    /// Joints whose drive has shown, after its enable frame, that it is on: bit 0 is the first.
+    /// Joints with a drive that has confirmed, after its enable frame, that it is on: bit 0 is the first.
     pub on: u8,
-    /// A drive may have lost its zero since the tick before.
+    /// A drive may have lost its zero since the previous tick.
     pub zero_lost: bool,
-    /// Supply voltage, V, where it is measured.
+    /// Supply voltage, V, if it is measured.
     pub supply: Option<f32>,
-    /// Highest temperature, degrees Celsius, where it is measured.
+    /// Highest temperature, degrees Celsius, if it is measured.
     pub temperature: Option<f32>,
 }
 
-/// [`Lines`] as they are sent: a status with encoder counts of six joints must fit into a millisecond of the line.
+/// [`Lines`] as they are sent. Packed, because a status with encoder counts of six joints must take less than 1 ms on the line.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 struct PackedLines {
-    /// Emergency stop 1, overrun 2, zeroed 4, zero lost 8.
+    /// Sum of emergency stop (1), overrun (2), zeroed (4) and zero lost (8).
     flags: u8,
     drive_fault: u8,
     on: u8,
@@ -87,9 +87,9 @@ impl Lines {
 /// Choice of reports, and their rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Watch {
-    /// Every so many ticks; 0 never.
+    /// Number of ticks from one report to the next; 0 for no reports.
     pub every: u16,
-    /// Which [`Parts`] of a status.
+    /// The optional [`Parts`] of each status.
     pub parts: Parts,
 }
 
@@ -100,7 +100,7 @@ pub struct Parts(u8);
 impl Parts {
     /// None of them.
     pub const NONE: Self = Self(0);
-    /// Readings and lines: all inputs of the tick from the board.
+    /// Readings and lines: all inputs of the tick that the board measures.
     pub const SENSED: Self = Self(1);
     /// Torques and limits.
     pub const TORQUE: Self = Self(2);
@@ -108,18 +108,18 @@ impl Parts {
     pub const REFERENCE: Self = Self(4);
     /// Cost of the tick.
     pub const COST: Self = Self(8);
-    /// All that a record holds.
+    /// All parts that a recorded tick has.
     pub const ALL: Self = Self(15);
-    /// Torque from outside on each joint, where the scene estimates it; in the place of the reference.
+    /// External torque on each joint, if the scene estimates it; sent instead of the reference.
     pub const EXTERNAL: Self = Self(16);
 
-    /// Both.
+    /// Union of two sets.
     #[must_use]
     pub const fn and(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    /// True if all of `other` are in.
+    /// True if the set contains all of `other`.
     #[must_use]
     pub const fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0
@@ -132,48 +132,48 @@ impl Parts {
 pub struct Status {
     /// Number of the tick.
     pub tick: u32,
-    /// Frames that had been taken before it, refused and lost ones too, modulo 65,536: places a tick between the frames of a log.
+    /// Number of frames received before it, including refused and lost ones, modulo 65,536. Locates the tick between the frames of a log.
     pub taken: u16,
     /// State of the safety state machine.
     pub state: StateCode,
-    /// Number of the [fault](Status::fault) or of the [cause to hold](Status::hold_cause); 0 in every other state.
+    /// Code of the [fault](Status::fault) or of the [cause of holding](Status::hold_cause); 0 in every other state.
     pub cause: u8,
-    /// The joint that is the cause, counted from 0, where it is one joint.
+    /// The joint that is the cause, counted from 0, if it is a single joint.
     pub joint: Option<u8>,
-    /// The joints' zeros have been confirmed.
+    /// True if the joints' zeros have been confirmed.
     pub homed: bool,
     /// Reason for which the request of this tick was rejected.
     pub refused: Option<Denial>,
-    /// The black box holds a fault that has not been released: it records no new ticks.
+    /// True if the black box keeps a fault that has not been released: it records no new ticks.
     pub kept: bool,
-    /// Points that the trajectory has room for.
+    /// Number of points that the trajectory buffer can still take.
     pub room: u8,
-    /// Action of the drives; `None` where it was not requested.
+    /// Action of the drives; `None` if it was not requested.
     pub actuation: Option<Actuation>,
-    /// Readings of the board's sensors and lines; `None` where they were not requested.
+    /// Readings of the board's sensors and lines; `None` if they were not requested.
     pub sensed: Option<SensedLines>,
-    /// One of several things.
+    /// One of several optional parts.
     pub extra: ExtraFields,
-    /// Cost of the tick, where it was requested and can be counted exactly.
+    /// Cost of the tick, if it was requested and can be counted exactly.
     pub cost: Option<TickCost>,
 }
 
-/// Optional parts of a status, which has room for one.
+/// Optional part of a status. A status carries at most one of these.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "host", derive(Deserialize))]
 pub enum ExtraFields {
     /// Nothing.
     Nothing,
-    /// The trajectory's reference, where it was requested and there is one.
+    /// The trajectory's reference, if it was requested and there is one.
     Reference(Reference),
-    /// Torque from outside on each joint, N m or N, where it was requested and the scene estimates it.
+    /// External torque or force on each joint, N m or N, if it was requested and the scene estimates it.
     External(Joints<f32>),
-    /// In the state of a fault, where readings were requested: what the first joint with a fault reports.
+    /// Report of the first joint with a fault. Sent in the fault state if readings were requested.
     DriveFault(DriveFaultReport),
 }
 
 impl Status {
-    /// The fault, in the state of a fault. `None` in every other state, and for a number that this version does not know.
+    /// Returns the fault in the fault state; `None` in every other state, and for a code that this version does not know.
     #[must_use]
     pub fn fault(&self) -> Option<control::Fault> {
         match self.state {
@@ -182,7 +182,7 @@ impl Status {
         }
     }
 
-    /// The cause to hold, while the arm is held. `None` in every other state, and for a number that this version does not know.
+    /// Returns the cause of holding while the arm is held; `None` in every other state, and for a code that this version does not know.
     #[must_use]
     pub fn hold_cause(&self) -> Option<HoldCause> {
         match self.state {
@@ -191,7 +191,7 @@ impl Status {
         }
     }
 
-    /// The trajectory's reference, if it is reported.
+    /// Returns the trajectory's reference, if it is reported.
     #[must_use]
     pub fn reference(&self) -> Option<&Reference> {
         match &self.extra {
@@ -200,7 +200,7 @@ impl Status {
         }
     }
 
-    /// Torque from outside on each joint, N m or N, if it is reported.
+    /// Returns the external torque or force on each joint, N m or N, if it is reported.
     #[must_use]
     pub fn external(&self) -> Option<&[f32]> {
         match &self.extra {
@@ -209,7 +209,7 @@ impl Status {
         }
     }
 
-    /// Report of the first joint with a fault, if the board tells it.
+    /// Returns the report of the first joint with a fault, if the board sent one.
     #[must_use]
     pub fn drive_fault(&self) -> Option<DriveFaultReport> {
         match self.extra {
@@ -223,26 +223,26 @@ impl Status {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "host", derive(Deserialize))]
 pub enum Actuation {
-    /// These torques or forces, N m or N, and which limits acted.
+    /// The drives apply these torques.
     Drive {
-        /// Exactly the computed bits.
+        /// Torque or force, N m or N; exactly the computed bits.
         torque: Joints<f32>,
-        /// As the bits of [`dynamics_core::control::LimitFlags`].
+        /// Limits that acted, as the bits of [`dynamics_core::control::LimitFlags`].
         limits: Joints<u8>,
     },
     /// Drives off, brakes engaged.
     Brake,
-    /// The drives damp the motion by themselves.
+    /// The drives damp the motion without commands from the controller.
     DampedStop,
     /// Drives off.
     Off,
     /// The drives are being switched on, brakes engaged.
     Enable,
-    /// These torques or forces, with engaged brakes.
+    /// The drives apply these torques against engaged brakes.
     Preload {
-        /// Exactly the computed bits.
+        /// Torque or force, N m or N; exactly the computed bits.
         torque: Joints<f32>,
-        /// As the bits of [`dynamics_core::control::LimitFlags`].
+        /// Limits that acted, as the bits of [`dynamics_core::control::LimitFlags`].
         limits: Joints<u8>,
     },
 }
@@ -253,9 +253,9 @@ pub enum Actuation {
 pub struct SensedLines {
     /// Readings of the joints.
     pub sensed: Sensed,
-    /// Age of each, ticks; 65,535 is that or older.
+    /// Age of each reading, ticks; 65,535 means 65,535 or older.
     pub age_ticks: Joints<u16>,
-    /// The lines.
+    /// State of the board's lines.
     pub lines: Lines,
 }
 
@@ -265,6 +265,6 @@ pub struct SensedLines {
 pub struct TickCost {
     /// Trajectory, safety state machine and controller.
     pub all: Cost,
-    /// The controller alone, where it was called.
+    /// The controller alone, if it was called.
     pub controller: Option<Cost>,
 }

@@ -1,20 +1,20 @@
-//! Values of joints, and what a tick needs of them.
+//! Joint values, and the inputs and outputs of a tick.
 
 use serde::{Deserialize, Serialize};
 
-/// Most joints that a frame carries.
+/// Largest number of joints that a frame carries.
 pub const JOINTS_MAX: usize = 6;
 
-/// One value per joint, base first. The count travels with it, so that frames need no type parameter and a peer for
-/// another arm gets a named error instead of being misread.
+/// One value per joint, base first. The count is sent too: frames need no type parameter, and a frame for another arm causes an error instead
+/// of being misread.
 pub type Joints<T> = heapless::Vec<T, JOINTS_MAX>;
 
-/// Reading of the sensors, and its tick.
+/// Reading of the sensors for a tick.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measurement {
     /// Number of the tick; the answer repeats it.
     pub tick: u32,
-    /// Ticks since the reading was taken; 0 is fresh.
+    /// Age of the reading, ticks; 0 is fresh.
     pub age_ticks: u32,
     /// The reading.
     pub sensed: Sensed,
@@ -30,11 +30,11 @@ pub enum Sensed {
         /// Joint velocity, rad/s or m/s.
         qd: Joints<f32>,
     },
-    /// Encoder counts.
+    /// Encoder counts, one per joint.
     Counts(Joints<i32>),
 }
 
-/// Reference for the arm, until the next one.
+/// Reference for the arm, valid until the next one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reference {
     /// Joint position, rad or m.
@@ -45,7 +45,7 @@ pub struct Reference {
     pub qdd: Joints<f32>,
 }
 
-/// The live inputs of the scene, until the next of these. The controller reads those whose term is live.
+/// The live inputs of the scene, valid until the next frame of this kind. The controller uses those that the scene declares as live.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Live {
     /// Gravitational acceleration in the base frame, m/s^2.
@@ -63,7 +63,7 @@ pub struct Live {
 pub struct Payload {
     /// Mass, kg.
     pub mass: f32,
-    /// First moment, mass times mass centre, kg m.
+    /// First moment: mass times position of the centre of mass, kg m.
     pub first_moment: [f32; 3],
     /// Inertia about the origin, kg m^2: xx, yy, zz, xy, xz, yz.
     pub inertia: [f32; 6],
@@ -72,41 +72,41 @@ pub struct Payload {
 /// Torques for the actuators.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Command {
-    /// The tick this answers.
+    /// Number of the tick that this answers.
     pub tick: u32,
     /// Actuator torque or force, N m or N: exactly the computed bits.
     pub torque: Joints<f32>,
     /// Limits that acted, as the bits of [`dynamics_core::control::LimitFlags`].
     pub limits: Joints<u8>,
-    /// Cost of the controller's tick, where the board can count it exactly.
+    /// Cost of the controller's tick, if the board can count it exactly.
     pub cost: Option<Cost>,
 }
 
-/// Cost of a tick. Instructions and cycles are different things and never stand in one column.
+/// Cost of a tick. Instructions and cycles are different quantities, and no table mixes them in one column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Cost {
     /// Instructions executed, as the emulator counts them.
     Instructions(u32),
-    /// Processor cycles, as the chip's own counter has them.
+    /// Processor cycles, from the chip's own counter.
     Cycles(u32),
 }
 
 /// Reason why the controller brakes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fault {
-    /// The tick this answers; for a fault without a measurement, the last tick before it.
+    /// Number of the tick that this answers; for a fault without a measurement, the last tick before it.
     pub tick: u32,
-    /// Stable number of the fault: [`dynamics_core::Fault::code`].
+    /// Stable code of the fault: [`dynamics_core::Fault::code`].
     pub code: u8,
-    /// The joint at fault, counted from 0, if it is one joint's.
+    /// The joint that caused it, counted from 0, if it is a single joint.
     pub joint: Option<u8>,
 }
 
-/// A point of the trajectory. The way to it from the point before is the polynomial of fifth degree that agrees with both in
-/// position, velocity and acceleration.
+/// A point of the trajectory. The segment from the previous point is the fifth-degree polynomial that matches position, velocity and
+/// acceleration at both points.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Point {
-    /// Ticks from the point before to this; 0 starts a new trajectory here.
+    /// Ticks from the previous point to this one; 0 starts a new trajectory here.
     pub ticks: u16,
     /// Position, velocity and acceleration.
     pub reference: Reference,

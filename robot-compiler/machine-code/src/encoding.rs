@@ -1,20 +1,20 @@
 //! Encoding: the bytes of an instruction (Intel 64 Architectures Software Developer's Manual, volume 2, chapters 2.3 and 2.7).
 //!
-//! Memory is reached from RDI, which points into the middle of the frame so that a displacement of one byte reaches as much as it can.
+//! Memory is addressed relative to RDI, which points to the middle of the frame, so that displacements of one byte cover as much as possible.
 
 use crate::Instructions;
 use crate::registers::{Instruction, Operand, Operation};
 
-/// Place that RDI points to.
+/// Slot to which RDI points.
 pub(crate) const MIDDLE: usize = 128;
 
-/// Bytes of a place: eight numbers.
+/// Size of a slot, bytes: eight numbers.
 const PLACE: i32 = 64;
 
 /// VZEROUPPER, RET.
 pub(crate) const END: [u8; 4] = [0xc5, 0xf8, 0x77, 0xc3];
 
-/// Number of RDI.
+/// Register number of RDI.
 const RDI: u8 = 7;
 
 /// Opcodes in the map of 0F, all with the prefix 66: packed doubles.
@@ -30,10 +30,10 @@ const fn opcode(operation: Operation) -> u8 {
     }
 }
 
-/// Append an instruction.
+/// Appends an instruction.
 pub(crate) fn encode(bytes: &mut Vec<u8>, instruction: &Instruction, set: Instructions) {
     let (opcode, register, a, b) = match *instruction {
-        // The middle operand must be zero where there is none.
+        // The middle operand's field must be zero if there is no such operand.
         Instruction::Load { to, from } => (LOAD, to, 0, Operand::Place(from)),
         Instruction::Store { to, from } => (STORE, from, 0, Operand::Place(to)),
         Instruction::Compute { operation, to, a, b } => (opcode(operation), to, a, b),
@@ -44,7 +44,7 @@ pub(crate) fn encode(bytes: &mut Vec<u8>, instruction: &Instruction, set: Instru
     }
 }
 
-/// 256 bits: `C5 R.vvvv.L.pp` where the second operand has no high bit, `C4 RXB.mmmmm W.vvvv.L.pp` otherwise.
+/// Encoding for 256 bits: `C5 R.vvvv.L.pp` if the second operand has no high bit, otherwise `C4 RXB.mmmmm W.vvvv.L.pp`.
 fn vex(bytes: &mut Vec<u8>, opcode: u8, register: u8, a: u8, b: Operand) {
     let not = |bit: u8| u8::from(bit == 0);
     let high = |register: u8| register >> 3 & 1;
@@ -65,7 +65,7 @@ fn vex(bytes: &mut Vec<u8>, opcode: u8, register: u8, a: u8, b: Operand) {
     }
 }
 
-/// 512 bits: `62 RXBR'0.mmm W.vvvv.1.pp z.LL.b.V'.aaa`. A displacement of one byte counts vectors.
+/// Encoding for 512 bits: `62 RXBR'0.mmm W.vvvv.1.pp z.LL.b.V'.aaa`. A displacement of one byte is in units of vectors.
 fn evex(bytes: &mut Vec<u8>, opcode: u8, register: u8, a: u8, b: Operand) {
     let not = |bit: u8| u8::from(bit & 1 == 0);
     // The second operand's bits 3 and 4 are B and X.
@@ -94,12 +94,12 @@ const fn direct(register: u8, b: u8) -> u8 {
     0b11 << 6 | (register & 7) << 3 | b & 7
 }
 
-/// ModRM of a register, and memory at RDI and a displacement of one byte.
+/// ModRM of a register and of memory at RDI plus a displacement of one byte.
 const fn near(register: u8) -> u8 {
     0b01 << 6 | (register & 7) << 3 | RDI
 }
 
-/// ModRM of a register, and memory at RDI and a displacement of four bytes, with the displacement.
+/// ModRM of a register and of memory at RDI plus a displacement of four bytes, followed by the displacement.
 fn far(bytes: &mut Vec<u8>, register: u8, offset: i32) {
     bytes.push(0b10 << 6 | (register & 7) << 3 | RDI);
     bytes.extend(offset.to_le_bytes());
@@ -121,7 +121,7 @@ mod tests {
         Instruction::Compute { operation, to, a, b }
     }
 
-    /// The bytes are those that GNU as 2.40 gives the comment above them.
+    /// The bytes are those that GNU as 2.40 generates for the comment above them.
     #[test]
     fn instructions_have_the_bytes_that_an_assembler_gives_them() {
         use Instructions::{Avx, Avx512};

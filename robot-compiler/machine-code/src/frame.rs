@@ -1,4 +1,4 @@
-//! Frame: inputs, numbers, values without a register, and outputs; each place holds one number for every lane.
+//! The frame of a kernel: inputs, numbers, values without a register, and outputs. Each slot holds one number for every lane.
 
 use crate::LANES;
 use crate::registers::Allocation;
@@ -9,16 +9,16 @@ const CACHE_LINE: usize = 64;
 /// The memory of one kernel.
 #[derive(Debug)]
 pub(crate) struct Frame {
-    /// Longer than what is used by a cache line.
+    /// Longer than the used part by one cache line.
     numbers: Vec<f64>,
-    /// The first number that is used, at the start of a cache line.
+    /// Index of the first used number, at the start of a cache line.
     start: usize,
-    /// Count of the numbers that are used.
+    /// Number of used numbers.
     count: usize,
 }
 
 impl Frame {
-    /// A frame with the allocation's numbers in place, and zero everywhere else.
+    /// A frame with the allocation's numbers in their slots, and zero everywhere else.
     pub(crate) fn new(allocation: &Allocation) -> Self {
         let mut frame = Self::of(allocation.places * LANES);
         for &(place, number) in &allocation.numbers {
@@ -32,18 +32,18 @@ impl Frame {
     fn of(count: usize) -> Self {
         let spare = CACHE_LINE / size_of::<f64>();
         let numbers = vec![0.0_f64; count + spare];
-        // At worst the frame lies across cache lines.
+        // If the alignment fails, vectors only lie across cache lines.
         let start = numbers.as_ptr().align_offset(CACHE_LINE);
         Self { start: if start <= spare { start } else { 0 }, numbers, count }
     }
 
-    /// Every place, one after another.
+    /// All slots, one after another.
     #[inline]
     pub(crate) fn all(&self) -> &[f64] {
         &self.numbers[self.start..self.start + self.count]
     }
 
-    /// Every place, one after another.
+    /// All slots, one after another.
     #[inline]
     pub(crate) fn all_mut(&mut self) -> &mut [f64] {
         &mut self.numbers[self.start..self.start + self.count]

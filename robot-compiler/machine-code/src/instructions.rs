@@ -1,14 +1,14 @@
-//! Instructions of a processor, and the states that they take side by side.
+//! Instruction sets of processors, and the number of states that are computed in parallel.
 
-/// States side by side.
+/// Number of states computed in parallel.
 pub const LANES: usize = 8;
 
 /// Instructions of x86-64 that a processor may have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Instructions {
-    /// Vectors of four, sixteen registers.
+    /// AVX: vectors of four numbers, sixteen registers.
     Avx,
-    /// Vectors of eight, thirty-two registers.
+    /// AVX-512: vectors of eight numbers, thirty-two registers.
     Avx512,
 }
 
@@ -16,7 +16,7 @@ impl Instructions {
     /// Every set, the widest first.
     pub const ALL: [Self; 2] = [Self::Avx512, Self::Avx];
 
-    /// Vectors that all lanes take.
+    /// Number of vectors needed for all lanes.
     pub(crate) const fn vectors(self) -> usize {
         match self {
             Self::Avx => 2,
@@ -24,7 +24,7 @@ impl Instructions {
         }
     }
 
-    /// Vector registers.
+    /// Number of vector registers.
     pub(crate) const fn registers(self) -> u8 {
         match self {
             Self::Avx => 16,
@@ -32,7 +32,7 @@ impl Instructions {
         }
     }
 
-    /// True if this processor has them.
+    /// True if this processor has these instructions.
     #[must_use]
     pub fn are_here(self) -> bool {
         #[cfg(target_arch = "x86_64")]

@@ -1,23 +1,23 @@
-//! A traced program as this processor's own code, for several states at once.
+//! A traced program as machine code for this processor, for several states at once.
 //!
-//! A program of the [robot compiler](robot_compiler::kernel) is straight-line arithmetic, so its machine code is one vector instruction a
-//! statement: sum, difference, product or quotient of two registers, or of a register and a place in memory. Each lane of a vector is one
+//! A program of the [robot compiler](robot_compiler::kernel) is straight-line arithmetic, so its machine code is one vector instruction per
+//! statement: sum, difference, product or quotient of two registers, or of a register and a slot in memory. Each lane of a vector is one
 //! state. No multiplication is fused with an addition, so every lane has the bits of [`Program::evaluate`].
 //!
 //! ```text
 //! program --registers--> instructions --encoding--> bytes --memory, made executable--> code
 //! ```
 //!
-//! Eight states go side by side: in one vector of AVX-512, or in two of AVX, one after the other.
+//! Eight states are computed in parallel: in one vector of AVX-512, or in two of AVX, one after the other.
 //!
-//! Another processor, or a system that does not let a program make code, has no [`Kernel`]: a caller then computes state by state.
+//! Other processors, and systems that do not let a program generate code, have no [`Kernel`]: the caller then computes state by state.
 //!
 //! | module | holds |
 //! |---|---|
-//! | `registers` | which value lies in which register, by Belady's rule |
+//! | `registers` | which value is in which register, by Belady's rule |
 //! | `encoding` | the bytes of an instruction |
 //! | `frame` | inputs, numbers, values without a register, and outputs |
-//! | `instructions` | the sets of instructions that a processor may have |
+//! | `instructions` | the instruction sets that a processor may have |
 //! | `code` | memory that holds the bytes, and the one call into it |
 //! | `vectors` | the compiler's code for the same instructions |
 
@@ -36,9 +36,9 @@ use robot_compiler::kernel::Program;
 use std::sync::Arc;
 pub use vectors::Work;
 
-/// A program that is ready to run on several states at once, with the memory that it runs in.
+/// A program that is ready to run on several states at once, with its memory.
 ///
-/// A clone shares the code and has a memory of its own.
+/// A clone shares the code and has its own memory.
 #[derive(Clone, Debug)]
 pub struct Kernel {
     code: Arc<Code>,
@@ -49,20 +49,20 @@ pub struct Kernel {
 }
 
 impl Kernel {
-    /// The program for the widest instructions that this processor has; `inputs` is the number of inputs that a caller will give.
-    /// `None` if it has none of them, or the system does not let a program make code.
+    /// The program for the widest instructions that this processor has; `inputs` is the number of inputs that the caller will pass.
+    /// `None` if it has none of these instruction sets, or the system does not let a program generate code.
     #[must_use]
     pub fn new(program: &Program, inputs: usize) -> Option<Self> {
         Instructions::ALL.into_iter().find_map(|instructions| Self::with(program, inputs, instructions))
     }
 
-    /// The program for one state at a time, which [`run_one`](Self::run_one) runs: made of narrow vectors, of which it uses one.
+    /// The program for one state at a time, for [`run_one`](Self::run_one): it consists of narrow vectors, of which it uses one.
     #[must_use]
     pub fn of_one(program: &Program, inputs: usize) -> Option<Self> {
         Self::with(program, inputs, Instructions::Avx)
     }
 
-    /// The program for these instructions; `None` as for [`Kernel::new`].
+    /// The program for these instructions; `None` as in [`Kernel::new`].
     #[must_use]
     pub fn with(program: &Program, inputs: usize, instructions: Instructions) -> Option<Self> {
         if !instructions.are_here() {
@@ -75,13 +75,13 @@ impl Kernel {
         Some(Self { code: Arc::new(code), instructions, frame, inputs, outputs })
     }
 
-    /// Instructions that the kernel is made of.
+    /// Instructions that the kernel uses.
     #[must_use]
     pub const fn instructions(&self) -> Instructions {
         self.instructions
     }
 
-    /// Bytes of the code.
+    /// Size of the code, bytes.
     #[must_use]
     pub fn code_bytes(&self) -> usize {
         self.code.bytes()
@@ -93,26 +93,26 @@ impl Kernel {
         self.inputs
     }
 
-    /// All inputs, one after another, each with a number for every lane: number `k` in lane `l` is at `k * LANES + l`. They stay until they
-    /// are written again.
+    /// All inputs, one after another, each with a number for every lane: number `k` in lane `l` is at `k * LANES + l`. They keep their values until
+    /// they are written again.
     #[inline]
     pub fn inputs(&mut self) -> &mut [f64] {
         &mut self.frame.all_mut()[..self.inputs * LANES]
     }
 
-    /// Run the program on all lanes.
+    /// Runs the program on all lanes.
     #[inline]
     pub fn run(&mut self) {
         self.code.run(self.frame.all_mut(), self.instructions.vectors());
     }
 
-    /// Run the program on lane 0, and on the lanes that share its vector.
+    /// Runs the program on lane 0, and on the lanes that share its vector.
     #[inline]
     pub fn run_one(&mut self) {
         self.code.run(self.frame.all_mut(), 1);
     }
 
-    /// All outputs of the last run, as the inputs lie.
+    /// All outputs of the last run, in the layout of the inputs.
     #[inline]
     #[must_use]
     pub fn outputs(&self) -> &[f64] {

@@ -1,7 +1,7 @@
-//! Registers: which value lies in which register while a program runs.
+//! Register allocation: which value is in which register while a program runs.
 //!
-//! The statements are known to their end, so a register is taken from the value whose next use is farthest (L. A. Belady, A study of
-//! replacement algorithms for a virtual-storage computer, 1966). Inputs and numbers have places in memory from the start and are
+//! All statements are known in advance, so when a register is needed, the value whose next use is farthest is removed (L. A. Belady, A study of
+//! replacement algorithms for a virtual-storage computer, 1966). Inputs and numbers have slots in memory from the start and are simply
 //! dropped; a computed value is stored first, once.
 
 use robot_compiler::kernel::Program;
@@ -11,7 +11,7 @@ use std::collections::HashMap;
 /// A vector register, by its number.
 pub(crate) type Register = u8;
 
-/// Operation of a statement. A negation is a difference from -0.
+/// Operation of a statement. A negation is computed as a difference from -0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Operation {
     Add,
@@ -35,19 +35,19 @@ pub(crate) enum Instruction {
     Compute { operation: Operation, to: Register, a: Register, b: Operand },
 }
 
-/// A program's instructions, and the places that they use.
+/// A program's instructions, and the memory slots that they use.
 #[derive(Clone, Debug)]
 pub(crate) struct Allocation {
     pub(crate) instructions: Vec<Instruction>,
-    /// Places in memory: inputs first, then outputs.
+    /// Number of slots in memory: inputs first, then outputs.
     pub(crate) places: usize,
     pub(crate) inputs: usize,
     pub(crate) outputs: usize,
-    /// Places that hold numbers.
+    /// Slots that hold numbers, and the numbers.
     pub(crate) numbers: Vec<(usize, f64)>,
 }
 
-/// Instructions of a program on so many registers, of which it needs at least three.
+/// Instructions of a program for this number of registers, at least three.
 pub(crate) fn allocate(program: &Program, inputs: usize, registers: Register) -> Allocation {
     let mut allocator = Allocator::new(program, inputs, registers);
     for (now, &expr) in program.order().iter().enumerate() {
@@ -56,7 +56,7 @@ pub(crate) fn allocate(program: &Program, inputs: usize, registers: Register) ->
     allocator.finish()
 }
 
-/// Next use of a value that is never used again.
+/// Stands for the next use of a value that is never used again.
 const NEVER: usize = usize::MAX;
 
 struct Allocator<'a> {
@@ -67,9 +67,9 @@ struct Allocator<'a> {
     held: Vec<Option<Expr>>,
     /// Register of a value.
     registers: HashMap<Expr, Register>,
-    /// Place of a value that lies in memory.
+    /// Slot of a value that is in memory.
     homes: HashMap<Expr, usize>,
-    /// Places that no value needs any more, and those that none needs after the statement at hand.
+    /// Slots that no value needs any more, and those that no value needs after the current statement.
     free: Vec<usize>,
     released: Vec<usize>,
     minus_zero: Option<usize>,
@@ -125,7 +125,7 @@ impl<'a> Allocator<'a> {
         self.compute(expr, Operation::Sub, a_register, b_operand);
     }
 
-    /// The operands of a commutative operation, with one that lies in a register first.
+    /// The operands of a commutative operation, ordered so that one in a register comes first.
     fn register_first(&self, [a, b]: [Expr; 2]) -> [Expr; 2] {
         if !self.registers.contains_key(&a) && self.registers.contains_key(&b) { [b, a] } else { [a, b] }
     }
@@ -144,7 +144,7 @@ impl<'a> Allocator<'a> {
         }
     }
 
-    /// Register of a value, which is loaded if it lies in memory; no register of `keep` is taken for it.
+    /// Register of a value, which is loaded if it is in memory; registers of `keep` are not reused for it.
     fn loaded(&mut self, expr: Expr, keep: &[Expr]) -> Register {
         if let Some(&register) = self.registers.get(&expr) {
             return register;
@@ -156,7 +156,7 @@ impl<'a> Allocator<'a> {
         to
     }
 
-    /// A value as second operand: its register, or its place unless it is used again before some value that lies in a register.
+    /// A value as second operand: its register; or its slot, unless it is used again before some value that is in a register.
     fn operand(&mut self, expr: Expr, now: usize, beside: Expr) -> Operand {
         if let Some(&register) = self.registers.get(&expr) {
             return Operand::Register(register);
@@ -171,7 +171,7 @@ impl<'a> Allocator<'a> {
         Operand::Place(self.home(expr))
     }
 
-    /// Forget this statement's use of its operands, and what nobody uses any more.
+    /// Removes this statement's use of its operands, and the values that are not used any more.
     fn used(&mut self, now: usize, operands: [Expr; 2]) {
         for expr in operands {
             if let Some(uses) = self.uses.get_mut(&expr)
@@ -192,14 +192,14 @@ impl<'a> Allocator<'a> {
         }
     }
 
-    /// A register without a value: a free one, or that of the value whose next use is farthest.
+    /// An empty register: a free one, or that of the value whose next use is farthest.
     fn vacant(&mut self, keep: &[Expr]) -> Register {
         if let Some(free) = self.held.iter().position(Option::is_none) {
             return free as Register;
         }
         let candidates = self.held.iter().enumerate().filter_map(|(k, held)| held.map(|held| (k, held)));
         let farthest = candidates.filter(|(_, held)| !keep.contains(held)).max_by_key(|(_, held)| self.next_use(*held));
-        // At most two registers are kept, so there is one.
+        // At most two registers are kept, so there is always one.
         let Some((register, expr)) = farthest else { return 0 };
         if !self.homes.contains_key(&expr) && self.program.number(expr).is_none() {
             let place = self.home(expr);
@@ -215,7 +215,7 @@ impl<'a> Allocator<'a> {
         self.registers.insert(expr, register);
     }
 
-    /// Place of a value in memory.
+    /// Slot of a value in memory.
     fn home(&mut self, expr: Expr) -> usize {
         if let Some(&place) = self.homes.get(&expr) {
             return place;
@@ -244,7 +244,7 @@ impl<'a> Allocator<'a> {
         self.uses.get(&expr).and_then(|uses| uses.last()).copied().unwrap_or(NEVER)
     }
 
-    /// Copy the outputs that are inputs or numbers, or that occur twice.
+    /// Copies the outputs that are inputs or numbers, or that occur twice.
     fn finish(mut self) -> Allocation {
         let spare = 0;
         for (output, &expr) in self.program.outputs().iter().enumerate() {

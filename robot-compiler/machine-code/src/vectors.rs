@@ -1,21 +1,21 @@
-//! Vectors: what is written in Rust around a kernel, compiled for the instructions that the kernel is made of.
+//! Rust code around a kernel, compiled for the same instructions as the kernel.
 
 use crate::Instructions;
 
-/// Work on lanes. A closure would do if it could be inlined for certain.
+/// Work on lanes. A closure would be enough if its inlining were guaranteed.
 pub trait Work {
     /// Result of the call.
     type Outcome;
 
-    /// Do it. Implementations carry `#[inline(always)]`, and so does what they call on lanes.
+    /// Does the work. Implementations and everything that they call on lanes need `#[inline(always)]`.
     fn run(self) -> Self::Outcome;
 }
 
 impl Instructions {
-    /// Do some work, compiled for these instructions if the processor has them. No multiplication is fused with an addition, so it has
+    /// Does some work, compiled for these instructions if the processor has them. No multiplication is fused with an addition, so it has
     /// the same bits.
     ///
-    /// Only what is inlined is compiled so.
+    /// Only inlined code is compiled for these instructions.
     #[inline]
     #[expect(unsafe_code, reason = "code for more instructions than every processor has can be called in no other way")]
     pub fn run<W: Work>(self, work: W) -> W::Outcome {

@@ -1,4 +1,4 @@
-//! Every lane has the bits of the program's own evaluation.
+//! Every lane has the bits that the program's own evaluation gives.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 use machine_code::{Instructions, Kernel, LANES};
@@ -8,7 +8,7 @@ use robot_compiler::kernel::{Precision, Program, RuleSet};
 
 const INPUTS: usize = 5;
 
-/// A program that makes a new value of two earlier ones, again and again; `rules` may be none, so that nothing is simplified away.
+/// A program that repeatedly makes a new value of two earlier ones; `rules` may be none, so that nothing is simplified.
 fn program(steps: &[(u8, usize, usize)], outputs: usize, rules: RuleSet) -> Program {
     let (values, arena) = trace(Arena::new(rules, Precision::Double), || {
         let mut values: Vec<Expr> = (0..INPUTS).map(|number| input(number as u32)).collect();
@@ -37,7 +37,7 @@ fn same(a: f64, b: f64) -> bool {
 fn agrees(program: &Program, states: &[[f64; INPUTS]; 8]) {
     for instructions in Instructions::ALL.into_iter().filter(|it| it.are_here()) {
         let mut kernel = Kernel::with(program, INPUTS, instructions).unwrap();
-        // Twice: what the first run leaves in memory must not matter.
+        // Twice: values that the first run leaves in memory must have no effect.
         for _ in 0..2 {
             for number in 0..INPUTS {
                 for lane in 0..LANES {

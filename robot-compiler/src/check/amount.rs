@@ -3,7 +3,7 @@
 use crate::describe::robot::RobotJoint;
 use dynamics_core::JointKind;
 
-/// Three digits, with an exponent where the number is tiny or huge.
+/// Three digits, with an exponent for tiny or huge numbers.
 pub(super) fn digits(x: f64) -> String {
     let size = x.abs();
     if x == 0.0 || !x.is_finite() {
@@ -21,7 +21,7 @@ pub(super) fn amount(x: f64, unit: &str) -> String {
     format!("{} {unit}", digits(x))
 }
 
-/// Per cent of a whole.
+/// A share in per cent.
 pub(super) fn percent(share: f64) -> String {
     format!("{} %", digits(100.0 * share))
 }

@@ -7,36 +7,36 @@ use crate::describe::robot::physical_body;
 use dynamics_core::{Body, JointKind};
 use nalgebra::{Matrix3, Vector3};
 
-/// Lightest link that a joint moves, kg: a bearing and its seat weigh more, but for toys.
+/// Mass below which a moved link is light, kg: a bearing and its seat weigh more, except in toys.
 const LIGHT: f64 = 0.02;
-/// Share of the arm's mass below which a link is light: it keeps toys, all of whose links weigh grams, out of the rule.
+/// Share of the arm's mass below which a link is light. It excludes toys, in which every link weighs only grams.
 const LIGHT_SHARE: f64 = 0.01;
-/// Room beside the joints, as a share of the arm's length: motors and covers reach beyond the line from joint to joint.
+/// Margin around the joints, as a share of the arm's length: motors and covers extend beyond the line from joint to joint.
 const ROOM: f64 = 0.1;
-/// Multiple of the link's size and its room at which a radius of gyration is wrong. The radius of gyration of a body of the
-/// greatest width D is at most D / sqrt(3), so that this is more than three times what the link could have.
+/// Multiple of the link's size and margin at which a radius of gyration is wrong. The radius of gyration of a body of
+/// greatest width D is at most D / sqrt(3), so this is more than three times what the link could have.
 const GYRATION_WRONG: f64 = 2.0;
 /// Share of the arm's length that a radius of gyration must also exceed to be wrong; a uniform rod as long as the whole arm has 0.29.
 const GYRATION_ARM: f64 = 0.3;
-/// Share of the link's size below which its radius of gyration is that of a point; a uniform rod has 1 / sqrt(12) = 0.29.
+/// Share of the link's size below which its radius of gyration counts as a point's; a uniform rod has 1 / sqrt(12) = 0.29.
 const GYRATION_POINT: f64 = 0.05;
-/// Share of the link's size below which a radius of gyration is too small for a link whose mass centre is far from its joints: it
-/// reaches from joint to joint, so that no single heavy motor explains it.
+/// Share of the link's size below which a radius of gyration is too small for a link whose mass centre is far from its joints. Such a link
+/// extends from joint to joint, so one heavy motor cannot be the explanation.
 const GYRATION_SUM: f64 = 0.1;
 /// Least distance of such a mass centre from the joints, as a share of the link's size.
 const MID_LINK: f64 = 0.3;
-/// Band in which a tensor is the parallel-axis term, in units of m c^2, with nothing below and half above it. A uniform rod is
-/// off by -2/3 about its centre, and by 1/3 if its tensor is about its end.
+/// Range in which a tensor counts as only the parallel-axis term, in units of m c^2: its difference from that term. A uniform rod's tensor
+/// differs by -2/3 if it is about its centre, and by 1/3 if it is about its end.
 const AT_JOINT: (f64, f64) = (-0.1, 0.5);
-/// Room around the joints for a mass centre, as a share of the arm's length: grippers reach so far beyond the last joint.
+/// Margin around the joints for a mass centre, as a share of the arm's length: grippers extend this far beyond the last joint.
 const CENTRE_ROOM: f64 = 0.25;
-/// Multiple of the arm's length at which a mass centre is wrong: it lies beyond any posture of the arm.
+/// Multiple of the arm's length at which a mass centre is wrong: it is out of reach in any posture of the arm.
 const CENTRE_WRONG: f64 = 2.0;
 
 pub(super) fn findings(draft: &Draft) -> Vec<Finding> {
     let mut found: Vec<Finding> = (0..draft.robot.dof()).filter_map(|joint| mass(draft, joint)).collect();
     for body in &draft.bodies {
-        // About a body that cannot be, nothing else can be said.
+        // An impossible body makes all other rules about it meaningless.
         if let Some(impossible) = impossible(draft, body) {
             found.push(impossible);
             continue;
@@ -47,7 +47,7 @@ pub(super) fn findings(draft: &Draft) -> Vec<Finding> {
     found
 }
 
-/// A body that no mass distribution has.
+/// A body that no mass distribution can have.
 ///
 /// `m >= 0`, principal moments `0 <= a <= b <= c` with `a + b >= c`, because `a = int (y^2 + z^2) dm` and so on.
 fn impossible(draft: &Draft, body: &DraftBody) -> Option<Finding> {
@@ -63,9 +63,9 @@ fn impossible(draft: &Draft, body: &DraftBody) -> Option<Finding> {
     Some(Finding::new(draft, (CheckRule::ImpossibleBody, severity), place, problem, advice))
 }
 
-/// A link that a joint moves without mass, or with grams.
+/// A link without mass, or of a few grams, that a joint moves.
 ///
-/// Wrong where the joint moves no mass at all, for `qdd = tau / 0`; a doubt where links beyond it have mass, and below
+/// Wrong if the joint moves no mass at all, because then `qdd = tau / 0`. A doubt if links beyond it have mass, or if the mass is below
 /// [`LIGHT`] and [`LIGHT_SHARE`].
 fn mass(draft: &Draft, joint: usize) -> Option<Finding> {
     const WEIGH: &str = "weigh the link with its motor and covers, or add up the masses of its parts";
@@ -99,7 +99,7 @@ fn mass(draft: &Draft, joint: usize) -> Option<Finding> {
     })
 }
 
-/// A part that is given a mass of zero: a frame needs no `<inertial>`, a gripper has a mass.
+/// A part with a mass of zero: a frame needs no `<inertial>`, a gripper has a mass.
 fn empty_part(draft: &Draft, body: &DraftBody) -> Option<Finding> {
     (body.fixed && body.mass.given && body.body.mass == 0.0).then(|| {
         let problem = "a part of 0 kg".to_owned();
@@ -108,10 +108,10 @@ fn empty_part(draft: &Draft, body: &DraftBody) -> Option<Finding> {
     })
 }
 
-/// A radius of gyration that the link is too small for, or next to none.
+/// A radius of gyration that is too large for the link, or nearly zero.
 ///
-/// `k = sqrt(I_max / m)`, against the link's size: the greatest distance between its joints and its mass centre, and [`ROOM`]
-/// around them. A point mass counts where something turns it.
+/// `k = sqrt(I_max / m)`, compared with the link's size: the greatest distance between its joints and its mass centre, plus [`ROOM`]
+/// around them. A point mass counts only if a revolute joint turns it.
 fn gyration(draft: &Draft, body: &DraftBody) -> Option<Finding> {
     const ADVICE: &str = "write the tensor about the mass centre: from the CAD model, or m L^2 / 12 across a rod, m r^2 / 2 \
                           along a cylinder";
@@ -158,7 +158,7 @@ fn mid_link(body: &DraftBody, size: f64) -> bool {
     body.points.len() > 1 && body.points.iter().all(|point| (body.centre - point).norm() > MID_LINK * size)
 }
 
-/// A tensor with the shape of a rod across the link: its mass centre lies along the link, its tensor is that of a rod along another axis.
+/// A tensor with the shape of a rod across the link: the mass centre lies along the link, but the tensor is that of a rod along another axis.
 ///
 /// With `u` the direction of the link and `v` the axis of the least moment: `I_min < 0.3 I_mid`, `|u.v| < 0.3`, `|u.c| > 0.9 |c|`, and
 /// `k > 0.2` of the link's size.
@@ -180,7 +180,7 @@ fn swapped(draft: &Draft, body: &DraftBody) -> Option<Finding> {
     let moments = &eigen.eigenvalues;
     let rod = moments[*least] < 0.3 * moments[*middle] && (moments[*most] / mass).sqrt() > 0.2 * size;
     let axis = eigen.eigenvectors.column(*least).into_owned();
-    // Exchanged axes leave the rod along an axis of the frame; a tensor turned in between has another cause.
+    // Exchanged axes leave the rod along an axis of the frame. A tensor at an angle in between has another cause.
     (straight && rod && axis.amax() > 0.95 && axis.dot(&along).abs() < 0.3).then(|| {
         let name = |v: &Vector3<f64>| ["x", "y", "z"].get(v.iamax()).copied().unwrap_or("?");
         let problem = format!(
@@ -195,8 +195,8 @@ fn swapped(draft: &Draft, body: &DraftBody) -> Option<Finding> {
 
 /// An inertia tensor about the origin of the link's frame instead of the mass centre.
 ///
-/// There it would be `I_C + P`, with the parallel-axis term `P = m (c.c 1 - c c^T)`. A tensor that is `P` and little else
-/// ([`AT_JOINT`]) would be that of two masses at the ends of the link and nothing between them.
+/// There it would be `I_C + P`, with the parallel-axis term `P = m (c.c 1 - c c^T)`. A tensor that is almost only `P`
+/// ([`AT_JOINT`]), taken about the mass centre, would mean two masses at the ends of the link and nothing between them.
 fn at_joint(draft: &Draft, body: &DraftBody) -> Option<Finding> {
     let Body { mass, com, inertia } = &body.body;
     let scale = mass * com.norm_squared();
@@ -226,8 +226,8 @@ fn at_joint(draft: &Draft, body: &DraftBody) -> Option<Finding> {
 
 /// A mass centre far from all joints of the link.
 ///
-/// `min |c - p| > max |p - p'| + room` over the origins `p` of the joints on it, the room being [`CENTRE_ROOM`] of the arm's
-/// length; beyond [`CENTRE_WRONG`] lengths of the arm it is wrong.
+/// `min |c - p| > max |p - p'| + margin` over the origins `p` of the joints on it; the margin is [`CENTRE_ROOM`] of the arm's
+/// length. Beyond [`CENTRE_WRONG`] lengths of the arm it is wrong.
 fn centre(draft: &Draft, body: &DraftBody) -> Option<Finding> {
     let length = draft.length();
     let far = body.points.iter().map(|point| (body.centre - point).norm()).fold(f64::INFINITY, f64::min);

@@ -1,4 +1,4 @@
-//! Rotors, friction, and the steps of torque and position.
+//! Rotors, friction, and the resolution of torque and position.
 
 use super::amount::{Units, amount, digits, names, percent};
 use super::load::NOTHING;
@@ -8,7 +8,7 @@ use crate::describe::drive::JointDrive;
 use crate::describe::robot::RobotJoint;
 use dynamics_core::JointKind;
 
-/// Least share of a link's own inertia that a rotor behind a gear reflects: less says that the gear was not squared.
+/// Least share of a link's own inertia that a rotor after a gear reflects. A smaller share suggests that the gear was not squared.
 const ROTOR_LEAST: f64 = 0.01;
 /// Largest step, as a share of the worst load of gravity: with coarser ones the arm's weight cannot be held smoothly.
 const STEP: f64 = 0.02;
@@ -24,7 +24,7 @@ pub(super) fn findings(draft: &Draft, loads: Option<&[JointLoad]>) -> Vec<Findin
     found
 }
 
-/// Joints of a kind, with their index and places.
+/// Joints of a kind, with their index and the positions of their fields in the file.
 fn joints(draft: &Draft, wanted: impl Fn(&RobotJoint) -> bool) -> Vec<(usize, &RobotJoint, &JointPlaces)> {
     let all = draft.robot.joints.iter().zip(&draft.places).enumerate();
     all.filter(|(_, (joint, _))| wanted(joint)).map(|(i, (joint, places))| (i, joint, places)).collect()
@@ -32,8 +32,8 @@ fn joints(draft: &Draft, wanted: impl Fn(&RobotJoint) -> bool) -> Vec<(usize, &R
 
 /// Rotor inertia that is missing, and not declared ideal by `rotor = { inertia = 0, gear = 1 }` or the key `ideal`.
 ///
-/// The joint feels `gear^2 J` beside the link's own `D_ii`; on geared arms the two are of one size, and at the wrist the rotor is
-/// the larger one.
+/// The joint feels `gear^2 J` in addition to the link's own `D_ii`. On geared arms both are of similar size, and at the wrist the rotor's
+/// is larger.
 fn no_rotor(draft: &Draft, loads: Option<&[JointLoad]>) -> Option<Finding> {
     let urdf = draft.kind == FileKind::Urdf;
     let declared = |places: &JointPlaces| !urdf && (places.rotor.given || draft.robot.ideal.is_some());
@@ -57,7 +57,7 @@ fn no_rotor(draft: &Draft, loads: Option<&[JointLoad]>) -> Option<Finding> {
     Some(Finding::new(draft, (CheckRule::Rotor, Severity::Note), &first.rotor, problem, advice))
 }
 
-/// A rotor behind a gear that hardly adds to its link: `gear^2 J < 0.01 min D_ii`.
+/// A rotor after a gear that adds almost nothing to its link: `gear^2 J < 0.01 min D_ii`.
 fn small_rotor(draft: &Draft, joint: &RobotJoint, places: &JointPlaces, load: &JointLoad) -> Option<Finding> {
     let (rotor, least) = (joint.spec.rotor, load.inertia.0);
     let small = rotor.inertia > 0.0 && rotor.gear.abs() > 1.0 && rotor.reflected() < ROTOR_LEAST * least;
@@ -77,7 +77,7 @@ fn small_rotor(draft: &Draft, joint: &RobotJoint, places: &JointPlaces, load: &J
     })
 }
 
-/// Friction that is missing, and not declared ideal by `friction = {}` or the key `ideal`: geared joints lose a tenth and more of their torque to it.
+/// Friction that is missing, and not declared ideal by `friction = {}` or the key `ideal`: geared joints lose a tenth or more of their torque to it.
 fn no_friction(draft: &Draft) -> Option<Finding> {
     let urdf = draft.kind == FileKind::Urdf;
     let declared = |places: &JointPlaces| !urdf && (places.friction.given || draft.robot.ideal.is_some());
@@ -90,7 +90,7 @@ fn no_friction(draft: &Draft) -> Option<Finding> {
     Some(Finding::new(draft, (CheckRule::Friction, Severity::Note), &first.friction, problem, advice))
 }
 
-/// A step of the drive's torque that is coarse beside the load: `|ratio| (highest - lowest) / (2^bits - 1) > 0.02 max |G_i|`.
+/// A step of the drive's torque that is coarse compared with the load: `|ratio| (highest - lowest) / (2^bits - 1) > 0.02 max |G_i|`.
 fn torque_step(draft: &Draft, joint: &RobotJoint, places: &JointPlaces, load: &JointLoad) -> Option<Finding> {
     let Some(JointDrive::Mit(drive)) = joint.drive else { return None };
     let step = drive.ratio.abs() * (drive.torque.1 - drive.torque.0)
@@ -99,9 +99,9 @@ fn torque_step(draft: &Draft, joint: &RobotJoint, places: &JointPlaces, load: &J
     coarse(draft, (CheckRule::TorqueStep, &places.drive_torque), (joint, load), step, advice)
 }
 
-/// A step of the measured position that is coarse beside the load.
+/// A step of the measured position that is coarse compared with the load.
 ///
-/// Gravity changes by at most about `max |G_i|` per radian, so that a step of 0.02 rad is 2 % of it.
+/// Gravity changes by at most about `max |G_i|` per radian, so a step of 0.02 rad is 2 % of it.
 fn position_step(draft: &Draft, joint: &RobotJoint, places: &JointPlaces, load: &JointLoad) -> Option<Finding> {
     let counted = joint.per_count().map(|step| (step, &places.encoder));
     let (step, place) = match joint.drive {
@@ -125,7 +125,7 @@ fn coarse(
     step: f64,
     advice: &str,
 ) -> Option<Finding> {
-    // Friction holds a weight below it, however coarse the step.
+    // Friction holds a weight below this torque, however coarse the step.
     let held = joint.friction.map_or(NOTHING, |friction| friction.coulomb.max(NOTHING));
     (load.holding > held && step > STEP * load.holding).then(|| {
         let unit = Units::of(joint).torque;

@@ -1,4 +1,4 @@
-//! Findings: what a rule has found, and where.
+//! Findings: a rule's result, and its position in the file.
 
 use crate::describe::diagnostics::FileError;
 use crate::describe::draft::{Draft, FileKind, Place};
@@ -6,7 +6,7 @@ use crate::describe::draft::{Draft, FileKind, Place};
 /// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// No physics allows it, or the arm cannot hold itself.
+    /// Physically impossible, or the arm cannot hold itself.
     Wrong,
     /// Improbable: a placeholder, another unit, or a missing value.
     Doubt,
@@ -29,11 +29,11 @@ impl Severity {
 /// Subject of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CheckRule {
-    /// A body that no mass distribution has.
+    /// A body that no mass distribution can have.
     ImpossibleBody,
-    /// No mass, or grams, on a link that a joint moves.
+    /// No mass, or only grams, on a link that a joint moves.
     Mass,
-    /// A radius of gyration beyond the link, or none.
+    /// A radius of gyration that is too large for the link, or nearly zero.
     Gyration,
     /// An inertia tensor about the joint instead of the mass centre.
     InertiaAtJoint,
@@ -45,11 +45,11 @@ pub enum CheckRule {
     Placeholder,
     /// A limit that is missing.
     MissingLimit,
-    /// A limit so wide that it is none.
+    /// A limit so wide that it limits nothing.
     WideLimit,
-    /// Torque that the arm needs to hold itself, against what it has.
+    /// Torque needed to hold the arm, compared with the torque available.
     Holding,
-    /// Rotor inertia behind the gear.
+    /// Rotor inertia after the gear.
     Rotor,
     /// Friction of a driven joint.
     Friction,
@@ -57,7 +57,7 @@ pub enum CheckRule {
     TorqueStep,
     /// The step of a measured position.
     PositionStep,
-    /// Torque that a motor must give for ever, against what it can.
+    /// Torque that a motor must give continuously, compared with what it can.
     Heat,
     /// A rest pose from which a joint sinks.
     Rest,
@@ -69,19 +69,19 @@ pub enum CheckRule {
     SwappedAxes,
     /// An element or attribute that URDF does not have.
     UnknownName,
-    /// A joint beside the arm that is held where it cannot be.
+    /// A joint outside the arm that is held at an impossible position.
     HeldJoint,
-    /// Something that `import` could not know, and that nobody has answered.
+    /// A question that `import` left open, and that is still unanswered.
     OpenQuestion,
-    /// Gravity of a size that no place has, or against the robot file's mounting.
+    /// Gravity of a magnitude that occurs nowhere on earth, or that contradicts the robot file's mounting.
     Gravity,
     /// A payload out of reach, or heavier than the arm can hold.
     Payload,
     /// A scene of an arm with drives that does not limit the first motion after homing.
     FirstMotion,
-    /// Live inputs of an arm with drives that may be of any age.
+    /// Live inputs of an arm with drives whose age is not limited.
     LiveAge,
-    /// Brakes of an arm with drives whose time is zero, or is not given.
+    /// Time of the brakes of an arm with drives that is zero, or is not given.
     BrakeDelay,
 }
 
@@ -165,9 +165,9 @@ pub struct Finding {
     pub rule: CheckRule,
     /// Its severity.
     pub severity: Severity,
-    /// The place and the problem; what is expected is what to measure or write instead.
+    /// The position in the file and the problem; the expectation is what to measure or write instead.
     pub place: FileError,
-    /// The text of the file that it is about, on one line; `None` where it is about something missing.
+    /// The text of the file that the finding is about, on one line; `None` if something is missing.
     pub quote: Option<String>,
 }
 
@@ -184,7 +184,7 @@ impl Finding {
     ) -> Self {
         let place_error = draft.error(place, problem, advice);
         let quote = place_error.quote(COLUMNS);
-        // The place of a value in TOML is without its key.
+        // The span of a value in TOML does not include its key.
         let key = place.field.rsplit('.').next().filter(|_| draft.kind == FileKind::Toml);
         let quote = key.map_or(quote.clone(), |key| format!("{key} = {quote}"));
         Self { rule, severity, place: place_error, quote: Some(quote).filter(|_| place.given) }
@@ -196,7 +196,7 @@ impl Finding {
 pub struct JointLoad {
     /// Largest torque or force of gravity, N m or N.
     pub holding: f64,
-    /// The posture of the largest, rad or m.
+    /// The posture with the largest torque, rad or m.
     pub posture: Vec<f64>,
     /// Smallest and largest diagonal entry of the inertia matrix without rotors, kg m^2 or kg.
     pub inertia: (f64, f64),

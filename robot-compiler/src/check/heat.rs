@@ -1,4 +1,4 @@
-//! Continuous torque of the motors, and the pose in which the arm carries itself.
+//! Continuous torque of the motors, and the pose in which the arm rests without torque.
 
 use super::amount::{Units, amount, names, percent};
 use super::{CheckRule, Finding, JointLoad, Severity};
@@ -16,7 +16,7 @@ pub(super) fn findings(draft: &Draft, loads: Option<&[JointLoad]>) -> Vec<Findin
     found
 }
 
-/// Distance from a limit, rad or m, within which a joint that gravity presses against it counts as lying on its stop: it falls no farther.
+/// Distance from a limit, rad or m, within which a joint that gravity presses against it counts as resting on its stop: it cannot fall further.
 #[must_use]
 pub const fn on_stop_distance(kind: JointKind) -> f64 {
     match kind {
@@ -31,7 +31,7 @@ fn driven(draft: &Draft, wanted: impl Fn(&RobotJoint) -> bool) -> Vec<(&RobotJoi
     all.filter(|(joint, _)| joint.drive.is_some() && wanted(joint)).collect()
 }
 
-/// A drive whose continuous torque is not known: nothing then says how long the arm can hold itself.
+/// A drive without a known continuous torque: it is then unknown for how long the arm can hold itself.
 fn no_rating(draft: &Draft) -> Option<Finding> {
     let without = driven(draft, |joint| joint.heat.rated.is_none());
     let (_, first) = without.first()?;
@@ -45,7 +45,7 @@ fn no_rating(draft: &Draft) -> Option<Finding> {
     Some(Finding::new(draft, (CheckRule::Heat, Severity::Note), &first.heat, problem, advice))
 }
 
-/// A motor whose time constant is not known: its heat cannot be followed.
+/// A motor without a known time constant: its heat cannot be followed.
 fn no_time_constant(draft: &Draft) -> Option<Finding> {
     let without = driven(draft, |joint| joint.heat.rated.is_some() && joint.heat.time_constant.is_none());
     let (_, first) = without.first()?;
@@ -59,9 +59,9 @@ fn no_time_constant(draft: &Draft) -> Option<Finding> {
     Some(Finding::new(draft, (CheckRule::Heat, Severity::Note), &first.heat, problem, advice))
 }
 
-/// Torque that a motor can give for ever, against the largest load of gravity: `rated < max |G_i(q)|`.
+/// Continuous torque of a motor, compared with the largest load of gravity: `rated < max |G_i(q)|`.
 ///
-/// A doubt, because an arm need not stay in its worst posture: there the heat goes to `(G / rated)^2` of what the motor bears.
+/// A doubt, because an arm need not stay in its worst posture. There the heat rises to `(G / rated)^2` times the motor's continuous limit.
 fn continuous(draft: &Draft, joint: &RobotJoint, places: &JointPlaces, load: &JointLoad) -> Option<Finding> {
     let rated = joint.heat.rated.filter(|rated| *rated < load.holding)?;
     let unit = Units::of(joint).torque;
@@ -78,13 +78,13 @@ fn continuous(draft: &Draft, joint: &RobotJoint, places: &JointPlaces, load: &Jo
     Some(Finding::new(draft, (CheckRule::Heat, Severity::Doubt), &places.heat, problem, advice))
 }
 
-/// A joint that sinks from the rest pose: gravity's torque exceeds its Coulomb friction, and no stop is where gravity pushes it.
+/// A joint that sinks from the rest pose: gravity's torque exceeds its Coulomb friction, and there is no stop on the side to which gravity pushes.
 fn sinks(draft: &Draft, index: usize, joint: &RobotJoint, places: &JointPlaces, load: &JointLoad) -> Option<Finding> {
     let (held, q) = (load.rest?, *draft.robot.rest.as_ref()?.get(index)?);
     let friction = joint.friction.map_or(0.0, |friction| friction.coulomb);
     let (lo, hi) = joint.spec.limits.position;
     let near = on_stop_distance(joint.spec.kind);
-    // A torque above zero holds a joint that gravity moves down.
+    // A torque above zero holds a joint that gravity moves towards its lower limit.
     let on_stop = if held > 0.0 { q - lo <= near } else { hi - q <= near };
     (held.abs() > friction && !on_stop).then(|| {
         let unit = Units::of(joint);

@@ -7,14 +7,14 @@ use crate::describe::robot::RobotJoint;
 use dynamics_core::JointKind;
 use std::f64::consts::TAU;
 
-/// Fewest joints of which the same limit on all is remarkable.
+/// Fewest joints for which the same limit on all is remarkable.
 const SAME: usize = 3;
-/// Ratio of the largest and the smallest load of gravity beyond which one torque for all joints is no choice of an engineer:
-/// actuators of one arm come in steps of two to four.
+/// Ratio of the largest and the smallest load of gravity beyond which one torque for all joints is no deliberate choice:
+/// the sizes of one arm's actuators differ by factors of two to four.
 const LOADS_DIFFER: f64 = 10.0;
 /// Widest range of a turning joint, rad: cables allow two turns, hardly more.
 const TURNS_WIDE: f64 = 2.0 * TAU;
-/// Fastest turning joint, rad/s: three turns a second is what the fastest wrists of factories do. Beyond it stands the speed of a
+/// Fastest turning joint, rad/s: about three turns a second, as the fastest industrial wrists. A larger number is probably the speed of a
 /// motor without load, or the range of its frames.
 const FAST: f64 = 20.0;
 /// Fastest slide, m/s.
@@ -24,7 +24,7 @@ const TORQUE: &str =
     "write the torque that the actuator can keep up at the joint: its data sheet, times the gear, less a margin";
 const VELOCITY: &str = "write the speed that the joint may have: what the drive reaches under load, or less";
 
-/// A joint with its places and its place in the arm.
+/// A joint, one of its limits, and the limit's position in the file.
 struct JointPositions<'a> {
     spec: &'a RobotJoint,
     place: &'a Place,
@@ -72,7 +72,7 @@ fn not_positive(draft: &Draft, joints: &[JointPositions<'_>], advice: &str) -> V
     found.map(finding).collect()
 }
 
-/// Position limits `[lo, hi]` with `lo >= hi`: a joint that has no place to be.
+/// Position limits `[lo, hi]` with `lo >= hi`: no position is allowed.
 fn reversed(draft: &Draft, joint: &RobotJoint, place: &Place) -> Option<Finding> {
     let (low, high) = joint.spec.limits.position;
     (low >= high).then(|| {
@@ -82,7 +82,7 @@ fn reversed(draft: &Draft, joint: &RobotJoint, place: &Place) -> Option<Finding>
     })
 }
 
-/// Position limits that are missing, or of which one is; a joint that turns without an end says so, in URDF by its type, in TOML by
+/// Position limits of which one or both are missing. A joint that turns without an end declares it, in URDF by its type, in TOML by
 /// `[-inf, inf]`.
 fn no_travel(draft: &Draft) -> Option<Finding> {
     let all = draft.robot.joints.iter().zip(&draft.places);
@@ -103,8 +103,8 @@ fn no_travel(draft: &Draft) -> Option<Finding> {
     Some(Finding::new(draft, (CheckRule::MissingLimit, Severity::Note), &first.position, problem, advice))
 }
 
-/// Limits that are missing, of all joints at once: nothing then bounds what the controller commands. In TOML, `inf` says that it is
-/// meant.
+/// Limits that are missing, for all joints together: nothing then bounds what the controller commands. In TOML, `inf` declares that there is
+/// no limit.
 fn missing(draft: &Draft, joints: &[JointPositions<'_>], advice: &str) -> Option<Finding> {
     let toml = draft.kind == FileKind::Toml;
     let declared = |joint: &&JointPositions<'_>| toml && (joint.place.given || draft.robot.ideal.is_some());
@@ -114,7 +114,7 @@ fn missing(draft: &Draft, joints: &[JointPositions<'_>], advice: &str) -> Option
     Some(Finding::new(draft, (CheckRule::MissingLimit, Severity::Note), first.place, problem, advice.to_owned()))
 }
 
-/// The same power of ten on all joints: what exporters and people write who do not know.
+/// The same power of ten on all joints: typical for exporters, and for people who do not know the limit.
 fn placeholder(draft: &Draft, joints: &[JointPositions<'_>], advice: &str) -> Option<Finding> {
     let first = joints.first()?;
     let power = first.limit.log10();

@@ -1,4 +1,4 @@
-//! Torque that the arm needs to hold itself.
+//! Torque needed to hold the arm.
 
 use super::amount::{Units, amount, digits};
 use super::{CheckRule, Finding, JointLoad, Severity};
@@ -6,9 +6,9 @@ use crate::describe::draft::{Draft, JointPlaces, Place};
 use crate::describe::drive::JointDrive;
 use crate::describe::robot::RobotJoint;
 
-/// Load of gravity that counts as none, N m or N: below the friction of any joint.
+/// Load of gravity below which it counts as zero, N m or N: below the friction of any joint.
 pub(super) const NOTHING: f64 = 1e-3;
-/// Least ratio of torque and load: a third is left for acceleration, friction, and what the hand holds.
+/// Least ratio of torque and load: a third is left for acceleration, friction, and the gripper's load.
 const MARGIN: f64 = 1.5;
 
 pub(super) fn findings(draft: &Draft, loads: &[JointLoad]) -> Vec<Finding> {
@@ -26,7 +26,7 @@ pub(super) fn findings(draft: &Draft, loads: &[JointLoad]) -> Vec<Finding> {
     joints.filter_map(finding).collect()
 }
 
-/// Torque of a joint against its largest load of gravity, `max |G_i(q)|` over the postures inside the limits.
+/// Torque of a joint compared with its largest load of gravity, `max |G_i(q)|` over the postures inside the limits.
 ///
 /// Wrong below the load: the arm falls. A doubt below [`MARGIN`] times the load.
 fn holding(
@@ -56,7 +56,7 @@ fn holding(
     Some(Finding::new(draft, (CheckRule::Holding, severity), place, problem, advice))
 }
 
-/// Torque that the drive of a joint can give in both directions, N m or N.
+/// Torque that the drive of a joint can give in both directions, at the joint, N m or N.
 ///
 /// In MIT mode `|ratio| min(|lowest|, highest)` of its frames; with an H-bridge `|ratio| k_t i_max`.
 fn drive_torque(joint: &RobotJoint) -> Option<f64> {

@@ -1,4 +1,4 @@
-//! Remarks of a file's reader: names that it does not know, and what it had to assume.
+//! Remarks of a file's reader: unknown names and assumptions.
 
 use super::{CheckRule, Finding, Severity};
 use crate::describe::draft::{Draft, RemarkKind};

@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 use std::path::Path;
 
 /// Doubts about gravity and payload, and notes on the safety settings of a scene: a first motion without limits, and live inputs without
-/// an age limit; the notes for an arm with drives only, which moves something real.
+/// an age limit. The notes are given only for an arm with drives, which moves something real.
 #[must_use]
 pub fn scene_findings(scene: &SceneFile) -> Vec<Finding> {
     let mut found = Vec::new();
@@ -33,8 +33,8 @@ pub fn scene_findings(scene: &SceneFile) -> Vec<Finding> {
     found
 }
 
-/// A doubt about gravity of a size that no place has: `|g|` neither 0 nor 9.7 to 9.9 m/s^2; or one that points away from where the
-/// robot file's mounting has it.
+/// A doubt about gravity: its magnitude is neither 0 nor 9.7 to 9.9 m/s^2, or its direction contradicts the robot file's
+/// mounting.
 #[must_use]
 pub fn gravity_finding(
     path: &Path,
@@ -125,7 +125,7 @@ fn of_drives(scene: &SceneFile) -> Vec<Finding> {
         .collect()
 }
 
-/// Problem and advice of the time that the brakes of a scene need.
+/// Problem and advice about the time that the brakes of a scene need.
 fn brake_delay(scene: &SceneFile) -> Option<(String, &'static str)> {
     let safety = &scene.safety;
     match (safety.safe_action, safety.brake_delay_given) {

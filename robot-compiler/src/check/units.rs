@@ -1,4 +1,4 @@
-//! Numbers that look like another unit: angles beyond a turn, and powers of ten.
+//! Numbers that seem to be in another unit: angles beyond a turn, and powers of ten.
 
 use super::amount::{Units, amount, digits};
 use super::{CheckRule, Finding, JointLoad, Severity};
@@ -6,15 +6,15 @@ use crate::describe::draft::{Draft, Place};
 use dynamics_core::JointKind;
 use std::f64::consts::TAU;
 
-/// Largest angle that is one in radians: a turn, rounded.
+/// Largest plausible angle in radians: a turn, rounded.
 const TURN: f64 = TAU * 1.003;
 /// Longest arm, m: the arms of space stations measure 18 m.
 pub(super) const LONGEST: f64 = 20.0;
 /// Usual length of an arm, m, to choose between units.
 const USUAL: f64 = 0.8;
-/// Heaviest cube as long as the arm, kg/m^3, and lightest mass that is judged by it, kg.
+/// Heaviest cube as long as the arm, kg/m^3, and lightest mass that is judged by this, kg.
 const DENSEST: (f64, f64) = (3000.0, 50.0);
-/// Multiple of the arm's largest inertia beyond which a reflected rotor is no rotor.
+/// Multiple of the arm's largest inertia beyond which a reflected rotor inertia is implausible.
 const ROTOR_MOST: f64 = 30.0;
 /// Multiple of gravity's torque beyond which a torque limit is in another unit, and the least such limit, N m.
 const TORQUE_MOST: (f64, f64) = (300.0, 300.0);
@@ -35,19 +35,19 @@ fn guess<'a>(value: f64, usual: f64, units: &[(f64, &'a str)], spread: f64) -> O
     (value > 0.0 && usual > 0.0 && off(best.0) < spread.ln()).then(|| (best.1, value / best.0))
 }
 
-/// "; is it in mm? Then it is 0.3 m", or nothing.
+/// Returns "; is it in mm? Then it is 0.3 m", or nothing.
 pub(super) fn length(value: f64, usual: f64) -> String {
     guess(value, usual, &LENGTHS, 10.0)
         .map_or(String::new(), |(unit, length)| format!("; in {unit}? Then it is {}", amount(length, "m")))
 }
 
-/// The same of a moment of inertia.
+/// As [`length`] for a moment of inertia, kg m^2.
 pub(super) fn inertia(value: f64, usual: f64) -> String {
     guess(value, usual, &INERTIAS, 30.0)
         .map_or(String::new(), |(unit, moment)| format!("; in {unit}? Then it is {}", amount(moment, "kg m^2")))
 }
 
-/// A speed: rpm or degrees a second.
+/// As [`length`] for a speed: rpm or degrees a second.
 pub(super) fn speed(value: f64) -> String {
     let (rpm, degrees) = (value * TAU / 60.0, value.to_radians());
     format!("; in rpm ({} rad/s) or degrees a second ({} rad/s)?", digits(rpm), digits(degrees))
@@ -113,7 +113,7 @@ fn angle(draft: &Draft, place: &Place, angle: f64) -> Finding {
     Finding::new(draft, (CheckRule::Angle, Severity::Doubt), place, problem, advice)
 }
 
-/// An arm that is longer than any.
+/// An arm that is longer than any existing one.
 fn arm_length(draft: &Draft) -> Option<Finding> {
     let all = draft.length();
     let first = draft.bodies.first()?;

@@ -1,16 +1,16 @@
 //! Feedback strength of a loop with a reduced model, relative to the same loop with the full model.
 //!
-//! The feedback asks for an acceleration, `Kd e' + Kp e`. A matrix `B(q)` turns it into a torque, and the arm's inertia
+//! The feedback demands an acceleration, `Kd e' + Kp e`. A matrix `B(q)` turns it into a torque, and the arm's inertia
 //! `M(q)` turns the torque back into an acceleration. About the reference, with weight and velocity terms set aside,
 //!
 //! ```text
 //! M e'' + B (Kd e' + Kp e) = 0
 //! ```
 //!
-//! In computed torque `B` is the model's inertia matrix: `M` itself where the model is full. In the other laws it is the
-//! diagonal of fixed inertias. Without a term that has inertia `B` is smaller. With like gains on every joint, each
-//! eigenvalue `g` of `B_full^-1 B_less` is the loop gain of a mode: it has `g` times the stiffness, so a steady torque
-//! pushes it `1 / g` times as far, and `sqrt(g)` times the natural frequency and damping ratio. Both matrices are
+//! In computed torque, `B` is the model's inertia matrix: `M` itself if the model is full. In the other laws it is the
+//! diagonal of fixed inertias. Omitting a term that has inertia makes `B` smaller. With equal gains on every joint, each
+//! eigenvalue `g` of `B_full^-1 B_less` is the loop gain of a mode. The mode has `g` times the stiffness, so a steady torque
+//! moves it `1 / g` times as far. It has `sqrt(g)` times the natural frequency and damping ratio. Both matrices are
 //! symmetric, and no omitted term has negative inertia, so `g` lies between 0 and 1.
 
 use crate::describe::scene::{ModelSpec, SceneFile};
@@ -23,7 +23,7 @@ use nalgebra::{DMatrix, SMatrix, SVector};
 pub struct LoopGain {
     /// Least eigenvalue of `B_full^-1 B_less`, 0 to 1.
     pub least: f64,
-    /// The joint with the most kinetic energy in that mode, counted from 0; the first where the loop gain is 1.
+    /// The joint with the most kinetic energy in that mode, counted from 0; the first joint if the loop gain is 1.
     pub joint: usize,
 }
 
@@ -32,7 +32,7 @@ impl LoopGain {
     pub const FULL: Self = Self { least: 1.0, joint: 0 };
 
     /// Least loop gain with which a term may be dropped. A mode tuned for critical damping then has a damping ratio of
-    /// 0.71, overshoots by 4 %, and a steady torque pushes it twice as far.
+    /// 0.71 and overshoots by 4 %, and a steady torque moves it twice as far.
     pub const LEAST: f64 = 0.5;
 
     /// True if the feedback is too weak with this loop gain. NaN counts as too weak.
@@ -47,8 +47,8 @@ impl LoopGain {
         if other.least < self.least { other } else { self }
     }
 
-    /// Loop gain at one posture, from `B` of the full and of the reduced model. Zero where the full model's matrix is
-    /// singular: nothing is known of such a loop.
+    /// Loop gain at one posture, from `B` of the full and of the reduced model. Zero if the full model's matrix is
+    /// singular: nothing is known about such a loop.
     pub(super) fn of<const N: usize>(full: &SMatrix<f64, N, N>, less: &SMatrix<f64, N, N>) -> Self {
         let [full, less] = [full, less].map(|matrix| DMatrix::from_fn(N, N, |i, j| matrix[(i, j)]));
         let scale: Vec<f64> = (0..N).map(|i| full[(i, i)]).collect();

@@ -12,7 +12,7 @@ use dynamics_core::{Dynamics, InverseDynamics, Live, Model, Reference, SinCos, T
 /// constants folded. Clamping `x` to `[-1, 1]` is not counted.
 const FRICTION_OPERATIONS: Operations = Operations { mul: 5, add: 2, sub: 1, div: 0, neg: 0 };
 
-/// Operations of a term of one joint's friction, counted in [`dynamics_core::control::Friction::torque_with`]; of the load's with a rise.
+/// Operations of one friction term of one joint, counted in [`dynamics_core::control::Friction::torque_with`]. The load's count assumes a rise.
 #[must_use]
 pub const fn operations_of(part: FrictionPart) -> Operations {
     let (mul, add, sub) = match part {
@@ -31,10 +31,10 @@ pub struct TorqueError {
     pub max: Vec<f64>,
     /// Root mean square, N m or N.
     pub rms: Vec<f64>,
-    /// Greatest magnitude divided by the joint's torque limit; `None` where the joint has no limit.
+    /// Greatest magnitude divided by the joint's torque limit; `None` if the joint has no limit.
     pub of_limit: Vec<Option<f64>>,
     /// Greatest magnitude divided by the joint's torque limit, or by the full model's greatest torque along the motion
-    /// where the joint has no limit.
+    /// if the joint has no limit.
     pub share: Vec<f64>,
 }
 
@@ -68,7 +68,7 @@ pub struct Along<'a, const N: usize> {
     instants: Vec<(Reference<f64, N>, [SinCos<f64>; N])>,
     /// Torques of the full model at each instant.
     full: Vec<[f64; N]>,
-    /// Torque of which an error is a share, for each joint.
+    /// Torque of which the error is a share, for each joint, N m or N.
     scale: [f64; N],
 }
 
@@ -76,16 +76,16 @@ impl<'a, const N: usize> Along<'a, N> {
     /// Most instants at which models are compared.
     pub const INSTANTS_MAX: u32 = 4000;
 
-    /// Most instants at which loop gains are compared: inertia follows the posture, which changes slowly.
+    /// Most postures at which loop gains are compared: inertia depends on the posture, which changes slowly.
     pub const POSTURES_MAX: usize = 400;
 
-    /// Least torque (N m or N) of which an error is a share: less of it is rounding.
+    /// Least torque (N m or N) of which an error is a share: smaller torques are rounding errors.
     const SCALE_MIN: f64 = 1e-6;
 
     /// Samples the scene's own motion.
     ///
     /// # Errors
-    /// [`MotionError`] where the motion is not possible.
+    /// [`MotionError`] if the motion is not possible.
     pub fn new(file: &'a SceneFile, model: &'a Model<f64, N>) -> Result<Self, MotionError> {
         let motion = file.trajectory(model)?;
         let steps = (motion.duration() / file.period()).ceil().clamp(1.0, f64::from(Self::INSTANTS_MAX)) as u32;
@@ -187,7 +187,7 @@ impl<'a, const N: usize> Along<'a, N> {
     }
 
     /// The fewest terms of the full model that keep the torque within a share of each joint's torque limit (of its greatest
-    /// torque along the motion where it has none), and the loop gain at [`LoopGain::LEAST`] or above, everywhere on the motion.
+    /// torque along the motion if it has none), and the loop gain at [`LoopGain::LEAST`] or above, everywhere on the motion.
     ///
     /// A set of terms may be dropped if its error is within the tolerance, its loop gain suffices, and every subset may be
     /// dropped too. The last condition excludes two large errors that merely cancel on this motion. Among the sets to which
@@ -198,7 +198,7 @@ impl<'a, const N: usize> Along<'a, N> {
         self.fewest_terms_without(tolerance, &self.file.model.full().terms())
     }
 
-    /// As [`Along::fewest_terms`], where only some terms of the full model may be dropped.
+    /// As [`Along::fewest_terms`], if only some terms of the full model may be dropped.
     #[must_use]
     pub fn fewest_terms_without(&self, tolerance: f64, droppable: &[ModelTerm]) -> FewestTerms {
         let present = self.file.model.full().terms();

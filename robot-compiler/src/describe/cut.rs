@@ -2,15 +2,15 @@
 
 use crate::describe::robot::Robot;
 
-/// XML namespace of what we add to URDF.
+/// XML namespace of this project's additions to URDF.
 pub(crate) const NAMESPACE: &str = "urn:newtau";
 
 /// Links at the two ends of the chain that is taken from a URDF file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ends<'a> {
-    /// The link that the arm stands on, whose frame is the base frame; `None` takes the root.
+    /// The base link, whose frame is the base frame; `None` takes the root.
     pub base: Option<&'a str>,
-    /// The link that the chain ends at, whose frame is the tip frame; `None` takes the only chain.
+    /// The last link of the chain, whose frame is the tip frame; `None` takes the only chain.
     pub tip: Option<&'a str>,
 }
 
@@ -22,18 +22,18 @@ impl<'a> Ends<'a> {
     }
 }
 
-/// An arm from a URDF file, with names of the file that the arm itself does not keep.
+/// An arm from a URDF file, with names from the file that the arm itself does not keep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UrdfArm {
     /// The arm.
     pub robot: Robot,
-    /// The link that it stands on.
+    /// Name of the base link.
     pub base: String,
-    /// The link whose frame is the tip frame.
+    /// Name of the link whose frame is the tip frame.
     pub tip: String,
-    /// Links whose bodies each joint moves, base first: its own link, then those merged into it.
+    /// Links that each joint moves, base first: its own link, then those merged into it.
     pub links: Vec<Vec<String>>,
-    /// Moving joints beside the chain, held at zero, or where they are when the joint that they follow is at zero.
+    /// Moving joints outside the chain. They are held at zero; a joint that follows another is held at its position for zero of the other.
     pub held: Vec<String>,
     /// Gaps of the URDF, joint by joint.
     pub gaps: Vec<JointGaps>,
@@ -41,17 +41,17 @@ pub struct UrdfArm {
     pub remarks: Vec<String>,
 }
 
-/// Reasons why numbers of a joint and its link are missing; `None`: the file gives the number.
+/// Reasons why numbers of a joint and its link are missing; `None` if the file gives the number.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointGaps {
-    /// Of the mass and the inertia tensor.
+    /// Reason for the mass and the inertia tensor.
     pub body: Option<String>,
-    /// Of the position limits.
+    /// Reason for the position limits.
     pub position: Option<String>,
-    /// Of the velocity limit.
+    /// Reason for the velocity limit.
     pub velocity: Option<String>,
-    /// Of the torque limit.
+    /// Reason for the torque limit.
     pub torque: Option<String>,
-    /// The gear that a `<transmission>` names for a rotor that it does not name: reduction and name.
+    /// Reduction and name of a `<transmission>` that gives a gear but no rotor.
     pub gear: Option<(f64, String)>,
 }

@@ -1,4 +1,4 @@
-//! Errors in a file: the place, the problem, and the expected value.
+//! Errors in a file: the location, the problem, and the expected value.
 
 use super::snippet::Snippet;
 use miette::{Diagnostic, LabeledSpan, SourceCode};
@@ -6,17 +6,17 @@ use std::fmt;
 use std::ops::Range;
 use std::path::Path;
 
-/// A file and its text, which errors point into.
+/// A file and its text, to which errors refer.
 #[derive(Clone, Debug)]
 pub(crate) struct Source {
     pub(crate) file: String,
     pub(crate) text: String,
 }
 
-/// A robot or scene file that was refused.
+/// An error in a robot or scene file that was rejected.
 ///
 /// Displays as `file:line:column: field: problem` on one line. As a [`Diagnostic`] it also carries the text with the
-/// offending place marked, and what was expected.
+/// location marked, and the expected value.
 #[derive(Debug)]
 pub struct FileError(Box<Details>);
 
@@ -33,7 +33,7 @@ struct Details {
 impl Source {
     /// An error about `field`, at `span` in the text.
     ///
-    /// `problem` says what was found, `expected` what would have been right.
+    /// `problem` names what was found, `expected` what would have been right.
     pub(crate) fn error(
         &self,
         span: Range<usize>,
@@ -74,7 +74,7 @@ impl Source {
 }
 
 impl FileError {
-    /// An error that concerns a file as a whole: it cannot be read, or does not fit what was asked of it.
+    /// An error that concerns a file as a whole: it cannot be read, or it is of another kind than requested.
     pub(crate) fn whole_file(
         file: &Path,
         field: impl Into<String>,
@@ -116,7 +116,7 @@ impl FileError {
         &self.0.problem
     }
 
-    /// The expectation: what would have been right.
+    /// The expected value or format.
     #[must_use]
     pub fn expected(&self) -> &str {
         &self.0.expected
@@ -124,7 +124,7 @@ impl FileError {
 }
 
 impl FileError {
-    /// The marked text on one line of at most so many columns; empty when the whole file is at fault.
+    /// The marked text on one line of at most `width` columns; empty if the whole file is at fault.
     pub(crate) fn quote(&self, width: usize) -> String {
         self.0.snippet.as_ref().map_or(String::new(), |snippet| snippet.quote(width))
     }
@@ -161,7 +161,7 @@ impl Diagnostic for FileError {
     }
 }
 
-/// A part of a message: no character controls the terminal, and what a file says takes no more than some lines.
+/// Prepares a part of a message: escapes control characters, which could control the terminal, and limits text from a file to some lines.
 fn shown(text: impl Into<String>) -> String {
     const SHOWN: usize = 2000;
     let text = text.into();
@@ -182,7 +182,7 @@ fn shown(text: impl Into<String>) -> String {
 
 /// The known word nearest to an unknown one, or `None` if no known word is near enough.
 pub(crate) fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
-    // The comparison takes the product of both lengths.
+    // The comparison takes time proportional to the product of both lengths.
     const LONGEST: usize = 100;
     if word.len() > LONGEST {
         return None;
@@ -198,7 +198,7 @@ pub(crate) fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
 /// Most names in a list.
 const LISTED: usize = 40;
 
-/// "a, b, c", and how many more there are.
+/// Lists the names as "a, b, c", followed by how many more there are.
 pub(crate) fn listed(names: &[impl AsRef<str>]) -> String {
     let shown: Vec<&str> = names.iter().take(LISTED).map(AsRef::as_ref).collect();
     let list = shown.join(", ");
@@ -208,7 +208,7 @@ pub(crate) fn listed(names: &[impl AsRef<str>]) -> String {
     }
 }
 
-/// "one of a, b, c", with a guess behind when there is one.
+/// Returns "one of a, b, c", followed by a guess if there is one.
 pub(crate) fn one_of(word: &str, known: &[&str]) -> String {
     let list = listed(known);
     nearest(word, known).map_or(format!("one of {list}"), |guess| format!("one of {list}; did you mean `{guess}`?"))

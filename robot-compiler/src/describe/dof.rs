@@ -1,9 +1,9 @@
-//! From a joint count known when the program runs to one known when it is compiled.
+//! Conversion of a joint count known at run time to one known at compile time.
 
-/// Evaluate an expression with the constant `N` set to a joint count that is known only at run time.
+/// Evaluates an expression with the constant `N` set to a joint count that is known only at run time.
 ///
-/// `with_dof!(robot.dof(), N => expression)` compiles the expression for `N` from 1 to 6 and takes the one asked for. A count
-/// below 1 takes 1, one above 6 takes 6; [`crate::Robot::model`] then refuses, as the robot has another number of joints.
+/// `with_dof!(robot.dof(), N => expression)` compiles the expression for `N` from 1 to 6 and runs the one for the given count. A count
+/// below 1 runs 1, one above 6 runs 6; [`crate::Robot::model`] then returns an error, because the robot has another number of joints.
 /// `?` and `return` inside the expression act on the surrounding function.
 #[macro_export]
 macro_rules! with_dof {

@@ -1,4 +1,4 @@
-//! Arm as its file states it, before any of it is refused.
+//! An arm as stated in its file, before anything is rejected.
 
 use super::diagnostics::{FileError, Source};
 use super::robot::{BuildError, Robot};
@@ -8,10 +8,10 @@ use dynamics_core::{Body, JointKind, JointSpec, Limits, ModelError};
 use nalgebra::Vector3;
 use std::ops::Range;
 
-/// An arm as its file states it: its bodies may be those of no mass distribution, its limits may be impossible.
+/// An arm as stated in its file: no mass distribution may have its bodies, and its limits may be impossible.
 ///
-/// The bodies are those of the file: of a URDF every link by itself, before fixed links are merged. Every number knows its
-/// place, so that [`findings`](crate::check::findings) can point at it.
+/// The bodies are those of the file. For a URDF that is every link separately, before fixed links are merged. Every number has its
+/// location, so that [`findings`](crate::check::findings) can refer to it.
 #[derive(Clone, Debug)]
 pub struct Draft {
     /// The arm, unchecked; fixed links are merged.
@@ -20,13 +20,13 @@ pub struct Draft {
     pub(crate) kind: FileKind,
     pub(crate) bodies: Vec<DraftBody>,
     pub(crate) places: Vec<JointPlaces>,
-    /// Remarks of its reader beside the numbers.
+    /// Remarks of its reader in addition to the numbers.
     pub(crate) remarks: Vec<Remark>,
-    /// Angles beyond a turn, rad, as the file states them.
+    /// Angles beyond a turn, rad, as stated in the file.
     pub(crate) angles: Vec<(Place, f64)>,
 }
 
-/// Remark of a file's reader beside its numbers.
+/// Remark of a file's reader in addition to its numbers.
 #[derive(Clone, Debug)]
 pub(crate) struct Remark {
     pub(crate) kind: RemarkKind,
@@ -40,7 +40,7 @@ pub(crate) struct Remark {
 pub(crate) enum RemarkKind {
     /// An element or attribute that is not read.
     Unknown {
-        /// True if a word of the format is near.
+        /// True if a known word of the format is similar.
         misspelt: bool,
     },
     /// A part of a body that is missing.
@@ -53,20 +53,20 @@ pub(crate) enum RemarkKind {
     Open,
 }
 
-/// Format of a robot file: it decides what can be missing.
+/// Format of a robot file. Which values can be missing depends on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FileKind {
     Toml,
     Urdf,
 }
 
-/// A place in the text that a finding points at.
+/// A location in the text to which a finding refers.
 #[derive(Clone, Debug)]
 pub(crate) struct Place {
     pub(crate) span: Range<usize>,
     /// The field, as a path.
     pub(crate) field: String,
-    /// True if the field is there; a missing one has the place of what it is missing from.
+    /// True if the field is present; a missing field has the location of the part in which it is missing.
     pub(crate) given: bool,
 }
 
@@ -75,24 +75,24 @@ pub(crate) struct Place {
 pub(crate) struct DraftBody {
     /// The joint that moves it, counted from 0.
     pub(crate) joint: usize,
-    /// True if it is fixed to the link that the joint moves, and not that link itself.
+    /// True for a body that is fixed to the moved link, false for the link itself.
     pub(crate) fixed: bool,
-    /// As stated, in the axes of the file.
+    /// Body as stated, in the axes of the file.
     pub(crate) body: Body,
     /// Mass centre in the frame of `points`, m.
     pub(crate) centre: Vector3<f64>,
-    /// Origins of the joints on it, its own and those that it carries, in one frame, m; of a slide both ends of its travel.
+    /// Origins of the joints on it, its own and those that it carries, in one frame, m; for a slide, both ends of its travel.
     pub(crate) points: Vec<Vector3<f64>>,
     pub(crate) mass: Place,
     pub(crate) com: Place,
     pub(crate) inertia: Place,
 }
 
-/// Places of a joint's fields.
+/// Locations of a joint's fields.
 #[derive(Clone, Debug)]
 pub(crate) struct JointPlaces {
     pub(crate) position: Place,
-    /// True for a joint whose type says that it turns without an end.
+    /// True if the joint's type declares that it turns without an end.
     pub(crate) turns_on: bool,
     pub(crate) velocity: Place,
     pub(crate) torque: Place,
@@ -102,7 +102,7 @@ pub(crate) struct JointPlaces {
     pub(crate) drive_torque: Place,
     pub(crate) drive_position: Place,
     pub(crate) heat: Place,
-    /// The arm's rest pose, or where it would stand.
+    /// Location of the arm's rest pose, or where it would be.
     pub(crate) rest: Place,
 }
 
@@ -136,13 +136,13 @@ impl Draft {
         steps.chain(travel.map(|point| point.norm())).sum()
     }
 
-    /// Mass of all that moves, kg.
+    /// Total mass of all moving links, kg.
     #[must_use]
     pub fn mass(&self) -> f64 {
         self.robot.joints.iter().map(|joint| joint.spec.body.mass).sum::<f64>() + self.robot.tool.body.mass
     }
 
-    /// An error at a place of the file.
+    /// An error at a location of the file.
     pub(crate) fn error(&self, place: &Place, problem: String, expected: String) -> FileError {
         self.source.error(place.span.clone(), place.field.clone(), problem, expected)
     }
@@ -156,10 +156,10 @@ pub(crate) struct Bone {
     pub(crate) end: Vector3<f64>,
 }
 
-/// Joints and ends of all links, base first; of a robot whose [`skeleton`] is possible.
+/// Joints and ends of all links, base first, for a robot with a valid [`skeleton`].
 pub(crate) fn bones(skeleton: &Robot) -> Vec<Bone> {
     with_dof!(skeleton.dof(), N => {
-        // Lengths that no number holds are refused when the file is read.
+        // Lengths that a number cannot hold are rejected when the file is read.
         let Ok(model) = skeleton.model::<N>() else { return Vec::new() };
         let links = model.links();
         (0..N).map(|i| Bone {
@@ -184,14 +184,14 @@ pub(crate) fn skeleton(robot: &Robot) -> Robot {
 pub(crate) fn own_joint(spec: &JointSpec, axis: Vector3<f64>) -> Vec<Vector3<f64>> {
     let (low, high) = spec.limits.position;
     if spec.kind == JointKind::Prismatic && low.is_finite() && high.is_finite() {
-        // The link has moved on by q, so that its joint lies behind it.
+        // The link has moved by q, so the joint is at -q in the link's frame.
         vec![axis * -low, axis * -high]
     } else {
         vec![Vector3::zeros()]
     }
 }
 
-/// Refuses an arm that no rule of the check speaks of: it can only be refused, as by [`Robot::load`].
+/// Rejects an arm with an error for which no rule of the check exists, as [`Robot::load`] does.
 pub(crate) fn readable(robot: &Robot) -> Result<(), BuildError> {
     skeleton(robot).check()?;
     match robot.check() {

@@ -17,7 +17,7 @@ pub enum JointDrive {
 }
 
 impl JointDrive {
-    /// Kind of wiring that it needs of a board: `"mit"` for any drive on CAN, `"pwm"`.
+    /// Kind of wiring that it needs on a board: `"mit"` for any drive on CAN, `"pwm"` for an H-bridge.
     #[must_use]
     pub const fn family(&self) -> &'static str {
         match self {
@@ -45,7 +45,7 @@ impl JointDrive {
     }
 }
 
-/// An actuator of `robot-compiler/actuators.toml`. Its fields are symmetric, but for `kp` and `kd`, which begin at zero.
+/// An actuator of `robot-compiler/actuators.toml`. Its ranges are symmetric, except those of `kp` and `kd`, which begin at zero.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Actuator {
     /// Its name in a robot file.
@@ -62,15 +62,15 @@ pub struct Actuator {
     pub kp: f64,
     /// Highest damping of its frames, N m s/rad.
     pub kd: f64,
-    /// Torque that it can give for ever, N m, where it is known.
+    /// Continuous torque, N m, if known.
     pub rated: Option<f64>,
-    /// Torque that it can give for a short time, N m, where it is known.
+    /// Peak torque for a short time, N m, if known.
     pub peak: Option<f64>,
-    /// Time constant of its winding's heat, s, where it is known.
+    /// Thermal time constant of its winding, s, if known.
     pub time_constant: Option<f64>,
-    /// Inertia of the rotor at the output shaft, kg m^2, where it is known.
+    /// Rotor inertia at the output shaft, kg m^2, if known.
     pub rotor: Option<f64>,
-    /// Where the numbers come from.
+    /// Source of the numbers.
     pub source: String,
 }
 
@@ -81,7 +81,7 @@ pub struct MitSpec {
     pub protocol: Protocol,
     /// The bus, 1 to 3.
     pub bus: u8,
-    /// Rate of the data of its frames, which are FD frames then; `None`: classic frames.
+    /// Bit rate of the data of its FD frames; `None` for classic frames.
     pub data_rate: Option<DataRate>,
     /// Identifier of its commands.
     pub id: u8,
@@ -91,7 +91,7 @@ pub struct MitSpec {
     pub reply_bytes: u8,
     /// Temperature of code 0 in a reply with a temperature, degrees Celsius.
     pub temperature_offset: Option<f64>,
-    /// Shaft radians per joint radian or metre; negative where shaft and joint turn in opposite directions.
+    /// Shaft radians per joint radian or metre; negative if shaft and joint turn in opposite directions.
     pub ratio: f64,
     /// Position of the shaft at `q = 0`, rad.
     pub zero: f64,
@@ -114,7 +114,7 @@ pub struct MitSpec {
 pub struct PwmSpec {
     /// The board's channel, counted from 1.
     pub channel: u8,
-    /// Motor radians per joint radian or metre; negative where motor and joint turn in opposite directions.
+    /// Motor radians per joint radian or metre; negative if motor and joint turn in opposite directions.
     pub ratio: f64,
     /// Encoder reading at `q = 0`, counts.
     pub encoder_zero: u16,

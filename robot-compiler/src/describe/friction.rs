@@ -11,7 +11,7 @@ use dynamics_core::control::{Friction, FrictionTerms, LoadGrowth, Rise};
 /// C = coulomb + coulomb_load |tau|,    B = breakaway + breakaway_load |tau|
 /// ```
 ///
-/// Every term but the first two is zero or `None` where a file does not give it. Literature:
+/// All terms but the first two are zero or `None` if a file does not give them. Literature:
 /// [`dynamics_core::control::FrictionTerms`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JointFriction {
@@ -80,7 +80,7 @@ impl FrictionPart {
     }
 }
 
-/// Share of the Stribeck velocity in which the feedforward's sign turns over, at most. With it, feedforward reaches 99 % of the
+/// Greatest share of the Stribeck velocity within which the sign function of the feedforward changes. With it, feedforward reaches 99 % of the
 /// rise before the rise begins to fall.
 const SIGN_SHARE: f64 = 0.1;
 
@@ -98,20 +98,20 @@ impl JointFriction {
         self.coulomb > 0.0 || self.coulomb_load > 0.0 || rises
     }
 
-    /// Torque opposed to the motion of a joint that carries no load, N m or N; at rest, the offset alone.
+    /// Friction torque against the motion of a joint that carries no load, N m or N; at rest, the offset alone.
     #[must_use]
     pub fn torque(&self, qd: f64) -> f64 {
         self.torque_under(0.0, qd)
     }
 
-    /// Torque opposed to the motion while the actuator gives `drive`, N m or N; at rest, the offset alone.
+    /// Friction torque against the motion while the actuator gives `drive`, N m or N; at rest, the offset alone.
     #[must_use]
     pub fn torque_under(&self, drive: f64, qd: f64) -> f64 {
         let sign = if qd == 0.0 { 0.0 } else { qd.signum() };
         self.viscous * qd + self.level(drive, qd) * sign + self.asymmetry * sign.abs() + self.offset
     }
 
-    /// Dry friction at this velocity while the actuator gives `drive`, N m or N; at rest, the largest that it can hold.
+    /// Dry friction at this velocity while the actuator gives `drive`, N m or N; at rest, the largest torque that it can hold.
     #[must_use]
     #[inline]
     pub fn level(&self, drive: f64, qd: f64) -> f64 {
@@ -147,13 +147,13 @@ impl JointFriction {
         }
     }
 
-    /// Torque that starts a motion without a load in either direction, or the Coulomb torque if that is more, N m or N.
+    /// Torque that starts a motion in either direction without a load, or the Coulomb torque if that is larger, N m or N.
     #[must_use]
     pub fn starting(&self) -> f64 {
         self.breakaway.map_or(self.coulomb, |breakaway| breakaway.torque.max(self.coulomb)) + self.asymmetry.abs()
     }
 
-    /// Viscous and Coulomb friction as the controller compensates it, with a sign that turns over within the speed `smoothing` (rad/s
+    /// Viscous and Coulomb friction as the controller compensates it. Its sign function changes within the speed `smoothing` (rad/s
     /// or m/s), or within a tenth of the Stribeck velocity if that is less.
     #[must_use]
     pub fn feedforward(&self, smoothing: f64) -> Friction<f64> {

@@ -1,4 +1,4 @@
-//! Hash of everything that decides the bits of a tick.
+//! Hash of everything that determines the bits of a tick.
 //!
 //! The desk and the chip compare their hashes before a run. Equal hashes mean equal arm, scene, controller, sine and
 //! cosine, joint count and rate, all as the single-precision numbers that the chip computes with.
@@ -78,12 +78,12 @@ impl Visitor<f32> for Fnv1a {
 }
 
 impl SceneFile {
-    /// Hash of everything that decides the bits of a tick: model, scene, controller, safety rules, sine and cosine, `N`,
+    /// Hash of everything that determines the bits of a tick: model, scene, controller, safety rules, sine and cosine, `N`,
     /// rate, whether the operations were regrouped, the ticks in which the model is evaluated, the collision settings,
-    /// and the drives between the chip and the joints where the file describes them.
+    /// and the drives between the chip and the joints if the file describes them.
     ///
-    /// Not included, because no tick of the chip reads it: names, the motion, the plant, the sensors, the actuators. Also
-    /// not included is the memory that the kernel runs from, because no bit depends on it. Stable across runs and
+    /// Names, the motion, the plant, the sensors and the actuators are not included, because no tick of the chip reads them. The memory from
+    /// which the kernel runs is not included either, because no bit depends on it. The hash is stable across runs and
     /// platforms.
     #[must_use]
     pub fn hash<const N: usize>(&self, model: &Model<f64, N>) -> u64 {
@@ -97,7 +97,7 @@ impl SceneFile {
             Method::Polynomial3 => 3,
             Method::Table => 4,
         });
-        // The recursion and its exact kernel give the same bits, and either side may run either.
+        // The recursion and its exact kernel give the same bits, and either side may run either of them.
         fnv.tag(match self.control.kernel {
             KernelChoice::Generic | KernelChoice::Exact => 0,
             KernelChoice::Regrouped => 1,
@@ -111,7 +111,7 @@ impl SceneFile {
         // Without ticks between evaluations the setting has no effect.
         let extrapolates = self.control.model_every > 1 && self.control.model_between == Between::Extrapolate;
         fnv.tag(u32::from(extrapolates));
-        // The kind of drives decides the frames, and what a frame means.
+        // The kind of drives determines the frames and their meaning.
         for joint in &self.robot.joints {
             fnv.bytes(joint.drive.as_ref().map_or("link", JointDrive::kind).as_bytes());
         }
@@ -121,7 +121,7 @@ impl SceneFile {
     }
 }
 
-// The types below that are no configuration are destructured by field name: a new field does not compile until it is
+// The types below that are not configurations are destructured by field name: a new field does not compile until it is
 // hashed.
 
 fn hash_model<const N: usize>(fnv: &mut Fnv1a, model: &Model<f32, N>) {

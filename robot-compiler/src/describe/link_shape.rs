@@ -8,9 +8,9 @@ use nalgebra::Vector3;
 pub struct LinkShape {
     /// Link of the file that the shape belongs to.
     pub link: String,
-    /// 0 for the base, else the number of the joint that moves it, from 1.
+    /// 0 for the base, otherwise the number of the joint that moves it, from 1.
     pub frame: usize,
-    /// Its frame in the model's frame of that link, whose z lies along the joint; in the base frame for the base.
+    /// Its frame, placed in the model's frame of that link, whose z axis lies along the joint; for the base, in the base frame.
     pub place: Placement<f64>,
     /// Its form.
     pub geometry: Geometry,
@@ -21,18 +21,18 @@ pub struct LinkShape {
 pub enum Geometry {
     /// Edges along x, y and z, m.
     Box(Vector3<f64>),
-    /// Radius, m.
+    /// A sphere by its radius, m.
     Sphere(f64),
-    /// Along z.
+    /// A cylinder along z.
     Cylinder {
-        /// m.
+        /// Radius, m.
         radius: f64,
-        /// m.
+        /// Length, m.
         length: f64,
     },
-    /// Vertices of a file, each times a scale along x, y and z.
+    /// Vertices from a file, each multiplied by a scale along x, y and z.
     Mesh {
-        /// As the file has it: a path, `package://` or `file://`.
+        /// Name as given in the URDF: a path, `package://` or `file://`.
         file: String,
         /// Metres per unit of the file.
         scale: Vector3<f64>,

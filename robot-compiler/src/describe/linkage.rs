@@ -16,13 +16,13 @@ pub(crate) const SLIDER_CRANK: &str = "slider-crank";
 pub struct LinkageFile {
     /// Short name.
     pub name: String,
-    /// Where the numbers come from.
+    /// Source of the numbers.
     pub source: String,
     /// Gravitational acceleration in the linkage's plane, m/s^2: along the ground or the guide, and across it.
     pub gravity: Vector2<f64>,
     /// The loop.
     pub mechanism: Mechanism,
-    /// The file it came from.
+    /// The file from which it was read.
     pub path: PathBuf,
 }
 

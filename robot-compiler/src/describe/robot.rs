@@ -21,21 +21,21 @@ pub(crate) const DOF: std::ops::RangeInclusive<usize> = 1..=6;
 pub struct Robot {
     /// Short name.
     pub name: String,
-    /// Where the numbers come from.
+    /// Source of the numbers.
     pub source: String,
-    /// Reason for accepting bodies that no mass distribution could have; `None` refuses them.
+    /// Reason for accepting bodies that no mass distribution could have; with `None` they are rejected.
     pub allow_unphysical: Option<String>,
-    /// Reason why what the file leaves out is meant to be ideal: no rotors, no friction, no limits; `None`: it is missing.
+    /// Reason why values that the file leaves out are ideal: no rotors, no friction, no limits. `None`: they are missing.
     pub ideal: Option<String>,
     /// The joints and their links, base first.
     pub joints: Vec<RobotJoint>,
     /// The tool on the last link.
     pub tool: Tool,
-    /// Pose in which the arm carries itself without torque, rad or m; `None` if the file gives none.
+    /// Pose in which the arm rests without torque, rad or m; `None` if the file gives none.
     pub rest: Option<Vec<f64>>,
-    /// Orientation of the base frame in a world whose z axis points up, where the file says that the base is turned; `None` is upright.
+    /// Orientation of the base frame in a world whose z axis points up, if the file gives one; `None` is upright.
     pub mounting: Option<Matrix3<f64>>,
-    /// The file it came from.
+    /// The file from which it was read.
     pub path: PathBuf,
 }
 
@@ -49,11 +49,11 @@ pub struct RobotJoint {
     pub name: String,
     /// Kinematics, mass properties, rotor and limits.
     pub spec: JointSpec,
-    /// Friction at the joint, where it is known.
+    /// Friction at the joint, if known.
     pub friction: Option<JointFriction>,
-    /// The encoder, where there is one.
+    /// The encoder, if there is one.
     pub encoder: Option<JointEncoder>,
-    /// The drive, where the file gives one: either every joint of an arm has one, or none has.
+    /// The drive, if the file gives one: either every joint of an arm has one, or none has.
     pub drive: Option<JointDrive>,
     /// Continuous and peak torque of its motor.
     pub heat: JointHeat,
@@ -62,16 +62,16 @@ pub struct RobotJoint {
 /// Continuous and peak torque of a joint's motor, at the joint, and its thermal time constant. `None`: unknown.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JointHeat {
-    /// Torque or force that it can give for ever, N m or N.
+    /// Continuous torque or force, N m or N.
     pub rated: Option<f64>,
-    /// Torque or force that it can give for a short time, N m or N.
+    /// Peak torque or force for a short time, N m or N.
     pub peak: Option<f64>,
-    /// Time constant of its winding's heat, s.
+    /// Thermal time constant of its winding, s.
     pub time_constant: Option<f64>,
 }
 
 impl JointHeat {
-    /// The model of the winding's heat with this time between two updates, s; `None` where a number of it is not known.
+    /// The heat model of the winding with this time between two updates, s; `None` if one of its numbers is unknown.
     #[must_use]
     pub fn rules(&self, update: f64) -> Option<HeatRules<f64>> {
         Some(HeatRules::new(self.rated?, self.time_constant?, update))
@@ -79,13 +79,13 @@ impl JointHeat {
 }
 
 impl RobotJoint {
-    /// True if the joint's drive has its own loop that takes a spring and a damper, as [`dynamics_core::control::ControlLaw::Split`] needs it.
+    /// True if the joint's drive has its own loop with a spring and a damper, as [`dynamics_core::control::ControlLaw::Split`] needs.
     #[must_use]
     pub fn has_own_loop(&self) -> bool {
         self.drive.is_some_and(|drive| drive.mit().is_some())
     }
 
-    /// Joint position per count of the encoder, rad or m, where there is one.
+    /// Joint position per count of the encoder, rad or m, if there is one.
     pub(crate) fn per_count(&self) -> Option<f64> {
         let counts = self.encoder?.counts_per_turn;
         Some(match self.spec.kind {
@@ -102,12 +102,12 @@ pub struct JointEncoder {
     pub counts_per_turn: f64,
 }
 
-/// Reasons why a description makes no arm.
+/// Reason why a description does not give an arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum BuildError {
-    /// The core refused it.
+    /// The core rejected it.
     Impossible(ModelError),
-    /// A number of a link that single precision, and so the chip, cannot hold; the joint is counted from 0.
+    /// A number of a link that is too large for single precision, and so for the chip; the joint is counted from 0.
     TooLarge(usize),
 }
 
@@ -124,7 +124,7 @@ impl Robot {
         self.mounting.map_or(FLOOR, |world_from_base| world_from_base.transpose() * FLOOR)
     }
 
-    /// A sentence about a base that is turned: by how much, and gravity in its frame; empty for one that is upright.
+    /// A sentence about a turned base: its angle, and gravity in its frame. Empty for an upright base.
     #[must_use]
     pub fn mounting_note(&self) -> String {
         let Some(rotation) = self.mounting else { return String::new() };
@@ -155,7 +155,7 @@ impl Robot {
     pub(crate) fn check(&self) -> Result<(), BuildError> {
         let specs: Vec<JointSpec> = self.joints.iter().map(|joint| joint.spec).collect();
         with_dof!(specs.len(), N => {
-            // A count outside 1..=6 has been refused before, with its place in the file.
+            // A count outside 1..=6 has been rejected before, with its location in the file.
             let Ok(specs) = <[JointSpec; N]>::try_from(specs) else { return Ok(()) };
             build(&specs, &self.tool, self.allow_unphysical.is_some()).map(|_| ())
         })
@@ -168,7 +168,7 @@ impl Robot {
 }
 
 impl BuildError {
-    /// The part at fault, what was found and what was expected.
+    /// Returns the part at fault, what was found and what was expected.
     pub(crate) fn describe(&self, robot: &Robot) -> (String, String, &'static str) {
         let label = |index: usize| {
             let name = robot.joints.get(index).map_or("?", |joint| joint.name.as_str());
@@ -215,7 +215,7 @@ fn build<const N: usize>(specs: &[JointSpec; N], tool: &Tool, unphysical: bool) 
     }
 }
 
-/// Checks that some mass distribution could have this body; the error says what was found and what was expected.
+/// Checks that some mass distribution could have this body; the error holds what was found and what was expected.
 pub(crate) fn physical_body(body: &Body) -> Result<(), (String, &'static str)> {
     let joint = JointSpec {
         kind: JointKind::Revolute,

@@ -50,7 +50,7 @@ pub struct SceneFile {
     pub name: String,
     /// The arm.
     pub robot: Robot,
-    /// The file it came from; empty for [`SceneFile::default_for`].
+    /// The file from which it was read; empty for [`SceneFile::default_for`].
     pub path: PathBuf,
     /// Duration of the run, s; `None` means as long as the motion.
     pub duration: Option<f64>,
@@ -62,7 +62,7 @@ pub struct SceneFile {
     pub control: ControlSpec,
     /// Conditions for torque, and the reaction when they are not met.
     pub safety: SafetySpec,
-    /// Collision detection; `None` where it is off.
+    /// Collision detection; `None` if it is off.
     pub collision: Option<CollisionSpec>,
     /// The reference motion.
     pub motion: MotionSpec,
@@ -77,10 +77,10 @@ pub struct SceneFile {
 /// Longest time to switch the drives on, s. A drive that restarts, clears an error and takes its settings needs less.
 const ARMING: f64 = 1.0;
 
-/// Way that a joint coasts when a hand lets it go at `teach.speed`, rad or m.
+/// Distance that a joint coasts when a hand releases it at `teach.speed`, rad or m.
 const COAST: f64 = 0.085;
 
-/// Greatest reflected rotor inertia that can be told at run time, as a multiple of the robot file's.
+/// Greatest reflected rotor inertia that can be set at run time, as a multiple of the robot file's.
 const ROTOR_FACTOR: f64 = 4.0;
 
 impl SceneFile {
@@ -112,7 +112,7 @@ impl SceneFile {
 
     /// The controller's configuration.
     ///
-    /// The fixed inertia of [`Gains`] is the diagonal of the mass matrix where the motion starts.
+    /// The fixed inertia of [`Gains`] is the diagonal of the mass matrix at the start of the motion.
     #[must_use]
     pub fn controller_config<const N: usize>(&self, model: &Model<f64, N>) -> ControllerConfig<f64, N> {
         let period = self.period();
@@ -158,7 +158,7 @@ impl SceneFile {
         }
     }
 
-    /// Thresholds of the collision detection and the reaction to a collision; `None` where the scene has no collision
+    /// Thresholds of the collision detection and the reaction to a collision; `None` if the scene has no collision
     /// detection.
     #[must_use]
     pub fn collision_config<const N: usize>(&self) -> Option<CollisionConfig<f64, N>> {
@@ -174,7 +174,7 @@ impl SceneFile {
         })
     }
 
-    /// Wraps inverse dynamics so that it is evaluated only in the ticks for which the scene asks, with the fixed inertia of
+    /// Wraps inverse dynamics so that it is evaluated only in every `model_every`-th tick, with the fixed inertia of
     /// `config` in the ticks between.
     #[must_use]
     pub fn every_nth<D, S: Real, const N: usize>(
@@ -234,9 +234,9 @@ impl SceneFile {
         }
     }
 
-    /// The motors whose heat the board follows: those whose rated torque and time constant are known. `None` where there is none.
+    /// Heat models of the motors, for the board: of those with known rated torque and time constant. `None` if there are none.
     fn heat<const N: usize>(&self) -> Option<[HeatRules<f64>; N]> {
-        // One motor in each tick.
+        // One motor is updated in each tick.
         let update = N as f64 * self.period();
         let of = |i: usize| self.robot.joints.get(i).and_then(|joint| joint.heat.rules(update));
         (0..N).any(|i| of(i).is_some()).then(|| std::array::from_fn(|i| of(i).unwrap_or(HeatRules::UNKNOWN)))
@@ -249,7 +249,7 @@ impl SceneFile {
         if ratio.is_finite() && ratio >= 1.0 { ratio.min(f64::from(u32::MAX)) as u32 } else { 1 }
     }
 
-    /// Springs and dampers of a hand-guided joint are those of the gains that hold it before and after.
+    /// Springs and dampers of a hand-guided joint follow from the gains that hold it before and after.
     fn teach(&self, spec: &TeachSpec, index: usize, limits: &Limits<f64>, gains: &Gains<f64>) -> Teach<f64> {
         let friction = self.friction(index);
         let Spring { stiffness, damping } = gains.spring();
@@ -273,12 +273,12 @@ impl SceneFile {
         self.joint_friction(index).feedforward(self.model.friction_smoothing)
     }
 
-    /// Terms of each joint's friction in addition to [`SceneFile::friction`]; `None` where no joint has any, or where friction is left out.
+    /// Terms of each joint's friction in addition to [`SceneFile::friction`]; `None` if no joint has any, or if the model omits friction.
     pub(crate) fn friction_terms<const N: usize>(&self) -> Option<[FrictionTerms<f64>; N]> {
         self.robot_friction_terms().filter(|_| self.model.friction)
     }
 
-    /// The same of the robot, whether or not the model has friction.
+    /// As [`Self::friction_terms`] for the robot, whether or not the model has friction.
     pub(crate) fn robot_friction_terms<const N: usize>(&self) -> Option<[FrictionTerms<f64>; N]> {
         let limit = |index: usize| self.robot.joints.get(index).map_or(0.0, |joint| joint.spec.limits.torque);
         let terms = |index: usize| self.joint_friction(index).terms(limit(index));

@@ -10,7 +10,7 @@ const BEFORE: usize = 60;
 /// Most lines that are shown.
 const LINES: usize = 12;
 
-/// A part of a text, with its place in it.
+/// A part of a text, with its position in it.
 #[derive(Debug)]
 struct TextPart {
     text: String,
@@ -19,7 +19,7 @@ struct TextPart {
     place: (usize, usize, usize),
 }
 
-/// The lines around an error, and the error's place.
+/// The lines around an error, and the error's position.
 #[derive(Debug)]
 pub(super) struct Snippet {
     file: String,
@@ -30,7 +30,7 @@ pub(super) struct Snippet {
 }
 
 impl Snippet {
-    /// The line before, the lines of `span`, and the line behind; of long lines and long spans only the first columns.
+    /// The line before, the lines of `span`, and the line after; only the first columns of long lines and the first lines of long spans.
     pub(super) fn new(file: &str, text: &str, span: Range<usize>) -> Self {
         let whole = part(text, &span, 1);
         let fits = whole.text.lines().count() <= LINES && whole.text.lines().all(|line| line.chars().count() <= WIDTH);
@@ -42,7 +42,7 @@ impl Snippet {
 }
 
 impl Snippet {
-    /// The marked text on one line, of a long one the first columns.
+    /// The marked text on one line; only the first columns of a long one.
     pub(super) fn quote(&self, width: usize) -> String {
         let inside = |at: usize| at.saturating_sub(self.shown.start);
         let marked = self.shown.text.get(inside(self.label.start)..inside(self.label.end)).unwrap_or_default();
@@ -55,7 +55,7 @@ impl Snippet {
     }
 }
 
-/// The lines of a span with so many lines around it, as miette takes them.
+/// The lines of a span with `around` lines before and after, in miette's form.
 fn part(text: &str, span: &Range<usize>, around: usize) -> TextPart {
     let asked = SourceSpan::new(span.start.into(), span.len());
     match text.read_span(&asked, around, around) {
@@ -64,7 +64,7 @@ fn part(text: &str, span: &Range<usize>, around: usize) -> TextPart {
             start: found.span().offset(),
             place: (found.line(), found.column(), found.line_count()),
         },
-        // A span is cut to the text before, so that this does not happen.
+        // Cannot happen, because a span is limited to the text before.
         Err(_) => TextPart { text: String::new(), start: span.start, place: (0, 0, 0) },
     }
 }
@@ -81,7 +81,7 @@ fn cut(text: &str, span: &Range<usize>, place: (usize, usize, usize)) -> (TextPa
     (TextPart { text, start, place: (place.0, start - line, 1) }, span.start..span.end.min(end).max(span.start))
 }
 
-/// A text in which no character controls the terminal, with every byte at its place.
+/// The text with characters that could control the terminal replaced; every byte keeps its position.
 fn printable(text: &str) -> String {
     let shown = |c: char| match (c.is_control() && !matches!(c, '\n' | '\r' | '\t'), c.len_utf8()) {
         (false, _) => c,

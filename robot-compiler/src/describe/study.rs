@@ -7,28 +7,28 @@ use std::path::PathBuf;
 
 mod unit;
 
-/// A study file: what is run, how often, and what is asked of every run.
+/// A study file: the scene to run, the number of runs, and the figures of every run.
 #[derive(Clone, Debug)]
 pub struct Study {
     /// Short name.
     pub name: String,
-    /// The file it came from.
+    /// The file from which it was read.
     pub path: PathBuf,
     /// The scene, its changes, and the figures of each run.
     pub experiment: Experiment,
     /// Number of the runs, and how values are chosen for them.
     pub runs: Runs,
     pub(crate) source: Source,
-    /// Where the file names other files and the number of runs, for copies that stand alone.
+    /// Locations in the file that a self-contained copy changes.
     pub(crate) places: Places,
 }
 
-/// Places in a study file that a copy of it changes.
+/// Locations in a study file that a copy of it changes.
 #[derive(Clone, Debug)]
 pub(crate) struct Places {
-    /// The path of the scene.
+    /// Location of the scene's path.
     pub(crate) scene: Range<usize>,
-    /// The number of runs; `None` for a grid, whose values give it.
+    /// Location of the number of runs; `None` for a grid, whose values determine it.
     pub(crate) count: Option<Range<usize>>,
 }
 
@@ -37,7 +37,7 @@ pub(crate) struct Places {
 pub struct Experiment {
     /// The scene file.
     pub scene: PathBuf,
-    /// Keys that have another value than in their file, the same in all runs.
+    /// Keys whose value differs from their file's, the same in all runs.
     pub set: Vec<Setting>,
     /// Keys whose value changes from run to run.
     pub vary: Vec<Vary>,
@@ -45,15 +45,15 @@ pub struct Experiment {
     pub metrics: Vec<Metric>,
 }
 
-/// A key of a scene or robot file, as a path of names, and its place in the study file.
+/// A key of a scene or robot file, as a path of names, and its location in the study file.
 #[derive(Clone, Debug)]
 pub struct Key {
-    /// The path as the study has it: `plant.payload.mass`, `robot.joint.elbow.mass`.
+    /// The path as written in the study: `plant.payload.mass`, `robot.joint.elbow.mass`.
     pub name: String,
     pub(crate) place: Range<usize>,
 }
 
-/// A key with a fixed value, or without one.
+/// A key with a fixed value, or a key that is removed.
 #[derive(Clone, Debug)]
 pub struct Setting {
     /// The key.
@@ -78,20 +78,20 @@ pub struct Vary {
 /// Values of a key over the runs.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Values {
-    /// Uniform from the first to the second.
+    /// Uniform between two values.
     Uniform(f64, f64),
-    /// Logarithm uniform from that of the first to that of the second.
+    /// Log-uniform between two values.
     LogUniform(f64, f64),
-    /// Normal, cut to a range.
+    /// Normal, truncated to a range.
     Normal {
-        /// Mean before the cut.
+        /// Mean before the truncation.
         mean: f64,
-        /// Standard deviation before the cut.
+        /// Standard deviation before the truncation.
         deviation: f64,
         /// Lowest and highest value; may be infinite.
         within: (f64, f64),
     },
-    /// Whole numbers from the first to the second, both included, equally likely.
+    /// Whole numbers between two values, both included, equally likely.
     Whole(i64, i64),
     /// Listed values, equally likely.
     List(Vec<Literal>),
@@ -111,11 +111,11 @@ pub struct Literal {
 /// Relation of a number to the file's own value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Relative {
-    /// In place of it.
+    /// Replaces it.
     Value,
-    /// It is multiplied by the number.
+    /// Multiplies it.
     Factor,
-    /// The number is added to it.
+    /// Is added to it.
     Offset,
 }
 
@@ -148,16 +148,16 @@ pub struct Runs {
     pub seed: u64,
 }
 
-/// A figure of a run, and where it fails.
+/// A figure of a run, and the limits beyond which the run fails.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Metric {
     /// The figure.
     pub figure: Figure,
     /// Joint, counted from 1; `None`: the largest magnitude of all joints.
     pub joint: Option<usize>,
-    /// A run with a larger figure fails.
+    /// Greatest value with which a run passes.
     pub limit: Option<f64>,
-    /// A run with a smaller figure fails.
+    /// Least value with which a run passes.
     pub least: Option<f64>,
     /// Title of its column.
     pub title: String,
@@ -176,7 +176,7 @@ pub enum Figure {
     TorquePeak,
     /// Root mean square of the torque's change from one tick to the next, N m or N.
     TorqueChatter,
-    /// Root mean square of the torque estimated from outside, N m or N; NaN where nobody estimates it.
+    /// Root mean square of the estimated external torque, N m or N; NaN if there is no estimate.
     ExternalRms,
     /// Magnitude of the error at the end of the last rest, rad or m; NaN without a rest.
     RestError,
@@ -187,9 +187,9 @@ pub enum Figure {
     LimitedTicks,
     /// Number of faults.
     Faults,
-    /// 1 where a joint left its reference by more than `reach`, else 0.
+    /// 1 if a joint left its reference by more than `reach`, otherwise 0.
     OutOfReach,
-    /// Distance of a joint at the end from its place at the start, rad or m.
+    /// Distance of a joint's final position from its initial one, rad or m.
     Drift,
     /// Greatest speed, rad/s or m/s.
     SpeedMax,
@@ -214,7 +214,7 @@ impl Named for Figure {
 }
 
 impl Figure {
-    /// True if there is one for each joint.
+    /// True if the figure exists for each joint.
     #[must_use]
     pub const fn is_per_joint(self) -> bool {
         !matches!(self, Self::Faults | Self::OutOfReach)
@@ -230,7 +230,7 @@ impl Metric {
 }
 
 impl Values {
-    /// Number of different values, where they are countable.
+    /// Number of different values, if they are countable.
     #[must_use]
     pub fn countable(&self) -> Option<u64> {
         match self {

@@ -22,13 +22,13 @@ use dynamics_core::{ControllerConfig, Model, Scene, Term};
 /// | `config()` | `ControllerConfig<f32, N>` | the controller |
 /// | `rules()` | `Rules<f32, N>` | the safety state machine around it |
 ///
-/// The text is as rustfmt would leave it at a width of 120.
+/// The text is formatted as rustfmt would format it at a width of 120.
 #[must_use]
 pub fn arm_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> String {
     arm_module_in(file, model, ScalarChoice::F32)
 }
 
-/// As [`arm_module`], in a scalar of choice in place of `f32`.
+/// As [`arm_module`], with another scalar than `f32`.
 #[must_use]
 pub fn arm_module_in<const N: usize>(file: &SceneFile, model: &Model<f64, N>, scalar: ScalarChoice) -> String {
     match scalar {

@@ -1,6 +1,6 @@
-//! Controllers of many scenes in one program, which measures the cost of a tick of each.
+//! A program with the controllers of many scenes, which measures the cost of a tick of each.
 //!
-//! All of them get the same ticks, [`inputs`]. The desk computes these too, so both can be compared bit by bit.
+//! All controllers get the same ticks, [`inputs`]. The desk computes these too, so that both can be compared bit by bit.
 
 use super::arm::arm_module_in;
 use super::dynamics::dynamics_module_in;
@@ -26,7 +26,7 @@ pub const COUNTED: usize = 32;
 pub struct Input<const N: usize> {
     /// Reference of the arm; its measured state is equal to it.
     pub reference: Reference<f64, N>,
-    /// The encoders' counts there, where the scene measures in counts.
+    /// The encoders' counts at that state, if the scene measures in counts.
     pub counts: Option<[i32; N]>,
 }
 
@@ -43,11 +43,11 @@ impl<const N: usize> Input<N> {
 /// [`RUN_UP`] and [`COUNTED`] consecutive ticks of the scene's motion, followed without error. They end where the motion is
 /// fastest: where the sum of the squares of all joints' velocities, each as a share of its limit, is greatest.
 ///
-/// Position and velocity are measured exactly, or as whole counts where the scene has encoders; no noise, no delay. If the
-/// motion is fastest too early for so many ticks, they begin at its start. If it is shorter, they stand still at its end.
+/// Position and velocity are measured exactly, or as whole counts if the scene has encoders; no noise, no delay. If the
+/// motion is fastest too early for this number of ticks, they begin at its start. If it is shorter, they stay at its end.
 ///
 /// # Errors
-/// [`MotionError`] where the motion is not possible.
+/// [`MotionError`] if the motion is not possible.
 pub fn inputs<const N: usize>(scene: &SceneFile, model: &Model<f64, N>) -> Result<Vec<Input<N>>, MotionError> {
     let motion = scene.trajectory(model)?;
     let duration = scene.duration.unwrap_or(motion.duration());
@@ -142,7 +142,7 @@ fn program<const N: usize>(scenes: &[SceneFile], folder: &Path) -> Result<(), Bo
             ScalarChoice::F32 => (f32::NAME, live_item::<f32, N>(&scene.live(&model))),
             ScalarChoice::F64 => (f64::NAME, live_item::<f64, N>(&scene.live(&model))),
         };
-        // Compiler messages name the file, so its name tells the scene.
+        // Compiler messages name the file, so its name identifies the scene.
         let stem = scene.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let arm = modules.file(&format!("{k}_{stem}_arm"), &arm_module_in(scene, &model, scalar))?;
         let dynamics = modules.file(&format!("{k}_{stem}_dynamics"), &dynamics_module_in(scene, &model, scalar))?;

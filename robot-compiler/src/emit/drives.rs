@@ -3,7 +3,7 @@
 use super::expression::{Item, call, integer, list, number, record, word};
 use dynamics_core::drive::{DataRate, Drives, Gearing, MitDrive, MitRanges, PwmDrive, Range};
 
-/// Rust source of a module with one function, `drives() -> Drives<N>`, for use beside [`super::arm_module`].
+/// Rust source of a module with one function, `drives() -> Drives<N>`, for use together with [`super::arm_module`].
 #[must_use]
 pub fn drives_module<const N: usize>(drives: &Drives<N>) -> String {
     let (types, item) = match drives {

@@ -17,18 +17,18 @@ impl ScalarChoice {
     }
 }
 
-/// Rust source of a module with the arm's inverse dynamics, for use beside [`arm_module`](super::arm_module).
+/// Rust source of a module with the arm's inverse dynamics, for use together with [`arm_module`](super::arm_module).
 ///
 /// | item | meaning |
 /// |---|---|
-/// | `Arm` | a type that implements `InverseDynamics<f32, N>`: the scene's kernel or the recursion, in the ticks that it asks for |
+/// | `Arm` | a type that implements `InverseDynamics<f32, N>`: the scene's kernel or the recursion, in the ticks that the scene sets |
 /// | `arm()` | its value |
 #[must_use]
 pub fn dynamics_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> String {
     dynamics_module_in(file, model, ScalarChoice::F32)
 }
 
-/// As [`dynamics_module`], in a scalar of choice in place of `f32`.
+/// As [`dynamics_module`], with another scalar than `f32`.
 #[must_use]
 pub fn dynamics_module_in<const N: usize>(file: &SceneFile, model: &Model<f64, N>, scalar: ScalarChoice) -> String {
     let precision = scalar.precision();
@@ -60,7 +60,7 @@ pub fn dynamics_module_in<const N: usize>(file: &SceneFile, model: &Model<f64, N
                 ScalarChoice::F64 => item(&terms.map(|terms| terms.cast::<f64>())),
             };
             let items = arm_items::<N>(file, inner, precision.name());
-            // Its own name inside, `Arm` outside.
+            // Imported under another name inside, because `Arm` is the outer type.
             let items = items
                 .replace("pub type Arm ", "type Frictionless ")
                 .replace("fn arm() -> Arm", "fn frictionless() -> Frictionless");
@@ -70,7 +70,7 @@ pub fn dynamics_module_in<const N: usize>(file: &SceneFile, model: &Model<f64, N
     }
 }
 
-/// The type `Arm` of an arm whose friction has terms beyond viscous and Coulomb friction: constants of the program.
+/// The type `Arm` of an arm with friction terms beyond viscous and Coulomb friction. The terms are constants of the program.
 fn with_friction(joints: usize, real: &str, terms: &str) -> String {
     let call = |name: &str, turn: &str, this: &str| {
         format!(
@@ -93,7 +93,7 @@ fn with_friction(joints: usize, real: &str, terms: &str) -> String {
         call("inverse_dynamics", &format!("&{sines}"), "&self"),
         call("tick", &format!("impl FnOnce() -> {sines}"), "&mut self"),
     )
-    // Methods of the trait are called by name, which the recursion's module does not import.
+    // Methods of the trait are called by path, because the recursion's module does not import it.
     .replace("self.0.inverse_dynamics(", "dynamics_core::InverseDynamics::inverse_dynamics(&self.0, ")
     .replace("self.0.tick(", "dynamics_core::InverseDynamics::tick(&mut self.0, ")
 }
@@ -105,7 +105,7 @@ struct Inner {
     constant: bool,
 }
 
-/// `Arm` and `arm()`: the inner dynamics themselves. Where the scene evaluates its model in some ticks only, they are
+/// `Arm` and `arm()`: the inner dynamics themselves. If the scene evaluates its model only in some ticks, they are
 /// wrapped in [`dynamics_core::control::EveryNth`].
 fn arm_items<const N: usize>(file: &SceneFile, inner: Inner, real: &str) -> String {
     let Inner { kind, value, constant } = inner;
@@ -126,7 +126,7 @@ fn arm_items<const N: usize>(file: &SceneFile, inner: Inner, real: &str) -> Stri
     )
 }
 
-/// The type `InSram`. Its one function holds the kernel and lies in static RAM.
+/// The type `InSram`. Its only function contains the kernel and is placed in static RAM.
 fn in_sram(joints: usize, real: &str) -> String {
     format!(
         "/// The arm's inverse dynamics, run from static RAM.\n\

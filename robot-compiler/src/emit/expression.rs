@@ -24,7 +24,7 @@ const WIDTH: usize = 120;
 pub(crate) enum Item {
     /// An expression without parts.
     Word(String),
-    /// `open part, part close`, on one line where it fits, else one part a line.
+    /// `open part, part close`, on one line if it fits, otherwise one part a line.
     Group { open: String, close: &'static str, spaced: bool, parts: Vec<Item> },
     /// `name: value` inside a group.
     Field(&'static str, Box<Item>),
@@ -76,7 +76,7 @@ impl Item {
         self.lay_out(indent, 0, 0)
     }
 
-    /// Lays the expression out; `before` columns of the line are taken in front of it, `after` columns follow it.
+    /// Lays the expression out. On its line, `before` columns are used before it, and `after` columns follow it.
     fn lay_out(&self, indent: usize, before: usize, after: usize) -> String {
         let flat = self.flat();
         if indent + before + flat.len() + after <= WIDTH {
@@ -89,7 +89,7 @@ impl Item {
             }
             Self::Group { open, close, parts, .. } => (open, close, parts),
         };
-        // A lone list or record keeps its brackets on the line of the call around it.
+        // A single list or record keeps its brackets on the line of the call around it.
         if let ([only @ Self::Group { .. }], false) = (parts.as_slice(), open == "[") {
             return format!("{open}{}{close}", only.lay_out(indent, before + open.len(), after + close.len()));
         }

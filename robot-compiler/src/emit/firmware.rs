@@ -63,13 +63,13 @@ pub fn write_firmware(scene: &Path, choices: Choices<'_>, folder: &Path) -> Resu
     Ok(())
 }
 
-/// Frames of the drives, as a type. A robot without drives on CAN has some too, so that a board for such drives can say what is wrong.
+/// Type of the frames of the drives. A robot without drives on CAN gets one too, so that a board for such drives can report the error.
 fn frames(protocol: Option<Protocol>) -> String {
     let kind = protocol.unwrap_or(Protocol::MiniCheetah).type_name();
     format!("\n/// Frames that the drives on CAN understand.\npub type Frames = dynamics_core::drive::{kind};\n")
 }
 
-/// Location of the controller's configuration: in RAM where it can be changed, else in the program.
+/// Location of the controller's configuration: in RAM if it can be changed, otherwise in the program.
 fn tuning_module(tunable: bool) -> String {
     let (kind, value) = if tunable {
         ("dynamics_core::control::ControllerConfig<f32, { super::arm::N }>", "super::arm::config()")

@@ -8,7 +8,7 @@ use dynamics_core::JointKind;
 const SWING: (f64, f64) = (0.3, 0.1);
 const SHARE: f64 = 0.1;
 
-/// Shortest time of each way, s, and the largest share of a joint's velocity limit.
+/// Shortest time of each direction, s, and the largest share of a joint's velocity limit.
 const SECONDS: f64 = 2.0;
 const SPEED_SHARE: f64 = 0.5;
 
@@ -17,7 +17,7 @@ const PEAK: f64 = 1.875;
 
 /// Text of a scene in which every joint moves a little and comes back, inside the limits.
 ///
-/// `path` is the robot file, seen from the scene's folder. A limit that the arm's description lacks counts as infinite.
+/// `path` is the robot file, relative to the scene's folder. A limit that the arm's description lacks counts as infinite.
 #[must_use]
 pub fn first_scene(robot: &Robot, path: &str) -> String {
     let [from, to]: [Vec<f64>; 2] = {
@@ -44,7 +44,7 @@ pub fn first_scene(robot: &Robot, path: &str) -> String {
     )
 }
 
-/// A name that is a file name too.
+/// A name that is also valid as a file name.
 fn first_name(robot: &str) -> String {
     let name: String =
         robot.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' }).collect();

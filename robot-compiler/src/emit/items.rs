@@ -12,7 +12,7 @@ pub(super) fn vector<S: Float>(v: &Vector3<S>) -> Item {
     call("Vector3::new", v.iter().map(|x| number(*x)).collect())
 }
 
-/// Row by row, as `Matrix3::new` takes them.
+/// Row by row, in the order of `Matrix3::new`.
 fn matrix<S: Float>(m: &Matrix3<S>) -> Item {
     call("Matrix3::new", m.transpose().iter().map(|x| number(*x)).collect())
 }

@@ -1,4 +1,4 @@
-//! Kernel as readable Rust source: `no_std`, without `unsafe`, in rustfmt's layout.
+//! A kernel as readable Rust source: `no_std`, without `unsafe`, in rustfmt's layout.
 
 use crate::kernel::{Function, Level, Precision, Program, compile};
 use dynamics_core::{Model, Scene};
@@ -45,7 +45,7 @@ pub fn module_of<const N: usize>(
     text(program, function, scene, level, precision, title, Scalars::One)
 }
 
-/// As [`module`], for every scalar: one text runs on `f64` and on lanes of them, with the same bits in every lane.
+/// As [`module`], for every scalar: one text runs on `f64` and on SIMD lanes of it, with the same bits in every lane.
 ///
 /// | function | item |
 /// |---|---|
@@ -55,7 +55,7 @@ pub fn module_of<const N: usize>(
 ///
 /// Functions with a division need `S: Field`.
 ///
-/// Numbers are folded in `precision` and read through `Scalar::literal`: the bits are the recursion's where the scalar
+/// Numbers are folded in `precision` and read through `Scalar::literal`. The bits equal the recursion's if the scalar
 /// computes in that precision.
 #[must_use]
 pub fn generic_module<const N: usize>(

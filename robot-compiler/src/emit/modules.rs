@@ -74,7 +74,7 @@ impl Modules {
         Ok(name)
     }
 
-    /// Writes any other module of this name.
+    /// Writes another module with this name.
     ///
     /// # Errors
     /// A folder that cannot be written to.
@@ -94,7 +94,7 @@ impl Modules {
         Ok(path)
     }
 
-    /// Write `kernels.rs`, for the crate to include: the declarations of the modules, and then `rest`.
+    /// Writes `kernels.rs`, for the crate to include: the declarations of the modules, and then `rest`.
     ///
     /// # Errors
     /// A folder that cannot be written to.

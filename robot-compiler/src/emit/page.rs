@@ -3,7 +3,7 @@
 use std::io::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
 
-/// A page with places for measured text: each lies between `<!-- measured: NAME -->` and `<!-- end measured: NAME -->`.
+/// A page with sections for measured text: each lies between `<!-- measured: NAME -->` and `<!-- end measured: NAME -->`.
 #[derive(Clone, Debug)]
 pub struct Page {
     path: PathBuf,
@@ -11,11 +11,11 @@ pub struct Page {
 }
 
 impl Page {
-    /// Reads the page and checks that it has the marker lines of every place. A missing place then shows before hours of
+    /// Reads the page and checks that it has the marker lines of every section. So a missing section is reported before hours of
     /// work, not after.
     ///
     /// # Errors
-    /// The file cannot be read, or lacks a place. Every message begins with the path.
+    /// The file cannot be read, or lacks a section. Every message begins with the path.
     pub fn read(path: impl Into<PathBuf>, places: &[&str]) -> Result<Self> {
         let path = path.into();
         let text = std::fs::read_to_string(&path).map_err(|error| named(&path, &error))?;
@@ -40,7 +40,7 @@ impl Page {
         Ok(())
     }
 
-    /// Write the page back.
+    /// Writes the page back.
     ///
     /// # Errors
     /// The file cannot be written.

@@ -6,11 +6,11 @@ use crate::describe::scene::SceneFile;
 use crate::kernel::{Function, Level, Precision};
 use dynamics_core::Model;
 
-/// Rust source of a module with the arm's collision watch, for use beside [`arm_module`](super::arm_module).
+/// Rust source of a module with the arm's collision watch, for use together with [`arm_module`](super::arm_module).
 ///
 /// | item | meaning |
 /// |---|---|
-/// | `Protection` | a type that implements `Protection<f32, N>`: a collision watch where the scene asks for one, else `Unprotected` |
+/// | `Protection` | a type that implements `Protection<f32, N>`: a collision watch if the scene has one, otherwise `Unprotected` |
 /// | `protection()` | its value |
 #[must_use]
 pub fn protection_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> String {

@@ -1,4 +1,4 @@
-//! An arm from a URDF file as a TOML robot file, for a person to go on with.
+//! Conversion of an arm from a URDF file to a TOML robot file, which a person then completes.
 
 use super::angles::roll_pitch_yaw;
 use crate::describe::cut::{JointGaps, UrdfArm};
@@ -26,7 +26,7 @@ const DRIVE: &str =
 /// TOML text of an arm, which [`Robot::from_toml_str`](crate::Robot::from_toml_str) reads.
 ///
 /// Lengths, masses, inertias, axes and limits read back as the same numbers. Rotations are written as roll, pitch and
-/// yaw, rad, that give the same matrix, or one that differs in the last place where no such angles were found.
+/// yaw, rad, that give the same matrix. If no such angles are found, the matrix differs in the last place.
 #[must_use]
 pub fn robot_file(arm: &UrdfArm) -> String {
     let robot = &arm.robot;
@@ -90,7 +90,7 @@ fn joint_table(joint: &RobotJoint, links: &[String], gaps: &JointGaps) -> String
     lines.join("\n") + "\n"
 }
 
-/// Limits that are there, and the names of those that are not.
+/// Writes the limits that are present, and the names of the missing ones.
 fn limits(limits: &Limits<f64>, gaps: &JointGaps) -> String {
     let (lo, hi) = limits.position;
     let all = [
@@ -106,7 +106,7 @@ fn limits(limits: &Limits<f64>, gaps: &JointGaps) -> String {
     let given: Vec<String> =
         all.iter().filter(|(_, there, _)| *there).map(|(key, _, value)| format!("{key} = {value}")).collect();
     let reasons = [&gaps.position, &gaps.velocity, &gaps.torque, &None];
-    // A torque rate is for arms with drives: nothing is missing without.
+    // Only arms with drives need a torque rate, so it never counts as missing.
     let missing = all.iter().zip(reasons).take(3).filter(|((_, there, _), reason)| !there || reason.is_some());
     let named = |((key, ..), reason): (&(&str, bool, String), &Option<String>)| {
         reason.as_ref().map_or((*key).to_owned(), |reason| format!("{key} ({})", one_line(reason)))

@@ -15,18 +15,18 @@ pub use tree::{LinkTree, TreeJoint};
 
 /// XML text of an arm.
 ///
-/// | of the robot file | in the URDF |
+/// | in the robot file | in the URDF |
 /// |---|---|
 /// | rows, placements, axes | origins and axes; see [`LinkTree`] for the frames |
-/// | masses, mass centres, inertias, the tool's too | `<inertial>`, its origin turned as the robot file's frame is |
-/// | limits of position, velocity, torque | `<limit>`; version 1.2 where one of them is missing |
+/// | masses, mass centres, inertias, including the tool's | `<inertial>`, its origin turned like the robot file's frame |
+/// | limits of position, velocity, torque | `<limit>`; version 1.2 if one of them is missing |
 /// | viscous and Coulomb friction | `<dynamics>` |
 /// | rotor and gear | `<transmission>` with Drake's `drake:rotor_inertia` and `drake:gear_ratio` |
-/// | leave for unphysical bodies | an attribute of ours |
+/// | permission for unphysical bodies | an attribute in this project's namespace |
 /// | a turned base | a link `world`, and a fixed joint that turns the base in it |
-/// | other terms of friction, torque rates, encoders, drives | nowhere |
+/// | other terms of friction, torque rates, encoders, drives | not exported |
 ///
-/// Shapes are ours: a cylinder along every link, and one about, or a box on, every axis.
+/// The shapes are made up: a cylinder along every link, and a cylinder about every revolute or a box on every prismatic axis.
 #[must_use]
 pub fn urdf(robot: &Robot) -> String {
     let tree = LinkTree::new(robot);
@@ -58,7 +58,7 @@ pub fn urdf(robot: &Robot) -> String {
             (Some(joint), Some(place)) => (joint.spec.body, Some(place)),
             _ => (robot.tool.body, None),
         };
-        // A moving link without an <inertial> is an oversight to readers; a tip without one is usual.
+        // Readers treat a moving link without an <inertial> as an error; a tip without one is usual.
         let inertial = if place.is_some() || body != Body::massless() { inertial(&body, place) } else { String::new() };
         let of_robot = robot.joints.get(i);
         push(&mut text, format_args!("{}", joint_element(joint, of_robot)));
@@ -79,7 +79,7 @@ fn unused(robot: &Robot, name: &str) -> String {
     name
 }
 
-/// Namespaces of what URDF has no word for, and what stands in the root element itself.
+/// Namespaces of everything that URDF cannot express, and the attributes of the root element.
 fn extensions(robot: &Robot) -> String {
     let mut text = String::new();
     if robot.joints.iter().any(|joint| joint.spec.rotor.reflected() > 0.0) {
@@ -92,7 +92,7 @@ fn extensions(robot: &Robot) -> String {
     text
 }
 
-/// Append to a text, which cannot fail.
+/// Appends to a text, which cannot fail.
 fn push(text: &mut String, more: std::fmt::Arguments<'_>) {
     text.write_fmt(more).ok();
 }
@@ -131,7 +131,7 @@ fn joint_element(joint: &TreeJoint, of_robot: Option<&RobotJoint>) -> String {
     format!("  <joint name=\"{}\" type=\"{kind}\">\n{inside}  </joint>\n", escaped(&joint.name))
 }
 
-/// True if `<limit>` of version 1.0 can express the limits: all of them there, or all missing on a joint that turns.
+/// True if `<limit>` of version 1.0 can express the limits: all of them present, or all missing on a joint that turns.
 fn is_limited(kind: JointKind, limits: &Limits<f64>) -> bool {
     let (lowest, highest) = limits.position;
     let torque_and_speed = limits.velocity.is_finite() && limits.torque.is_finite();
@@ -140,7 +140,7 @@ fn is_limited(kind: JointKind, limits: &Limits<f64>) -> bool {
     (lowest.is_finite() && highest.is_finite() && torque_and_speed) || (free && (none || torque_and_speed))
 }
 
-/// The limits that are there; only a joint without an end may go without the element.
+/// The limits that are present; only a joint without an end may omit the element.
 fn limit(limits: &Limits<f64>, continuous: bool) -> String {
     let (lower, upper) = limits.position;
     let all = [("lower", lower), ("upper", upper), ("effort", limits.torque), ("velocity", limits.velocity)];
@@ -163,7 +163,7 @@ fn inertial(body: &Body, place: Option<&Placement<f64>>) -> String {
     )
 }
 
-/// Rotor and gear, as Drake reads them; other programs read the reduction or nothing.
+/// Rotor and gear in Drake's form. Other programs read the reduction or nothing.
 fn transmission(joint: &str, rotor: &Rotor) -> String {
     if rotor.reflected() == 0.0 {
         return String::new();

@@ -1,13 +1,13 @@
-//! Level `regrouped`: sums and products of many terms, with common parts taken out.
+//! Level `regrouped`: sums and products of many terms, with common parts computed once.
 //!
-//! The tape has operations of two operands, in the order in which the recursion spells them. In exact arithmetic a sum is a
-//! set of signed parts and a product a set of factors, and both can be taken apart anew. Three moves save operations:
+//! The tape has operations of two operands, in the order of the recursion. In exact arithmetic a sum is a
+//! set of signed parts and a product a set of factors, and both can be split in another way. Three moves save operations:
 //!
 //! | move | example | saves |
 //! |---|---|---|
-//! | share a sum | `a + b + c`, `d - a - b` | an addition each time but the first |
-//! | share a product | `a b c`, `a b d` | a multiplication each time but the first |
-//! | take a factor out | `a b + a c - a d = a (b + c - d)` | a multiplication each time but the first |
+//! | share a sum | `a + b + c`, `d - a - b` | an addition for each use but the first |
+//! | share a product | `a b c`, `a b d` | a multiplication for each use but the first |
+//! | factor out | `a b + a c - a d = a (b + c - d)` | a multiplication for each term but the first |
 //!
 //! Each move enables or prevents others. They are made greedily, the one that saves most first. Every order of preference
 //! among equals is tried, and the cheapest result is taken.

@@ -1,4 +1,4 @@
-//! Record of a function's operations: nodes, each made of earlier ones.
+//! Record of a function's operations: nodes, each made from earlier ones.
 //!
 //! Every operation passes the active rules before it is recorded, and equal expressions are recorded once (hash-consing).
 //! So the arena holds only simplified, shared expressions, and no later pass has to look for them.
@@ -50,7 +50,7 @@ impl Precision {
 pub struct Expr(u32);
 
 impl Expr {
-    /// Place in the arena: an expression comes after all its operands.
+    /// Index in the arena: an expression comes after all its operands.
     #[must_use]
     pub const fn index(self) -> usize {
         self.0 as usize
@@ -72,7 +72,7 @@ pub enum Node {
     Mul(Expr, Expr),
     /// Quotient. The recursions cannot record one, only a function on [`Field`](dynamics_core::Field).
     Div(Expr, Expr),
-    /// The opposite.
+    /// The negation.
     Neg(Expr),
 }
 
@@ -144,7 +144,7 @@ impl Arena {
         }
     }
 
-    /// Name that the value had in the traced function.
+    /// Label of the value in the traced function.
     #[must_use]
     pub fn label(&self, expr: Expr) -> Option<Label> {
         self.labels.get(&expr).copied()
@@ -156,7 +156,7 @@ impl Arena {
         &self.nodes
     }
 
-    /// A number, rounded to the tape's precision; -0 becomes +0, because `==` cannot tell them apart.
+    /// A number, rounded to the tape's precision. -0 becomes +0, because `==` does not distinguish them.
     pub fn constant(&mut self, x: f64) -> Expr {
         let x = self.precision.round(x);
         self.write(Node::Constant(if x == 0.0 { 0.0_f64.to_bits() } else { x.to_bits() }))

@@ -1,16 +1,16 @@
 //! Level `regrouped`: the choice of the frame for each link's quantities.
 //!
-//! The place and attitude of a link's frame are only a convention. Two freedoms leave every joint torque unchanged, and
+//! The position and orientation of a link's frame are only a convention. Two choices leave every joint torque unchanged, and
 //! cost or save operations:
 //!
-//! - **The place of the origin.** A revolute joint's may be anywhere on its axis, a prismatic joint's anywhere at all.
-//!   Where two axes meet, or an offset along one axis can be moved to another, components of the step from link to link
+//! - **The position of the origin.** A revolute joint's origin may be anywhere on its axis, a prismatic joint's anywhere at all.
+//!   If two axes meet, or an offset along one axis can be moved to another, components of the step from link to link
 //!   vanish.
-//! - **Whether the frame turns with its link.** A frame that stands still while its joint turns hands the turn on. The next
-//!   step takes it, and the link's own constants (first moment, inertia, place of the next joint) turn instead of the
-//!   vectors. Behind parallel axes the turns add up to one angle, and velocities and accelerations are not turned at all.
+//! - **Whether the frame turns with its link.** A frame may be fixed while its joint turns, and passes the turn on to the next
+//!   step. Then the link's own constants (first moment, inertia, position of the next joint) are turned instead of the
+//!   vectors. After parallel axes the turns add up to one angle, and velocities and accelerations are not turned at all.
 //!
-//! The cheapest choice depends on every zero of the arm. So it is found by a search that counts the kernel's operations.
+//! The cheapest choice depends on every zero of the arm. A search that counts the kernel's operations finds it.
 
 use super::arena::Expr;
 use super::regroup::{Across, without_dust};
@@ -25,9 +25,9 @@ use num_traits::{One, Zero};
 pub(super) struct Frames<const N: usize> {
     /// Shift of the origin from the model's, in the link's frame, m; along z for a revolute joint.
     pub(super) shift: [Vector3<f64>; N],
-    /// True if the frame stands still while its joint turns.
+    /// True if the frame does not turn with its joint.
     pub(super) still: [bool; N],
-    /// Part of the inertia across its axis that each link gives away.
+    /// Part of the inertia across its axis that each link passes to its parent.
     pub(super) across: [Across; N],
 }
 
@@ -56,7 +56,7 @@ impl<const N: usize> Frames<N> {
 
     /// The cheapest choice that can be reached by changing one link at a time, or two neighbours at once.
     ///
-    /// `free[i]` says whether link `i` may be changed at all.
+    /// `free[i]` is true if link `i` may be changed.
     #[must_use]
     pub(super) fn cheapest(model: &Model<f64, N>, free: &[bool; N], mut cost: impl FnMut(&Self) -> usize) -> Self {
         let mut best = Self::of_the_model();
@@ -81,7 +81,7 @@ impl<const N: usize> Frames<N> {
                     let mut moved = best;
                     moved.shift[i] = shift;
                     candidates.push(moved);
-                    // An offset is often best handed on between axes that are parallel or meet.
+                    // An offset is often best moved between axes that are parallel or meet.
                     if i + 1 < N && free[i + 1] {
                         for next in moved.worth_trying(model, i + 1) {
                             let mut both = moved;
@@ -105,7 +105,7 @@ impl<const N: usize> Frames<N> {
 
     /// Shifts of one link that may save operations: those that make a component of the step to it, or from it, zero.
     ///
-    /// Shifts beyond the arm's own reach are left out. Axes that nearly meet, or are nearly parallel, would send the origin
+    /// Shifts beyond the arm's own reach are excluded. Axes that nearly meet, or are nearly parallel, would send the origin
     /// far away, where moments of inertia are large and cancel.
     #[must_use]
     fn worth_trying(&self, model: &Model<f64, N>, i: usize) -> Vec<Vector3<f64>> {
@@ -132,10 +132,10 @@ impl<const N: usize> Frames<N> {
         found
     }
 
-    /// The arm on the tape with the chosen frames, and the turn of each joint as its frame sees it.
+    /// The arm on the tape with the chosen frames, and the turn of each joint in its frame.
     ///
-    /// `turn` holds the sines and cosines of the joints. The ordinary recursion runs on the result. A frame that stands
-    /// still appears there as a joint that does not turn, with inertia and steps that do.
+    /// `turn` holds the sines and cosines of the joints. The ordinary recursion runs on the result. A frame that does not turn
+    /// appears there as a joint that does not turn, with inertia and steps that do.
     pub(super) fn on_tape(
         &self,
         model: &Model<f64, N>,
@@ -180,7 +180,7 @@ impl<const N: usize> Frames<N> {
     }
 }
 
-/// Operations that a standing frame hands on. A test replaces some by wrong ones.
+/// Operations that a frame that does not turn passes on. A test replaces some by wrong ones.
 pub(super) struct Turning {
     /// The step to the next link.
     pub(super) step: fn(SinCos<Expr>, &Vector3<Expr>) -> Vector3<Expr>,
@@ -197,7 +197,7 @@ pub(super) const TURNING: Turning = Turning {
     both: |a, b| SinCos { sin: a.sin * b.cos + a.cos * b.sin, cos: a.cos * b.cos - a.sin * b.sin },
 };
 
-/// Returns 1 if a rotation leaves the z axis where it is, -1 if it turns it over.
+/// Returns 1 if a rotation keeps the z axis, -1 if it reverses it.
 fn along_z(rotation: &Matrix3<f64>) -> Option<f64> {
     let z = rotation.m33;
     // Rotations of the model have exact zeros and ones at right angles.

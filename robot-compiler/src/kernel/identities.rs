@@ -1,15 +1,15 @@
-//! Level `regrouped`: expressions that are equal in every state are computed once, and those that are always zero not at
-//! all.
+//! Level `regrouped`: expressions that are equal in every state are computed once, and those that are always zero are not computed
+//! at all.
 //!
-//! Rules on single operations cannot see that `s^2 + c^2` is one, or that the weight of an arm has no moment about a
-//! vertical axis. A random state can. It is taken in a finite field, the whole numbers modulo a prime above `2^60`, where
-//! nothing is rounded: every `f64` constant has its exact place there, a sine and its cosine are a random point of the
+//! Rules on single operations cannot detect that `s^2 + c^2` is one, or that the weight of an arm has no moment about a
+//! vertical axis. Evaluation at a random state can. The state is in a finite field, the whole numbers modulo a prime above `2^60`, in which
+//! nothing is rounded. Every `f64` constant has an exact representation there, a sine and its cosine are a random point of the
 //! circle `s^2 + c^2 = 1`, and all other inputs are random. Two different polynomials of degree `d` agree in such a state
-//! with a chance of at most `d / 2^60` (Schwartz 1980, Zippel 1979). So expressions that agree there are the same function
+//! with a probability of at most `d / 2^60` (Schwartz 1980, Zippel 1979). So expressions that agree there are treated as the same function
 //! of the state.
 //!
-//! The identities are those of the arm with its constants as written. Expressions that are equal except for the rounding of
-//! a constant (of the sine of a twist of 30 degrees, say) count as different.
+//! The identities are those of the arm with its constants as written. Expressions that differ only in the rounding of
+//! a constant (such as the sine of a twist of 30 degrees) count as different.
 
 use super::arena::{Arena, Expr, Node, Precision};
 use super::program::needed;
@@ -29,7 +29,7 @@ pub(super) const ANGLE: Angle = |t| {
 
 /// The outputs on a new tape. Every expression is replaced by an earlier one that is equal or opposite, or by a number.
 ///
-/// `joints` says which inputs are sine and cosine of the same angle; see [`super::functions`].
+/// `joints` determines which inputs are sine and cosine of the same angle; see [`super::functions`].
 #[must_use]
 pub(super) fn once(
     arena: &Arena,
@@ -92,11 +92,11 @@ fn input(number: usize, joints: usize, angle: Angle) -> Element {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Element(u64);
 
-/// A prime below `2^61` over the golden ratio, three more than a multiple of four. Constants are whole numbers times powers of two, so these
+/// A prime near `2^61` divided by the golden ratio, and 3 modulo 4. Constants are whole numbers times powers of two, so these
 /// powers must be far from small numbers: modulo `2^61 - 1` a constant of `2^-61`, the rounding of a rotation, would be 1.
 const PRIME: u64 = 1_425_089_352_415_399_771;
 
-/// `2^-1074` and its doubles: every power of two in an `f64`.
+/// `2^-1074` multiplied by 2 again and again: every power of two in an `f64`.
 static POWERS: [u64; 2046] = {
     let mut power = 1_u64;
     let mut halvings = 0;
@@ -123,7 +123,7 @@ impl Element {
         Self((z ^ (z >> 31)) % PRIME)
     }
 
-    /// The exact place of a number `m 2^e`; `None` for NaN and infinity.
+    /// The exact representation of a number `m 2^e`; `None` for NaN and infinity.
     fn from_f64(x: f64) -> Option<Self> {
         let bits = x.to_bits();
         let (exponent, fraction) = ((bits >> 52) as usize & 0x7ff, bits & ((1 << 52) - 1));
@@ -169,7 +169,7 @@ mod tests {
     use super::super::tape::{input, trace};
     use super::*;
 
-    /// Operations that remain of a function of an arm with two joints: sines are inputs 0 and 1, cosines 2 and 3.
+    /// Number of operations left in a function of an arm with two joints: sines are inputs 0 and 1, cosines 2 and 3.
     fn left<const M: usize>(f: impl FnOnce([Expr; 6]) -> [Expr; M]) -> usize {
         let (outputs, arena) =
             trace(Arena::new(RuleSet::ALL, Precision::Double), || f(core::array::from_fn(|i| input(i as u32))));
@@ -195,13 +195,13 @@ mod tests {
     #[test]
     fn what_is_always_zero_is_not_computed() {
         assert_eq!(left(|[s, _, c, _, x, y]| [(x * s + y * c) * c - (x * c - y * s) * s - y]), 0);
-        // A quotient by such an expression is left alone too.
+        // A quotient by such an expression is unchanged too.
         assert_eq!(left(|[s, _, c, _, x, y]| [x / (s * s + c * c - (x + y) / (y + x)), y]), 1);
     }
 
     #[test]
     fn no_power_of_two_is_a_small_number() {
-        // Up to the product of the smallest and of the largest number of an f64 with another.
+        // Covers products of the smallest and of the largest f64 number with another.
         let (two, half) = (Element(2), Element(2).inverse());
         let size = |x: Element| x.0.min(PRIME - x.0);
         let (mut up, mut down) = (Element(1), Element(1));

@@ -1,9 +1,9 @@
-//! Fast interpreter of a program, for the desk, where no compiler is at hand.
+//! Fast interpreter of a program, for the desk, where no compiler is available at run time.
 //!
-//! [`Program::evaluate`] looks at one node after another and allocates; this interpreter is prepared once. Statements of
+//! [`Program::evaluate`] visits one node after another and allocates; this interpreter is prepared once. Statements of
 //! the same kind (a product, a sum, ..) form runs, one loop each, so the kind is decided once per run and not once per
-//! statement. Values lie in slots; a slot is used again after the last read of its value. The operations, and so the bits,
-//! are those of the program: only their order differs.
+//! statement. Values are in slots; a slot is reused after the last read of its value. The operations, and so the bits,
+//! are those of the program; only their order differs.
 
 use super::arena::{Expr, Node};
 use super::program::Program;
@@ -11,10 +11,10 @@ use dynamics_core::Real;
 use std::collections::{BTreeSet, HashMap};
 
 /// Slots for inputs, numbers and values. The count is a power of two: a slot number masked to that many bits is always
-/// inside, so the compiler omits the bounds check. A six-joint arm takes less than half of the slots.
+/// inside, so the compiler omits the bounds check. A six-joint arm needs less than half of the slots.
 const SLOTS: usize = 1024;
 
-/// A place in the memory.
+/// Index of a slot in the memory.
 type Slot = u16;
 
 /// The operation of a run of statements.
@@ -54,7 +54,7 @@ pub struct Interpreter<S> {
 }
 
 impl<S: Real> Interpreter<S> {
-    /// Prepares a program; `inputs` is the number of inputs that the caller will give. `None` if it needs more than 1,024
+    /// Prepares a program; `inputs` is the number of inputs that the caller will pass. `None` if it needs more than 1,024
     /// slots.
     #[must_use]
     pub fn new(program: &Program, inputs: usize) -> Option<Self> {
@@ -92,14 +92,14 @@ fn each<S: Real>(memory: &mut [S; SLOTS], statements: &[Statement], operation: i
     }
 }
 
-/// Memory while a program is made ready.
+/// Memory while a program is prepared.
 struct Builder<'a> {
     program: &'a Program,
     inputs: usize,
     /// Statements that wait for operands, with the number of operands.
     waits: HashMap<Expr, usize>,
     users: HashMap<Expr, Vec<Expr>>,
-    /// Number of reads left for a value; outputs count once more and are never released.
+    /// Number of reads left for a value; outputs have one extra read and are never released.
     reads: HashMap<Expr, usize>,
     slots: HashMap<Expr, Slot>,
     free: Vec<Slot>,
@@ -137,7 +137,7 @@ impl<'a> Builder<'a> {
         Some(builder)
     }
 
-    /// A place for a number or an input.
+    /// A slot for a number or an input.
     fn leaf(&mut self, expr: Expr) -> Option<()> {
         match self.program.node(expr) {
             Node::Input(number) => {
@@ -162,7 +162,7 @@ impl<'a> Builder<'a> {
         (self.used <= SLOTS).then_some(slot)
     }
 
-    /// Builds run after run: picks the kind with the most ready statements, and takes all of that kind that are or become
+    /// Builds one run after another: picks the kind with the most ready statements, and takes all statements of that kind that are or become
     /// ready.
     fn build<S: Real>(mut self) -> Option<Interpreter<S>> {
         let mut memory = Box::new([S::zero(); SLOTS]);
@@ -203,7 +203,7 @@ impl<'a> Builder<'a> {
         for operand in &operands {
             let left = self.reads.get_mut(operand)?;
             *left -= 1;
-            // Numbers and inputs keep their places: the next run through the program needs them again.
+            // Numbers and inputs keep their slots: the next run of the program needs them again.
             if *left == 0 && kind(self.program.node(*operand)).is_some() {
                 self.free.push(*self.slots.get(operand)?);
             }

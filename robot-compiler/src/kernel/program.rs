@@ -1,4 +1,4 @@
-//! Program: the statements of a tape that the outputs need.
+//! The statements of a tape that the outputs need.
 
 use super::arena::{Arena, Expr, Node};
 use super::schedule;
@@ -137,7 +137,7 @@ impl Program {
         inputs
     }
 
-    /// Runs the program: the interpreter of the tape. Missing inputs count as zero.
+    /// Runs the program with the interpreter of the tape. Missing inputs count as zero.
     #[must_use]
     pub fn evaluate<S: dynamics_core::Field>(&self, inputs: &[S]) -> Vec<S> {
         let mut values = vec![S::zero(); self.arena.nodes().len()];
@@ -172,7 +172,7 @@ pub(super) fn operations(arena: &Arena, outputs: &[Expr]) -> usize {
     needed(arena, outputs).iter().filter(counts).count()
 }
 
-/// Rewrites an output `-(a - b)` as `b - a`: the sign that floated out of the last difference goes back in.
+/// Rewrites an output `-(a - b)` as `b - a`: the sign that moved out of the last difference moves back in.
 fn turn_over(arena: &mut Arena, output: Expr) -> Expr {
     if let Node::Neg(inner) = arena.node(output)
         && let Node::Sub(a, b) = arena.node(inner)

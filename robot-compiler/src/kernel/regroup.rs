@@ -1,14 +1,14 @@
 //! Level `regrouped`: inertia that a joint cannot feel moves into its parent.
 //!
-//! A link's ten inertial parameters act on the joints before it only in combinations. Inertia that the link's own joint
-//! cannot tell from a body fixed to the parent, at any joint position, may be handed to the parent (the base inertial
+//! A link's ten inertial parameters act on the joints before it only in combinations. Some inertia the link's own joint
+//! cannot distinguish from a body fixed to the parent, at any joint position. It may be moved to the parent (the base inertial
 //! parameters of Gautier and Khalil, *Direct calculation of minimum set of inertial parameters*, 1990):
 //!
 //! - a revolute joint: the mass and the first moment along the axis (points on the axis do not move), and an inertia
-//!   `diag(t, t, 0)`, which a turn about z leaves unchanged. Any `t` will do. With `t = Iyy` the link keeps `Ixx - Iyy`,
+//!   `diag(t, t, 0)`, which a turn about z leaves unchanged, for any `t`. With `t = Iyy` the link keeps `Ixx - Iyy`,
 //!   `Izz`, the products of inertia and the first moments across the axis. A search finds the `t` that saves most
 //!   ([`Across`]).
-//! - a prismatic joint: the whole inertia about the origin, together with the first moment that gives its place. A slide
+//! - a prismatic joint: the whole inertia about the origin, together with the first moment that gives its position. A slide
 //!   changes the inertia about the parent's origin through mass and first moment alone.
 //!
 //! No joint feels inertia that reaches the base. The torques stay the same in exact arithmetic; rounding changes.
@@ -17,7 +17,7 @@ use dynamics_core::model::{Link, Model};
 use dynamics_core::{Inertia, JointKind};
 use nalgebra::{Matrix3, Vector3};
 
-/// The moment of inertia across a revolute axis that a link gives away. Each variant names the moment that then vanishes.
+/// The moment of inertia across a revolute axis that a link passes to its parent. Each variant names the moment that then vanishes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Across {
     /// `Iyy = 0`
@@ -34,7 +34,7 @@ impl Across {
     /// All of them.
     pub(super) const ALL: [Self; 4] = [Self::Iyy, Self::Ixx, Self::IyyToIzz, Self::IxxToIzz];
 
-    /// `t`, kg m^2.
+    /// `t`, the moment that is passed to the parent, kg m^2.
     fn given_away(self, inertia: &Matrix3<f64>) -> f64 {
         match self {
             Self::Iyy => inertia.m22,
@@ -45,7 +45,7 @@ impl Across {
     }
 }
 
-/// Function that gives the part of a link's inertia that its own joint cannot tell from the parent's.
+/// Function that returns the part of a link's inertia that its own joint cannot distinguish from the parent's.
 pub(super) type Unfelt = fn(&Link<f64>, Across) -> Inertia<f64>;
 
 /// The same arm with base inertial parameters: equal torques, more zeros. The wrenches at the joints are *not* the same.
@@ -79,7 +79,7 @@ pub(super) fn moved_inward<const N: usize>(
     Model::from_checked(links, *model.tip())
 }
 
-/// The part of a link's inertia that its own joint cannot tell from the parent's, at any joint position.
+/// The part of a link's inertia that its own joint cannot distinguish from the parent's, at any joint position.
 pub(super) fn unfelt(link: &Link<f64>, across: Across) -> Inertia<f64> {
     let Inertia { mass, first_moment, about_origin } = link.inertia;
     match link.kind {
@@ -95,9 +95,9 @@ pub(super) fn unfelt(link: &Link<f64>, across: Across) -> Inertia<f64> {
     }
 }
 
-/// Magnitudes of the numbers summed to a link's inertia. They tell how much of the sum is rounding.
+/// Magnitudes of the numbers summed to a link's inertia. They show how much of the sum is rounding error.
 ///
-/// Each link has its own, so that a gripper's moments are not taken for rounding because the base is heavy.
+/// Each link has its own, so that a gripper's moments are not mistaken for rounding errors because the base is heavy.
 #[derive(Clone, Copy)]
 struct Sizes {
     /// Magnitude of the first moments, kg m.

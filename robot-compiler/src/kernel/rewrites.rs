@@ -1,8 +1,8 @@
-//! Rewrites of level `exact`: less work, the same value.
+//! Rewrites of level `exact`: fewer operations, the same value.
 //!
 //! Each rewrite is one function from a node to its replacement. All of them keep every result equal (`==`) to that of the
 //! traced operations, for finite inputs in round-to-nearest. Rounding is symmetric in sign, addition and multiplication are
-//! commutative to the bit, and only the sign of a zero can change, which `==` does not see.
+//! commutative to the bit, and only the sign of a zero can change, which `==` ignores.
 
 use super::arena::{Arena, Expr, Node, Precision, Rewrite};
 use super::rules::{RewriteRule, RuleSet};
@@ -31,7 +31,7 @@ fn fold(arena: &mut Arena, node: Node) -> Option<Expr> {
         Node::Add(a, b) => arena.number(a)? + arena.number(b)?,
         Node::Sub(a, b) => arena.number(a)? - arena.number(b)?,
         Node::Mul(a, b) => arena.number(a)? * arena.number(b)?,
-        // A division by zero stays: infinity and NaN have no literal.
+        // A division by zero is kept: infinity and NaN have no literal.
         Node::Div(a, b) => arena.number(a)? / arena.number(b).filter(|b| *b != 0.0)?,
         Node::Neg(a) => -arena.number(a)?,
         Node::Constant(_) | Node::Input(_) => return None,
@@ -42,7 +42,7 @@ fn fold(arena: &mut Arena, node: Node) -> Option<Expr> {
 }
 
 /// Inputs are checked to be finite before a kernel runs, so `0 x` is 0. `0 / x` is 0 unless `x` is 0; code that divides
-/// checks that.
+/// checks for that.
 fn zero(arena: &mut Arena, node: Node) -> Option<Expr> {
     let is_zero = |e: Expr| arena.number(e) == Some(0.0);
     match node {
@@ -73,7 +73,7 @@ fn one(arena: &mut Arena, node: Node) -> Option<Expr> {
     None
 }
 
-/// A sign moves out of products and quotients and into sums, where it turns an addition into a subtraction at no cost; numbers are
+/// A sign moves out of products and quotients and into sums, where it turns an addition into a subtraction at no cost. Numbers are
 /// written without sign, so that `c x` and `-c x` share their product. Differences have one order, for the same reason.
 fn signs(arena: &mut Arena, node: Node) -> Option<Expr> {
     let inside = |arena: &Arena, e: Expr| match arena.node(e) {
@@ -119,7 +119,7 @@ fn signs(arena: &mut Arena, node: Node) -> Option<Expr> {
     }
 }
 
-/// Commutative operands stand in the order in which they were written down.
+/// Commutative operands are kept in the order in which they were recorded.
 fn order(arena: &mut Arena, node: Node) -> Option<Expr> {
     match node {
         Node::Add(a, b) if a > b => Some(arena.make(Node::Add(b, a))),

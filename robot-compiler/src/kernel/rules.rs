@@ -9,7 +9,7 @@ pub enum RewriteRule {
     Zero,
     /// `1 x = x`, `-1 x = -x`, `x / 1 = x`.
     One,
-    /// Signs float outward until a sum takes them in.
+    /// Signs move outward until a sum absorbs them.
     Signs,
     /// `a + b` is `b + a`: one order, so that both are shared.
     Order,
@@ -35,14 +35,14 @@ impl RewriteRule {
     }
 }
 
-/// Which rules are in force.
+/// The set of active rules.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RuleSet(u8);
 
 impl RuleSet {
     /// Every rule.
     pub const ALL: Self = Self(0x3f);
-    /// No rule: the operations as the recursion spells them.
+    /// No rule: the operations of the recursion unchanged.
     pub const NONE: Self = Self(0);
 
     /// Every rule but one, to measure what it saves.
@@ -51,7 +51,7 @@ impl RuleSet {
         Self(self.0 & !(1 << rule as u8))
     }
 
-    /// True if a rule is in force.
+    /// True if a rule is active.
     #[must_use]
     pub const fn contains(self, rule: RewriteRule) -> bool {
         self.0 & (1 << rule as u8) != 0

@@ -1,6 +1,6 @@
 //! Order of the statements: few values alive at once, because every value beyond the registers costs a store and a load.
 //!
-//! A simulated arm is scheduled while somebody waits for it, so tables are indexed by a value's place in the arena.
+//! A simulated arm is scheduled while the user waits, so tables are indexed by a value's index in the arena for speed.
 
 use super::arena::{Arena, Expr};
 
@@ -25,8 +25,8 @@ fn distinct_operands(arena: &Arena, expr: Expr) -> impl Iterator<Item = Expr> {
 /// Single-precision registers of a Cortex-M4F, less two for the inputs and numbers of a statement.
 const REGISTERS: usize = 30;
 
-/// Stores and loads of values that find no register. When a register is needed, the value whose next use is farthest goes
-/// (Belady's rule, which is optimal for loads). An output is stored at its destination and takes no register afterwards.
+/// Stores and loads of values for which there is no free register. When a register is needed, the value whose next use is farthest is removed
+/// (Belady's rule, which is optimal for loads). An output is stored at its destination and uses no register afterwards.
 pub(super) fn spills(arena: &Arena, order: &[Expr]) -> usize {
     // Statements that use a value, the last one first.
     let mut uses: Vec<Vec<usize>> = vec![Vec::new(); arena.nodes().len()];
@@ -116,7 +116,7 @@ fn depth_first(arena: &Arena, outputs: &[Expr]) -> Vec<Expr> {
     order
 }
 
-/// Takes, among the statements that are ready, the one that ends the most lives; among equals, the one traced first.
+/// Chooses, among the statements that are ready, the one after which the most values are no longer needed; among equals, the one traced first.
 fn greedy(arena: &Arena, traced: &[Expr], outputs: &[Expr]) -> Vec<Expr> {
     let nodes = arena.nodes().len();
     let (mut uses, mut waits) = (vec![0_usize; nodes], vec![0_usize; nodes]);

@@ -8,7 +8,7 @@ use twofloat::TwoFloat;
 
 /// `hi + lo` with `|lo|` at most half a unit in the last place of `hi`: 106 bits.
 ///
-/// Sums and products are wrong by a few units of 2^-104 relative to their size, so that a recursion of some thousand
+/// Sums and products have errors of a few units of 2^-104 relative to their size, so a recursion of some thousand
 /// operations keeps 27 digits or more. Sums and products are the `twofloat` crate's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DoubleDouble(TwoFloat);
@@ -34,12 +34,12 @@ impl DoubleDouble {
 
     /// Sine and cosine of an angle (rad) to about 30 digits after the point, for angles up to 2^20.
     ///
-    /// Quarter turns are taken off with pi/2 in three parts, then Taylor's series up to `r^31`, whose next term is below
+    /// Quarter turns are subtracted with pi/2 in three parts. Then follows Taylor's series up to `r^31`, whose next term is below
     /// 1e-37 for `|r| <= pi/4`.
     #[must_use]
     pub fn sin_cos(angle: f64) -> SinCos<Self> {
         let turns = (angle * FRAC_2_PI).round();
-        // Each product is kept whole, so the remainder of the angle is good to 2^-104 of pi/2.
+        // Each product is kept exactly, so the remainder of the angle is accurate to 2^-104 of pi/2.
         let rest = HALF_PI.iter().fold(Self::literal(angle), |rest, part| rest - Self(TwoFloat::new_mul(turns, *part)));
         let square = rest * rest;
         let (mut sine, mut cosine) = (Self::one(), Self::one());
@@ -82,7 +82,7 @@ operators! {
 
 impl Div for DoubleDouble {
     type Output = Self;
-    /// Long division, three digits of 53 bits: the crate's own rounds its reciprocal's remainder to f64 (0.8.4), and so is good to
+    /// Long division, three digits of 53 bits. The crate's own division rounds its reciprocal's remainder to f64 (0.8.4), and so is accurate to
     /// 17 digits only.
     fn div(self, other: Self) -> Self {
         let digit = |rest: Self| Self::literal(rest.to_f64() / other.to_f64());

@@ -1,7 +1,7 @@
 //! A scalar that carries a proven bound on its rounding error through the recursion.
 //!
-//! A [`Bounded`] stands for all states of a box at once: an interval `[lo, hi]` that holds the exact value `x` in each of
-//! them, and an error `e` with `|x_computed - x| <= e` in each. Every operation of precision `R` adds its own rounding to
+//! A [`Bounded`] represents all states of a box at once. An interval `[lo, hi]` contains the exact value `x` in each of
+//! them, and an error `e` satisfies `|x_computed - x| <= e` in each. Every operation of precision `R` adds its own rounding to
 //! the errors of its operands:
 //!
 //! ```text
@@ -12,12 +12,12 @@
 //!
 //! `|a|` is the largest magnitude of the interval. Products with zero and sums with zero are exact, and so are products
 //! with powers of two. All arithmetic is in `f64`, rounded outwards by a unit in the last place per operation. A value that
-//! could overflow in `R` is unbounded from there on.
+//! could overflow in `R` has no bound from then on.
 //!
-//! Intervals forget that `sin^2 + cos^2 = 1`. Therefore sines and cosines carry the number of their joint. Where `sin A`
-//! meets `cos B` of the same joint in a sum, Cauchy's inequality bounds the sum of both by `sqrt(|A|^2 + |B|^2)`, and their
-//! error contributions by `sqrt(eA^2 + eB^2)`. The plain sum is up to 1.41 times as much in each rotation of a recursion,
-//! on the way out and on the way back.
+//! Intervals lose the relation `sin^2 + cos^2 = 1`. Therefore sines and cosines carry the number of their joint. If a sum contains
+//! `sin A` and `cos B` of the same joint, Cauchy's inequality bounds it by `sqrt(|A|^2 + |B|^2)`, and the
+//! error contributions by `sqrt(eA^2 + eB^2)`. The plain sum of bounds is up to 1.41 times as large in each rotation of a recursion,
+//! in the outward and in the inward pass.
 
 use super::rounding::{Rounding, binade};
 use core::marker::PhantomData;
@@ -35,7 +35,7 @@ pub struct Bounded<R> {
     format: PhantomData<R>,
 }
 
-/// Origin of a value, as Cauchy's inequality needs it.
+/// Origin of a value, needed for Cauchy's inequality.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Origin {
     Other,
@@ -57,7 +57,7 @@ struct Turn {
 }
 
 impl<R: Rounding> Bounded<R> {
-    /// A number of the format itself, anywhere from `lo` to `hi`: an input, taken as exact.
+    /// A number of the format itself, anywhere from `lo` to `hi`: an input, assumed to be exact.
     #[must_use]
     pub fn exact(lo: f64, hi: f64) -> Self {
         Self::within(lo, hi, 0.0)
@@ -72,7 +72,7 @@ impl<R: Rounding> Bounded<R> {
     /// Sine and cosine of every angle of joint `joint` from `lo` to `hi` (rad, up to 2^20), computed to within
     /// `error.0` and `error.1`.
     ///
-    /// No two joints may have the same number: the two results are taken to be those of one angle.
+    /// Every joint needs its own number: all results with one number are assumed to belong to the same angle.
     #[must_use]
     pub fn sin_cos(joint: usize, (lo, hi): (f64, f64), error: (f64, f64)) -> SinCos<Self> {
         let one = |cosine, (lo, hi), error| Self {
@@ -91,7 +91,7 @@ impl<R: Rounding> Bounded<R> {
         (self.lo, self.hi)
     }
 
-    /// Largest distance of a computed value from the exact one, in any state of the box. Infinite where overflow is
+    /// Largest distance of a computed value from the exact one, in any state of the box. Infinite if overflow is
     /// possible.
     #[must_use]
     pub const fn error(&self) -> f64 {
@@ -123,7 +123,7 @@ impl<R: Rounding> Bounded<R> {
             .then_some(self.lo)
     }
 
-    /// An unbounded value: nothing is known of it.
+    /// A value without a bound: nothing is known about it.
     fn unbounded() -> Self {
         Self::within(f64::NEG_INFINITY, f64::INFINITY, f64::INFINITY)
     }
@@ -132,7 +132,7 @@ impl<R: Rounding> Bounded<R> {
     #[inline]
     fn rounded(lo: f64, hi: f64, brought: f64, rounding: impl Fn(f64) -> f64) -> (Self, f64) {
         let size = plus(lo.abs().max(hi.abs()), brought);
-        // This also catches a NaN: max drops it, the difference does not.
+        // This also detects a NaN: max ignores it, the difference does not.
         if !(size < R::MAX && (hi - lo).is_finite()) {
             return (Self::unbounded(), f64::INFINITY);
         }
@@ -150,13 +150,13 @@ impl<R: Rounding> Bounded<R> {
         let (lo, hi) = if factor < 0.0 { (b, a) } else { (a, b) };
         let own = if factor.abs() < 1.0 { R::LEAST } else { 0.0 };
         let scaled = Self::rounded(lo, hi, times(self.error, factor.abs()), |_| own).0;
-        // Only a turn by itself, or its negative, remains a turn.
+        // Only an unscaled turn, or its negative, remains a turn.
         let origin = if factor.abs() > 1.0 || factor.abs() < 1.0 { Origin::Other } else { self.origin };
         Self { origin, ..scaled }
     }
 }
 
-/// The range of a sine or cosine whose highest points lie at `peak + 2 k pi`, wider by more than its own error.
+/// The range of a sine or cosine with maxima at `peak + 2 k pi`, widened by more than the function's own error.
 fn range(f: fn(f64) -> f64, lo: f64, hi: f64, peak: f64) -> (f64, f64) {
     const SLACK: f64 = 1e-9;
     const ERROR: f64 = 1e-15;

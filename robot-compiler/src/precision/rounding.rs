@@ -6,7 +6,7 @@ use core::fmt::Debug;
 pub trait Rounding: Copy + Debug + PartialEq + Send + Sync + 'static {
     /// Unit roundoff: half the distance of the numbers just above 1.
     const UNIT: f64;
-    /// At least half the smallest positive number: the most that a product loses by underflow.
+    /// At least half the smallest positive number: the greatest loss of a product by underflow.
     const LEAST: f64;
     /// The largest finite number.
     const MAX: f64;

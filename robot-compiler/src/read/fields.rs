@@ -1,4 +1,4 @@
-//! Parts that several files share: texts, bodies, placements, wrenches.
+//! Parts that several kinds of file share: texts, bodies, placements, wrenches.
 
 use crate::describe::diagnostics::FileError;
 use crate::read::table::{Table, Value};
@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 const COM: &str = "the centre of mass [x, y, z] in m";
 const INERTIA_KEYS: [&str; 6] = ["xx", "yy", "zz", "xy", "xz", "yz"];
 
-/// Source of the numbers; empty if the file does not say.
+/// Source of the numbers; empty if the file gives none.
 pub(crate) fn origin(root: &Table<'_>) -> Result<String, FileError> {
     const EXPECTED: &str = "where the numbers come from";
     let Some(value) = root.get("source") else { return Ok(String::new()) };
@@ -28,7 +28,7 @@ pub(crate) fn text(value: &Value<'_>, expected: &str) -> Result<String, FileErro
     Ok(found.to_owned())
 }
 
-/// Refuses control characters, which a terminal would obey.
+/// Rejects control characters, which could control a terminal.
 fn without_control(value: &Value<'_>, found: &str, expected: &str) -> Result<(), FileError> {
     found.chars().find(|c| c.is_control()).map_or(Ok(()), |c| {
         let problem = format!("found the control character {:?}", c.escape_unicode().to_string());
@@ -36,7 +36,7 @@ fn without_control(value: &Value<'_>, found: &str, expected: &str) -> Result<(),
     })
 }
 
-/// `mass`, `com` and `inertia` of a table. A mass needs a centre; without an inertia it is a point.
+/// `mass`, `com` and `inertia` of a table. A mass needs a centre; without an inertia it is a point mass.
 pub(crate) fn body(table: &Table<'_>) -> Result<Body, FileError> {
     let mass = table.require("mass", "the mass in kg")?.finite("the mass in kg")?;
     let com = match table.get("com") {

@@ -9,7 +9,7 @@ use crate::describe::robot::Robot;
 const KEYS: [&str; 8] =
     ["viscous", "coulomb", "coulomb_load", "breakaway", "stribeck_speed", "breakaway_load", "asymmetry", "offset"];
 
-/// Friction of one joint; a missing key is a missing term.
+/// Friction of one joint; a missing key means an absent term.
 pub(super) fn of_joint(table: &Table<'_>) -> Result<JointFriction, FileError> {
     let read = |value: &Value<'_>, one: &dyn Fn(&Value<'_>) -> Result<f64, FileError>, _: &str| Ok(vec![one(value)?]);
     let mut friction = [JointFriction::default()];
@@ -18,7 +18,7 @@ pub(super) fn of_joint(table: &Table<'_>) -> Result<JointFriction, FileError> {
     Ok(friction)
 }
 
-/// Friction of every simulated joint, one number or one per joint; a missing key is that of the robot file.
+/// Friction of every simulated joint, as one number or one per joint; for a missing key the robot file's value is used.
 pub(super) fn of_joints(table: &Table<'_>, robot: &Robot) -> Result<Vec<JointFriction>, FileError> {
     let mut friction: Vec<JointFriction> =
         robot.joints.iter().map(|joint| joint.friction.unwrap_or_default()).collect();
@@ -34,7 +34,7 @@ type One<'a> = &'a dyn Fn(&Value<'_>) -> Result<f64, FileError>;
 /// Reads a value as one number or one per joint.
 type FrictionValue<'a> = &'a dyn Fn(&Value<'_>, One<'_>, &str) -> Result<Vec<f64>, FileError>;
 
-/// Takes what the table gives, and checks the whole.
+/// Changes the friction by the values in the table, and checks the result.
 fn change(
     table: &Table<'_>,
     friction: &mut [JointFriction],
@@ -73,7 +73,7 @@ fn change(
                 let Some(speed) = at(&speed).or(before.map(|it| it.speed)) else {
                     return Err(table.error("stribeck_speed", "missing beside `breakaway`", SPEED));
                 };
-                // A load raises both levels alike where nothing else is said.
+                // A load raises both levels equally unless the file gives otherwise.
                 let load = at(&breakaway_load).or(before.map(|it| it.load)).unwrap_or(friction.coulomb_load);
                 Some(Breakaway { torque, speed, load })
             }
@@ -83,7 +83,7 @@ fn change(
     Ok(())
 }
 
-/// Levels that no friction has: a breakaway below Coulomb's, or parts that would drive a joint.
+/// Rejects impossible levels: a breakaway below Coulomb's, or parts that would drive a joint.
 fn check(table: &Table<'_>, friction: &JointFriction, label: &str) -> Result<(), FileError> {
     let JointFriction { coulomb, asymmetry, offset, .. } = *friction;
     match friction.breakaway {

@@ -11,7 +11,7 @@ use dynamics_core::linkage::{
 use nalgebra::Vector2;
 use std::path::{Path, PathBuf};
 
-/// Default gravity, m/s^2: the ground level, the linkage upright.
+/// Default gravity, m/s^2: the ground horizontal, the linkage upright.
 const UPRIGHT: Vector2<f64> = Vector2::new(0.0, -9.81);
 
 const LENGTH: &str = "a length in m, from 1e-9 to 1e6";
@@ -23,17 +23,17 @@ enum Kind {
 }
 
 impl LinkageFile {
-    /// Read a linkage file (TOML).
+    /// Reads a linkage file (TOML).
     ///
     /// # Errors
-    /// A file that cannot be read, is not of its format, or describes no linkage that could be put together.
+    /// A file that cannot be read, is not of its format, or describes a linkage that cannot be assembled.
     pub fn load(path: &Path) -> Result<Self, FileError> {
         let mut linkage = read(&read_text(path)?)?;
         path.clone_into(&mut linkage.path);
         Ok(linkage)
     }
 
-    /// Reads the text of a linkage file; `name` stands for the file in errors.
+    /// Reads the text of a linkage file; errors use `name` as the file's name.
     ///
     /// # Errors
     /// As [`LinkageFile::load`].
@@ -65,7 +65,7 @@ fn read(source: &Source) -> Result<LinkageFile, FileError> {
     })
 }
 
-/// Refuses a linkage file where an arm or a scene was asked for.
+/// Rejects a linkage file if an arm or a scene was expected.
 pub(super) fn refuse(root: &Table<'_>, wanted: &str) -> Result<(), FileError> {
     match root.get("kind") {
         Some(kind) if kind.string("").is_ok_and(|kind| [FOUR_BAR, SLIDER_CRANK].contains(&kind)) => {
@@ -106,12 +106,12 @@ fn turning(root: &Table<'_>, key: &str) -> Result<(f64, PlanarBody<f64>), FileEr
     Ok((length(&table.require("length", LENGTH)?)?, body(&table)?))
 }
 
-/// A length wider than any that is built, yet narrow enough that squares neither vanish nor overflow.
+/// A length between bounds that are wider than any linkage, and within which squares neither vanish nor overflow.
 fn length(value: &Value<'_>) -> Result<f64, FileError> {
     value.within(1e-9, 1e6, LENGTH)
 }
 
-/// A mass needs a centre; without an inertia it is a point.
+/// A body; a mass needs a centre, and without an inertia it is a point mass.
 fn body(table: &Table<'_>) -> Result<PlanarBody<f64>, FileError> {
     const MASS: &str = "a mass of zero or more, kg";
     const COM: &str = "the centre of mass [x, y] in m, in the link's own frame";
@@ -133,7 +133,7 @@ fn pair(value: &Value<'_>, expected: &str) -> Result<Vector2<f64>, FileError> {
     Ok(Vector2::from_column_slice(&value.numbers(2, expected)?))
 }
 
-/// The core's refusal, reported at the field that caused it.
+/// The core's error, reported at the field that caused it.
 fn placed(root: &Table<'_>, error: &LinkageError<f64>) -> FileError {
     let (member, expected) = match error {
         LinkageError::NeverCloses { longest, .. } => (*longest, "lengths of which none exceeds the sum of all others"),

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 
-/// Largest file that is read, bytes: a hundred times the largest robot file known.
+/// Largest file that is read, bytes: a hundred times the largest known robot file.
 const LARGEST: u64 = 4 << 20;
 
 pub(crate) fn read_text(path: &Path) -> Result<Source, FileError> {
@@ -13,7 +13,7 @@ pub(crate) fn read_text(path: &Path) -> Result<Source, FileError> {
         return Err(FileError::whole_file(path, "", "cannot be read: it is a folder", "a file that can be read"));
     }
     let mut bytes = Vec::new();
-    // Never more than that: the file may grow, or have no end.
+    // Reads at most this many bytes: the file may grow, or be endless.
     let read = File::open(path).and_then(|file| file.take(LARGEST + 1).read_to_end(&mut bytes));
     read.map_err(|error| {
         FileError::whole_file(path, "", format!("cannot be read: {error}"), "a file that can be read")
@@ -30,8 +30,8 @@ pub(crate) fn read_text(path: &Path) -> Result<Source, FileError> {
     }
 }
 
-/// The characters of a file: UTF-8, UTF-16 with or without a mark, and of an XML file Latin-1, which its readers need for names and
-/// comments only.
+/// The characters of a file: UTF-8, UTF-16 with or without a byte order mark, and for an XML file also Latin-1, in which only names and
+/// comments need it.
 fn decoded(bytes: Vec<u8>) -> Result<String, (String, &'static str)> {
     const EXPECTED: &str = "a text file in UTF-8";
     let units = |bytes: &[u8], of: fn([u8; 2]) -> u16| {
@@ -67,7 +67,7 @@ fn decoded(bytes: Vec<u8>) -> Result<String, (String, &'static str)> {
     })
 }
 
-/// Kind of a text that no reader of ours can use, and what to do about it.
+/// Kind of a text that none of our readers can use, and advice.
 fn recognised(text: &str) -> Option<(&'static str, &'static str)> {
     let start: String =
         text.trim_start_matches('\u{feff}').trim_start().chars().take(200).collect::<String>().to_lowercase();

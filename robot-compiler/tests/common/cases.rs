@@ -1,4 +1,4 @@
-//! Tables of test cases: inputs with the output that each must give, in one text file to read and to edit.
+//! Tables of test cases: inputs and the output that each must give, in one text file that can be read and edited.
 //!
 //! A line `==== NAME` begins a case. Its input follows, then a line `----`, then the expected output. `==== NAME from BASE`
 //! gives the input as changes of another text: a section of the table without `----`, or else a file, relative to the
@@ -17,11 +17,11 @@
 //! ```
 //!
 //! A change is a run of lines of the base. Lines after `- ` are removed, lines after `+ ` are added, lines after two blanks
-//! stay. Together, those of the base must occur exactly once in it: add lines around the change until they do. `...`
-//! separates two changes. A case from the file of its own name, without a change, is that file.
+//! are kept. Together, the removed and kept lines must occur exactly once in the base: add lines around the change until they do. `...`
+//! separates two changes. A case that has the name of a file, without a change, is that file.
 //!
-//! To add a case, write it up to its line `----`. `UPDATE_EMITTED=1 cargo nextest run -p PACKAGE` then writes the outputs that
-//! were found into the tables. Read the difference before you commit it.
+//! To add a case, write it up to its line `----`. `UPDATE_EMITTED=1 cargo nextest run -p PACKAGE` then writes the outputs
+//! into the tables. Check the diff before you commit it.
 #![allow(unreachable_pub, reason = "a module of several test programs")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot read its table should stop there")]
 
@@ -29,7 +29,7 @@ use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// Environment variable that makes tests write what they found.
+/// Environment variable that makes tests write their outputs into the tables.
 const UPDATE: &str = "UPDATE_EMITTED";
 
 /// A case of a table.
@@ -41,7 +41,7 @@ pub struct Case {
     pub input: Option<String>,
     /// Output that it must give, without empty lines at its end.
     pub expected: String,
-    /// Lines of the table, counted from 0: of the case, and of its output.
+    /// Lines of the table, counted from 0: the first line of the case, and the lines of its output.
     lines: (usize, Range<usize>),
 }
 
@@ -50,7 +50,7 @@ pub struct Case {
 pub struct Table {
     path: PathBuf,
     text: String,
-    /// Texts that cases change, with their names.
+    /// Texts from which cases are made by changes, with their names.
     pub bases: Vec<(String, String)>,
     /// Cases, in the order of the file.
     pub cases: Vec<Case>,
@@ -97,7 +97,7 @@ impl Table {
         self.cases.push(Case { name: name.to_owned(), input, expected, lines: (head, output) });
     }
 
-    /// A text that cases change.
+    /// A text from which cases are made by changes.
     fn base(&self, name: &str) -> String {
         let own = self.bases.iter().find(|(own, _)| own == name).map(|(_, text)| text.clone());
         own.unwrap_or_else(|| {
@@ -106,7 +106,7 @@ impl Table {
         })
     }
 
-    /// The outputs that differ from those of the table, each with its place, name and lines.
+    /// The outputs that differ from those of the table, each with its location, name and lines.
     pub fn differences(&self, found: &[(&str, String)]) -> Vec<String> {
         let path = self.path.display();
         let compared = found.iter().map(|(name, found)| {
@@ -122,7 +122,7 @@ impl Table {
         compared.flatten().collect()
     }
 
-    /// The text of the table with these outputs; one without a case becomes a case at the end.
+    /// The text of the table with these outputs; an output without a case becomes a case at the end.
     pub fn with(&self, found: &[(&str, String)]) -> String {
         let mut lines: Vec<&str> = self.text.lines().collect();
         for case in self.cases.iter().rev() {
@@ -171,13 +171,13 @@ fn difference(expected: &str, found: &str) -> String {
     marked('-', &old) + &marked('+', &new)
 }
 
-/// Compares outputs with those of the table's cases of their names.
+/// Compares outputs with those of the table's cases with the same names.
 ///
 /// # Panics
-/// If some differ. With `UPDATE_EMITTED` set they are written into the table instead.
+/// If some differ. With `UPDATE_EMITTED` set, the outputs are written into the table instead.
 pub fn check(path: &Path, found: &[(&str, String)]) {
     let update = std::env::var_os(UPDATE).is_some();
-    // Tests of one table run at the same time. The lock ends with the variable.
+    // Tests of one table run at the same time. The lock is released with the variable.
     let file = update.then(|| fs::File::open(path).unwrap());
     file.iter().for_each(|file| file.lock().unwrap());
     let table = Table::read(path);

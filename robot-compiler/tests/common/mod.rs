@@ -1,4 +1,4 @@
-//! Paths of the project's files, and what several tests do.
+//! Paths of the project's files, and helpers of several tests.
 #![allow(unreachable_pub, reason = "a module of a test program")]
 
 pub mod cases;
@@ -9,7 +9,7 @@ use robot_compiler::{Robot, SceneFile};
 pub use skipping::skipped;
 use std::path::{Path, PathBuf};
 
-/// The formatter on these files, with the project's settings; `None`, reported by [`skipped`], where it is not installed.
+/// Runs the formatter on these files, with the project's settings; `None`, reported by [`skipped`], if it is not installed.
 pub fn rustfmt<'a>(options: &[&str], files: impl IntoIterator<Item = &'a PathBuf>) -> Option<std::process::ExitStatus> {
     let mut rustfmt = std::process::Command::new(std::env::var_os("RUSTFMT").unwrap_or_else(|| "rustfmt".into()));
     rustfmt.args(["--edition", "2024", "--config", "max_width=120,use_small_heuristics=Max"]).args(options).args(files);
@@ -20,7 +20,7 @@ pub fn rustfmt<'a>(options: &[&str], files: impl IntoIterator<Item = &'a PathBuf
     status.ok()
 }
 
-/// A scene in which a robot of `robots/` stands still in the middle of its range, with these lines added.
+/// A scene in which a robot of `robots/` stays in the middle of its range, with these lines added.
 #[allow(clippy::unwrap_used, reason = "a file of the project that cannot be read should stop the test")]
 pub fn standing(robot: &str, lines: &str) -> SceneFile {
     let loaded = Robot::load(&top("robots").join(format!("{robot}.toml"))).unwrap();

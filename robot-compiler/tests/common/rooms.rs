@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The members of `rooms` that paths beginning with `crate` lead to; comments do not count.
+/// The names in `rooms` to which paths beginning with `crate` lead; comments are ignored.
 pub(crate) fn named<'a>(text: &str, rooms: &[&'a str]) -> BTreeSet<&'a str> {
     let code: String = text.lines().map(|line| line.split("//").next().unwrap_or_default().trim()).collect();
     let paths = code.split("crate::").skip(1);

@@ -5,10 +5,10 @@ use object::{Object as _, ObjectSection as _, ObjectSymbol as _, SectionFlags, S
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Static RAM of the chip; a kernel that does not run from flash lies there.
+/// Address range of static RAM. A kernel that does not run from flash is in it.
 pub const SRAM: Range<u32> = 0x2000_0000..0x2002_0000;
 
-/// The section of the vector table, as the start-up code names it.
+/// Name of the vector table's section, from the start-up code.
 const VECTORS: &str = ".vector_table";
 
 /// Reasons why a program cannot be read.
@@ -29,12 +29,12 @@ pub enum ImageError {
     /// The program has no vector table, so its start is not known.
     #[error("no vector table: expected a section .vector_table")]
     NoVectors,
-    /// No RAM is free below the stack's top.
+    /// There is no free RAM below the top of the stack.
     #[error("no room for a stack below {0:#x}: expected RAM without variables")]
     NoStack(u32),
 }
 
-/// A section that lies in the chip's memory.
+/// A section in the chip's memory.
 #[derive(Clone, Debug)]
 pub(crate) struct Section {
     name: String,
@@ -45,7 +45,7 @@ pub(crate) struct Section {
 }
 
 impl Section {
-    /// Whole words, as the core reads them.
+    /// The contents as words, as the core reads them.
     pub(crate) fn words(&self) -> impl Iterator<Item = u32> {
         self.bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
     }
@@ -65,7 +65,7 @@ pub(crate) type Named = (String, u32);
 /// A linked program.
 #[derive(Clone, Debug, Default)]
 pub struct Program {
-    /// Code first, because most queries concern it.
+    /// Sections; those with code come first, because most queries concern them.
     pub(crate) sections: Vec<Section>,
     /// All symbols, in the file's order.
     symbols: Vec<Named>,
@@ -73,11 +73,11 @@ pub struct Program {
     pub(crate) functions: BTreeMap<u32, Named>,
     /// Variables and constants with a symbol, by address.
     pub(crate) objects: BTreeMap<u32, Named>,
-    /// Begin of data, `true`, and of instructions: the mapping symbols `$d` and `$t`.
+    /// Addresses at which data (`true`) or instructions begin: the mapping symbols `$d` and `$t`.
     pub(crate) marks: BTreeMap<u32, bool>,
-    /// Words of the vector table: the stack's top, the start, the handlers; empty without such a table.
+    /// Words of the vector table: top of the stack, start address, handlers. Empty if there is no table.
     pub(crate) vectors: Vec<u32>,
-    /// Where the vector table lies.
+    /// Address of the vector table.
     pub(crate) vectors_at: u32,
     /// Ranges in static RAM, by section: variables, zeroed or not, and code that is copied there.
     variables: Vec<Range<u32>>,
@@ -86,10 +86,10 @@ pub struct Program {
 }
 
 impl Program {
-    /// A program from the bytes of its ELF file.
+    /// Reads a program from the bytes of its ELF file.
     ///
     /// # Errors
-    /// Not an ELF file for Arm, a broken one, or one without code.
+    /// The file is not an ELF file for Arm, is broken, or has no code.
     pub fn parse(bytes: &[u8]) -> Result<Self, ImageError> {
         let file = object::File::parse(bytes)?;
         if file.architecture() != object::Architecture::Arm {
@@ -114,7 +114,7 @@ impl Program {
 
     fn section(&mut self, section: &object::Section<'_, '_>, flags: u64) -> Result<(), ImageError> {
         let has = |flag: u32| flags & u64::from(flag) != 0;
-        // The chip's addresses have 32 bits.
+        // Addresses of the chip have 32 bits.
         let address = section.address() as u32;
         let (name, bytes) = (section.name()?.to_owned(), section.data()?.to_vec());
         let part = Section { name, address, bytes, executable: has(elf::SHF_EXECINSTR) };
@@ -126,7 +126,7 @@ impl Program {
             self.variables.push(address..address.saturating_add(section.size() as u32));
         }
         let zeroed = matches!(section.kind(), SectionKind::UninitializedData);
-        // Initial values of variables lie in flash, and are copied to RAM.
+        // Initial values of variables are in flash, and are copied to RAM.
         self.flash_bytes += if zeroed { 0 } else { section.size() };
         self.ram_bytes += if zeroed || has(elf::SHF_WRITE) { section.size() } else { 0 };
         self.sections.push(part);
@@ -146,7 +146,7 @@ impl Program {
         }
     }
 
-    /// Code without a file: its halves, starting at an address.
+    /// Creates a program of these instruction halves, starting at an address.
     #[must_use]
     pub fn from_halves(address: u32, halves: &[u16]) -> Self {
         let bytes = halves.iter().flat_map(|half| half.to_le_bytes()).collect();
@@ -154,7 +154,7 @@ impl Program {
         Self { sections: vec![code], ..Self::default() }
     }
 
-    /// Every symbol's name and size, in the order of the file.
+    /// Names and sizes of all symbols, in the order of the file.
     pub fn symbols(&self) -> impl Iterator<Item = (&str, u32)> {
         self.symbols.iter().map(|(name, size)| (name.as_str(), *size))
     }
@@ -165,41 +165,40 @@ impl Program {
         self.sections.iter().find(|section| section.name == name).map(|section| section.bytes.len() as u64)
     }
 
-    /// Code, constants, and initial values of variables, bytes.
+    /// Bytes of code, constants, and initial values of variables.
     #[must_use]
     pub const fn flash_bytes(&self) -> u64 {
         self.flash_bytes
     }
 
-    /// Variables, and code that runs from RAM, bytes; without the stack.
+    /// Bytes of variables, and of code that runs from RAM; without the stack.
     #[must_use]
     pub const fn ram_bytes(&self) -> u64 {
         self.ram_bytes
     }
 
-    /// Start of the handler of an exception: 1 is reset, 16 the first interrupt. `None` if it has no handler.
+    /// Start address of an exception's handler: 1 is reset, 16 the first interrupt. `None` if it has no handler.
     #[must_use]
     pub fn handler(&self, exception: usize) -> Option<u32> {
         self.vectors.get(exception).filter(|at| **at != 0).map(|at| at & !1)
     }
 
-    /// Where the stack begins, from which it grows down: the first word of the vector table.
+    /// Initial stack pointer, from which the stack grows down: the first word of the vector table.
     #[must_use]
     pub fn stack_top(&self) -> Option<u32> {
         self.vectors.first().copied()
     }
 
-    /// RAM free for the stack, from its top down to the nearest variables, or to the beginning of RAM where the variables
-    /// lie above the stack.
+    /// RAM free for the stack: from its top down to the nearest variables, or to the beginning of RAM if the variables are above the stack.
     ///
     /// # Errors
-    /// No vector table, whose first word is the stack's top; or no room below that.
+    /// The program has no vector table, or there is no free RAM below the top of the stack.
     pub fn stack_room(&self) -> Result<Range<u32>, ImageError> {
         let top = self.stack_top().ok_or(ImageError::NoVectors)?;
         room_below(top, &self.variables).ok_or(ImageError::NoStack(top))
     }
 
-    /// The instruction at an address; `None` where there is no code, or no valid instruction.
+    /// Decodes the instruction at an address; `None` if there is no code, or no valid instruction.
     #[must_use]
     pub fn decode(&self, address: u32) -> Option<Instruction> {
         decode::decode(address, self.half(address)?, self.half(address.wrapping_add(2)))
@@ -221,7 +220,7 @@ impl Program {
         })
     }
 
-    /// True if an address lies in data rather than instructions, by the linker's mapping symbols.
+    /// True if the linker's mapping symbols mark an address as data, not instructions.
     pub(crate) fn is_data(&self, address: u32) -> bool {
         self.marks.range(..=address).next_back().is_some_and(|(_, data)| *data)
     }
@@ -241,7 +240,7 @@ impl Program {
     }
 }
 
-/// From the top down to the nearest variables; `None` if these reach the top.
+/// Range from the top down to the nearest variables; `None` if these reach the top.
 fn room_below(top: u32, variables: &[Range<u32>]) -> Option<Range<u32>> {
     let below = variables.iter().filter(|range| range.start < top).map(|range| range.end);
     let bottom = below.fold(SRAM.start, u32::max);

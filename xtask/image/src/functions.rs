@@ -7,38 +7,38 @@ use std::ops::Range;
 /// The stack pointer's number.
 const SP: u16 = 13;
 
-/// A function on the chip.
+/// A function of the chip's program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Function {
-    /// Size, including the numbers behind the code.
+    /// Size in bytes, including the literals after the code.
     pub bytes: u64,
-    /// Single registers stored on the stack.
+    /// Number of float registers stored on the stack one at a time.
     pub stores: usize,
-    /// Single registers loaded from the stack.
+    /// Number of float registers loaded from the stack one at a time.
     pub loads: usize,
 }
 
 /// References of a function.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct References {
-    /// Jumps out of the function, calls included.
+    /// Targets of jumps out of the function, including calls.
     pub(crate) jumps: Vec<u32>,
-    /// Numbers that could be addresses: those loaded in two halves, and those behind the code.
+    /// Numbers that could be addresses: those loaded in two halves, and the literals after the code.
     pub(crate) numbers: Vec<u32>,
-    /// Calls through a register.
+    /// Number of calls through a register.
     pub(crate) indirect: usize,
-    /// Jumps through a register that are not returns, and jumps to an address from memory.
+    /// Number of jumps through a register that are not returns, and of jumps to an address from memory.
     pub(crate) onward: usize,
 }
 
 impl Program {
-    /// Start of the first function whose name satisfies the predicate.
+    /// Start address of the first function with a name that satisfies the predicate.
     #[must_use]
     pub fn address_of(&self, name: impl Fn(&str) -> bool) -> Option<u32> {
         self.functions.iter().find(|(_, (known, _))| name(known)).map(|(address, _)| *address)
     }
 
-    /// The function at an address; the lowest bit, which marks Thumb, is ignored.
+    /// Measures the function at an address; the lowest bit, which marks Thumb code, is ignored.
     ///
     /// # Errors
     /// No function begins there.
@@ -49,9 +49,9 @@ impl Program {
         Ok(Function { bytes, stores, loads })
     }
 
-    /// Return address of the first call through a register, in the first function whose linker's name contains `name`.
+    /// Return address of the first call through a register, in the first function with `name` in its symbol.
     ///
-    /// A program that counts calls one after another with the same few instructions has one such place.
+    /// A program that counts calls one after another with the same few instructions has one such call.
     #[must_use]
     pub fn behind_call_in(&self, name: &str) -> Option<u32> {
         let range = self.range(self.address_of(|known| known.contains(name))?).ok()?;
@@ -62,7 +62,7 @@ impl Program {
     /// References of the function in this range.
     pub(crate) fn references(&self, range: Range<u32>) -> References {
         let mut found = References::default();
-        // Lower halves waiting for their upper ones, by register.
+        // Lower halves that wait for their upper halves, by register.
         let mut lower = [None::<u16>; Registers::COUNT];
         for instruction in self.instructions(range.clone()) {
             let register = instruction.writes.numbers().next().unwrap_or_default();
@@ -83,9 +83,9 @@ impl Program {
         found
     }
 
-    /// Single registers that VSTR and VLDR move to and from the stack pointer's frame.
+    /// Counts the registers that VSTR and VLDR move one at a time to and from the stack frame.
     ///
-    /// Registers saved on entry go by VPUSH and are not counted; inputs and results have pointers of their own.
+    /// Registers saved on entry use VPUSH and are not counted. Inputs and results are accessed through pointers.
     fn stack_traffic(&self, range: Range<u32>) -> (usize, usize) {
         let (mut stores, mut loads) = (0, 0);
         for instruction in self.instructions(range).filter(|found| found.address_registers == Registers::core(SP)) {
@@ -113,7 +113,7 @@ impl Program {
         (address - start < *size).then_some(*start)
     }
 
-    /// The function whose address is this number, with the lowest bit set, as the core jumps to it.
+    /// Start of the function to which this number points, with the lowest bit set as the core requires for jumps.
     pub(crate) fn function_at(&self, number: u32) -> Option<u32> {
         let at = number & !1;
         (number & 1 == 1 && self.functions.contains_key(&at)).then_some(at)
@@ -126,7 +126,7 @@ mod tests {
 
     const START: u32 = 0x0800_1000;
 
-    /// References of a function made of these halves; the last `numbers` of them are data.
+    /// References of a function with these instruction halves; the last `numbers` of them are data.
     fn references(code: &[u16], numbers: usize) -> References {
         program(code, numbers).references(START..START + 2 * code.len() as u32)
     }
@@ -161,14 +161,14 @@ mod tests {
 
     #[test]
     fn calls_and_jumps_out_of_a_function_are_found_in_every_encoding() {
-        // bl to the instruction after it, at the end of the function; then one forward and one back.
+        // bl to the instruction after it, at the end of the function; then one forward and one backward.
         assert_eq!(jumps(&[0xf000, 0xf800]), [0x0800_1004]);
         assert_eq!(jumps(&[0xf001, 0xf8fe]), [0x0800_2200]);
         assert_eq!(jumps(&[0xf7ff, 0xfefe]), [0x0800_0e00]);
-        // Farthest: 16 MiB back, and 16 MiB less two forward.
+        // Farthest targets: 16 MiB backward, and 16 MiB minus two bytes forward.
         assert_eq!(jumps(&[0xf400, 0xd000]), [0x0700_1004]);
         assert_eq!(jumps(&[0xf3ff, 0xd7ff]), [0x0900_1002]);
-        // b.w back, b back, beq back, beq.w back.
+        // b.w, b, beq and beq.w, all backward.
         assert_eq!(jumps(&[0xf7ff, 0xbefe]), [0x0800_0e00]);
         assert_eq!(jumps(&[0xe6fe]), [0x0800_0e00]);
         assert_eq!(jumps(&[0xd080]), [0x0800_0f04]);

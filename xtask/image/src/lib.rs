@@ -1,15 +1,15 @@
-//! Linked program for the chip, read from its ELF file: its contents, its largest stack depth, its execution time.
+//! Analysis of a linked program for the chip, from its ELF file: contents, largest stack depth, execution time.
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`Program`] | the one reader of ELF files: sections, symbols, the vector table, and any address as an instruction |
-//! | [`decode`](Instruction) | the one decoder of Thumb-2: an instruction's class, registers, words and effect |
-//! | [`Program::function`], [`Program::reached_from`] | bytes of a function, its stack traffic, and all that it calls and refers to |
+//! | [`Program`] | the reader of ELF files: sections, symbols, the vector table, and any address as an instruction |
+//! | [`decode`](Instruction) | the decoder of Thumb-2: an instruction's class, registers, words and effect |
+//! | [`Program::function`], [`Program::reached_from`] | bytes of a function, its stack traffic, and everything that it calls and refers to |
 //! | [`Program::stack`] | the worst-case stack depth |
-//! | [`cycles`] | from the emulator's trace of a program to an estimate of its cycles |
-//! | [`costs`] | what a firmware takes while it runs, as one program prints it and another reads it |
+//! | [`cycles`] | an estimate of a program's cycles from the emulator's trace |
+//! | [`costs`] | run-time costs of a firmware, as one program prints them and another reads them |
 //!
-//! All but [`cycles`] is read from symbols and instructions; nothing is run.
+//! Everything except [`cycles`] is read from symbols and instructions; nothing is run.
 #![forbid(unsafe_code)]
 
 pub mod costs;

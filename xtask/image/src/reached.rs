@@ -7,28 +7,27 @@ use std::ops::Range;
 /// A function, or a table of constants.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Part {
-    /// Its symbol; empty for a table without one.
+    /// Symbol; empty for a table without one.
     pub name: String,
-    /// Its start.
+    /// Start address.
     pub address: u32,
-    /// Its length.
+    /// Length, bytes.
     pub bytes: u32,
 }
 
-/// Parts reachable from a function, itself included: each part once, by address.
+/// Parts reachable from a function, including itself: each part once, by address.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Reached {
-    /// Functions.
+    /// All reachable functions.
     pub functions: Vec<Part>,
-    /// Constants that the functions refer to by address. Constants behind a function's code count as part of the function
-    /// instead.
+    /// Constants that the functions refer to by address. Literals after a function's code count as part of the function instead.
     pub tables: Vec<Part>,
-    /// Calls through a register. Their target is known only if its address is a number in the calling function.
+    /// Number of calls through a register. Their target is known only if its address is a number in the calling function.
     pub indirect: usize,
 }
 
 impl Reached {
-    /// Bytes of all parts. Parts in RAM take flash too, because they are copied from there.
+    /// Bytes of all parts in flash. Parts in RAM count too, because they are copied from flash.
     #[must_use]
     pub fn flash_bytes(&self) -> u64 {
         self.functions.iter().chain(&self.tables).map(|part| u64::from(part.bytes)).sum()
@@ -49,11 +48,10 @@ impl Reached {
 }
 
 impl Program {
-    /// The function at an address, and everything that it reaches.
+    /// Finds everything that the function at an address reaches, including itself.
     ///
-    /// The search follows calls and jumps out of a function, and addresses that a function holds as numbers: of functions
-    /// (the linker's veneers from flash to RAM) and of constants. A table without a symbol ends where the next known object
-    /// begins.
+    /// The search follows calls and jumps out of a function, and addresses that a function contains as numbers: of functions (the linker's veneers
+    /// from flash to RAM) and of constants. A table without a symbol ends where the next known object begins.
     ///
     /// # Errors
     /// No function begins there, or one of the called functions is not known.

@@ -1,51 +1,48 @@
 //! Worst-case stack depth of a program, from its instructions and its vector table.
 //!
-//! A function's frame is the sum of all that its instructions take off the stack pointer, at any place in it. To this is
-//! added the deepest of the functions that it calls or jumps to. A call through a register may go to every function whose
-//! address the program holds as a number. Recursive functions are counted once each and listed by name; the reader must
-//! know from elsewhere that they do not recurse deeper. Each interrupt handler can lie on top of all others, with the
-//! registers that the core saves on entry, because an interrupt waits while it is served. They lie on top of what the start
-//! has on the stack once interrupts are unmasked ([`Stack::open`]). A hard fault is not part of the sum: nothing runs
-//! after it.
+//! A function's frame is the sum of everything that its instructions subtract from the stack pointer, anywhere in it. To this is added the deepest of
+//! the functions that it calls or jumps to. A call through a register may go to every function with an address that the program contains as a number.
+//! Recursive functions are counted once each and listed by name; the reader must check separately that they do not recurse deeper. All interrupt
+//! handlers can be nested, each once, with the registers that the core saves on entry, because an interrupt waits while it is served. They are added
+//! to the stack that is in use once interrupts are unmasked ([`Stack::open`]). A hard fault is not part of the sum, because nothing runs after it.
 
 use crate::decode::Effect;
 use crate::elf::{ImageError, Program};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-/// Bytes that the core puts on the stack on entry to an interrupt: 26 words with the float unit's registers, and one to
-/// align (Arm v7-M Architecture Reference Manual, B1.5.7).
+/// Bytes that the core pushes on entry to an interrupt: 26 words with the float unit's registers, and one for alignment (Arm v7-M Architecture
+/// Reference Manual, B1.5.7).
 pub const EXCEPTION_FRAME: u64 = 4 * 27;
 
-/// Worst-case stack depth below one entry.
+/// Worst-case stack depth of one entry function.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Depth {
     /// The entry function: the program's start, or a handler.
     pub name: String,
-    /// Bytes, including the exception frame if the core makes one.
+    /// Depth in bytes, including the exception frame if the core pushes one.
     pub bytes: u64,
 }
 
-/// Worst-case stack depth.
+/// Worst-case stack depth of a program.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Stack {
-    /// By entry: the program's start first, then each handler.
+    /// Depth of each entry: the program's start first, then each handler.
     pub entries: Vec<Depth>,
-    /// Bytes below the start while interrupts are not masked. All of them, unless `main` masks interrupts and one function
-    /// that it calls unmasks them, as RTIC's does behind its `init`. Whatever that function calls before is taken to leave
-    /// the mask as it found it, as critical sections do; a trace of the emulated chip checks it.
+    /// Bytes used by the start while interrupts are not masked. This is all of the start's depth, unless `main` masks interrupts and one function
+    /// that it calls unmasks them, as RTIC does after `init`. Whatever that function calls before is assumed to leave the mask unchanged, as critical
+    /// sections do; a trace of the emulated chip checks it.
     pub open: u64,
     /// Recursive functions, counted once each.
     pub recursive: Vec<String>,
-    /// Functions with calls through a register. Such a call may go to any function whose address is a number in the
-    /// program.
+    /// Functions with calls through a register. Such a call may go to any function with an address that is a number in the program.
     pub indirect: Vec<String>,
     /// Functions that set the stack pointer from a register; that part is not in the sum.
     pub unknown: Vec<String>,
 }
 
 impl Stack {
-    /// Bytes: all of the start, or what it has left when interrupts come and all handlers on top of each other.
+    /// Total bytes: the depth of the start alone, or its depth with interrupts unmasked plus all nested handlers, whichever is larger.
     #[must_use]
     pub fn bytes(&self) -> u64 {
         let [start, handlers @ ..] = self.entries.as_slice() else { return 0 };
@@ -54,10 +51,10 @@ impl Stack {
     }
 }
 
-/// Bytes that a function takes off the stack pointer.
+/// Bytes that a function subtracts from the stack pointer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Taken {
-    /// The sum over its instructions, bytes.
+    /// Sum over its instructions, bytes.
     bytes: u64,
     /// True if an instruction sets the stack pointer from a register, or subtracts a register from it.
     unknown: bool,
@@ -70,7 +67,7 @@ struct Node {
     calls: BTreeSet<u32>,
 }
 
-/// The call graph, as far as the entries reach.
+/// The call graph that is reachable from the entries.
 #[derive(Default)]
 struct Graph {
     nodes: BTreeMap<u32, Node>,
@@ -78,7 +75,7 @@ struct Graph {
 }
 
 impl Graph {
-    /// All functions reachable from one; itself only if it is recursive.
+    /// All functions reachable from one; the function itself is included only if it is recursive.
     fn reached(&self, from: u32) -> BTreeSet<u32> {
         let mut found = BTreeSet::new();
         let mut open = vec![from];
@@ -96,7 +93,7 @@ impl Graph {
         circle
     }
 
-    /// Worst-case depth of the stack below a function, its own frame included.
+    /// Worst-case stack depth of a function, including its own frame.
     fn depth(&mut self, of: u32) -> u64 {
         if let Some(known) = self.depths.get(&of) {
             return *known;
@@ -120,7 +117,7 @@ impl Graph {
 }
 
 impl Program {
-    /// Worst-case depth of this program's stack: from its start, with each handler of its vector table on top.
+    /// Computes the worst-case depth of this program's stack: from its start, with all handlers of its vector table nested on top.
     ///
     /// # Errors
     /// The program has no vector table, or one of its functions is not known.
@@ -163,7 +160,7 @@ impl Program {
         for goal in found.jumps {
             calls.insert(self.containing(goal).ok_or(ImageError::NoFunction(goal))?);
         }
-        // The linker's veneers from flash to RAM hold their target as a number, and jump there through a register.
+        // The linker's veneers from flash to RAM contain their target as a number, and jump there through a register.
         let own: Vec<u32> = found.numbers.iter().filter_map(|number| self.function_at(*number)).collect();
         if found.indirect > 0 || (found.onward > 0 && own.is_empty()) {
             calls.extend(addresses);
@@ -176,7 +173,7 @@ impl Program {
         Ok(Node { frame: taken.bytes, calls })
     }
 
-    /// Bytes that the instructions in a range take off the stack pointer together; bytes given back are not subtracted.
+    /// Sum of the bytes that the instructions in a range subtract from the stack pointer; bytes that are returned are not deducted.
     fn taken(&self, range: Range<u32>) -> Taken {
         let mut all = Taken::default();
         for instruction in self.instructions(range) {
@@ -209,7 +206,7 @@ impl Program {
         let mut unmask = Vec::new();
         for main in callees(start).filter(masks) {
             let openers: Vec<_> = callees(main).filter_map(|at| Some((at, self.change_of_mask(at, false)?))).collect();
-            // Nothing may run in `main` behind the function that unmasks.
+            // Nothing may run in `main` after the function that unmasks.
             let rest = callees(main).filter(|at| openers.iter().all(|(opener, _)| opener != at));
             if !openers.is_empty() && rest.count() == 0 {
                 unmask.extend(openers.into_iter().map(|(opener, from)| (main, opener, from)));
@@ -228,13 +225,13 @@ impl Program {
         frame(graph, start) + frame(graph, main) + frame(graph, opener) + below
     }
 
-    /// Where a function first masks or unmasks all interrupts by an instruction of its own.
+    /// Address at which a function first masks or unmasks all interrupts with its own instruction.
     fn change_of_mask(&self, function: u32, masks: bool) -> Option<u32> {
         let range = self.range(function).ok()?;
         self.instructions(range).find(|found| found.effect == Effect::Mask(masks)).map(|found| found.address)
     }
 
-    /// The lowest address of a function that can run behind an instruction of it: its own, or where a jump from behind leads back.
+    /// Lowest address of a function that can run after the instruction at `from`: that address, or the target of a later jump backward.
     fn back(&self, range: Range<u32>, mut from: u32) -> u32 {
         loop {
             let goals = self.instructions(from..range.end).filter_map(|found| match found.effect {

@@ -1,4 +1,4 @@
-//! Classes, registers and words of instructions encoded by an assembler.
+//! Classes, registers and words of instructions that an assembler has encoded.
 
 #![allow(clippy::unwrap_used, reason = "a test ends at the first thing that is not there")]
 
@@ -93,8 +93,7 @@ fn classes_widths_and_words_are_those_of_the_assembler() {
 
 #[test]
 fn what_is_no_instruction_of_the_core_is_not_decoded() {
-    // A permanently undefined instruction; VADD.F64, which the single-precision unit lacks; a vector sum; a half without
-    // its second.
+    // A permanently undefined instruction; VADD.F64, which the single-precision unit lacks; a vector sum; a first half without its second.
     for halves in [&[0xde00][..], &[0xee30, 0x0b01], &[0xef00, 0x0d00], &[0xee30]] {
         assert_eq!(Program::from_halves(START, halves).decode(START), None, "{halves:x?}");
     }
@@ -164,11 +163,11 @@ fn data_addresses_are_those_of_the_manual() {
 
 #[test]
 fn literals_have_their_address_and_branches_without_condition_do_not_fall_through() {
-    // From the program counter, 4 ahead, rounded down to a word.
+    // Relative to the program counter, 4 ahead, rounded down to a word.
     let program = Program::from_halves(START, &[0xbf00, 0x4802, 0xed9f, 0x0a04]);
     assert_eq!(program.decode(START + 2).unwrap().literal, Some(START + 4 + 8));
     assert_eq!(program.decode(START + 4).unwrap().literal, Some(START + 8 + 16));
-    // From 4 ahead: forward, and 4 back, to itself.
+    // Relative to 4 ahead: forward; and 4 backward, to itself.
     assert_eq!(decode(&[0xf000, 0xf830]).jumps_to(), Some(START + 4 + 0x60));
     assert_eq!(decode(&[0xf7ff, 0xfffe]).jumps_to(), Some(START));
     // cbz r0, +8; beq +8; b.w +5000; bne.w +5000; bx lr

@@ -1,4 +1,4 @@
-//! Cycles computed by hand, one rule at a time.
+//! Estimates compared with cycles computed by hand, one rule at a time.
 
 use chip_image::Program;
 use chip_image::cycles::timing::{FLASH_WAIT_STATES, INSTRUCTION_LINES, LIKELY, Prefetched, Reading};
@@ -24,7 +24,7 @@ const VADD_S3_S4_S5: [u16; 2] = [0xee72, 0x1a22];
 const VMLA_S0_S4_S5: [u16; 2] = [0xee02, 0x0a22];
 const VDIV_S0_S1_S2: [u16; 2] = [0xee80, 0x0a81];
 
-/// Runs instructions in sequence, from a core at rest and with all of them cached.
+/// Runs instructions in sequence, starting with a core at rest and all of them cached.
 fn straight(halves: &[u16]) -> Estimate {
     // The instructions that follow let the float unit finish and clear the pipeline.
     let with_rest = [halves, &[NOP; 32]].concat();
@@ -73,7 +73,7 @@ fn loads_are_pipelined_behind_loads() {
     assert_eq!(straight(&[0xb5b0, 0xbcf0]).cycles, Range { low: 9, likely: 10, high: 10 });
     assert_eq!(likely(&[STR_R5_R4_R1]), 2);
     assert_eq!(likely(&[0xb5b0]), 5, "push of four");
-    // adds r5, r0, r1; ldr r6, [r5]: an address from a sum waits a cycle.
+    // adds r5, r0, r1; ldr r6, [r5]: an address from a sum waits one cycle.
     assert_eq!(likely(&[0x1845, LDR_R6_R5]), 4);
 }
 
@@ -162,7 +162,7 @@ fn data_and_code_meet_on_the_bus_of_sram() {
 
 #[test]
 fn a_straight_line_of_16_kib_runs_at_the_pace_of_flash() {
-    // 4,096 wide instructions, four a line: each line takes 6 cycles to read and 4 to execute.
+    // 4,096 wide instructions, four per line: each line takes 6 cycles to read and 4 to execute.
     let halves = ADD_WIDE.repeat(4096);
     let program = Program::from_halves(FLASH, &halves);
     let (lines, a_line) = (1024, 1 + FLASH_WAIT_STATES);
@@ -175,12 +175,12 @@ fn a_straight_line_of_16_kib_runs_at_the_pace_of_flash() {
         run(&program, &mut estimator, FLASH, halves.len());
         let estimate = estimator.finish();
         assert_eq!(estimate.instructions, 4096);
-        // Each line takes a reading, the last line also its own instructions; the cache of 64 lines is of no use here.
+        // Each line needs one read, the last line also its own instructions; the cache of 64 lines does not help here.
         let expected = lines * a_line + 4;
         assert!(estimate.cycles.likely.abs_diff(expected) <= 2 * a_line, "{} for {expected}", estimate.cycles.likely);
         assert_eq!(estimate.cycles.likely, 4096 + estimate.stalls.fetch);
     }
-    // Narrow instructions, eight per line: the prefetch is always in time, so only the first line is waited for.
+    // Narrow instructions, eight per line: the prefetch is always in time, so the core waits only for the first line.
     let halves = [NOP; 8192];
     let program = Program::from_halves(FLASH, &halves);
     let mut estimator = Estimator::new(&program, Memory::new(Placement::Flash));
@@ -196,7 +196,7 @@ fn code_that_fits_the_cache_waits_once_and_a_line_more_does_not_fit() {
         let mut estimator = Estimator::new(&program, Memory::new(Placement::Flash));
         [0; 3].map(|_| {
             run(&program, &mut estimator, FLASH, halves.len());
-            // It is not known that the last instruction branches back, so none of these counts as a branch.
+            // It is unknown if the last instruction branches back, so none of these counts as a branch.
             estimator.finish().stalls.fetch
         })
     };
@@ -220,7 +220,7 @@ fn a_literal_waits_for_flash_once_a_line() {
     let again = estimator.finish();
     assert!(first.stalls.literal >= FLASH_WAIT_STATES, "{first:?}");
     assert_eq!(again.stalls.literal, 0);
-    // From SRAM, literals come from SRAM too: no wait except for the bus, once for each.
+    // If the code is in SRAM, so are the literals: no wait except for the bus, once for each.
     let mut estimator = Estimator::new(&program, Memory::new(Placement::Sram));
     run(&program, &mut estimator, FLASH, 8);
     let stalls = estimator.finish().stalls;
@@ -230,7 +230,7 @@ fn a_literal_waits_for_flash_once_a_line() {
 /// ldr r5, [r4, #4]; nop; both again; ldrd r0, r1, [r4, #8]; pop of four.
 const THROUGH_POINTERS: [u16; 7] = [LDR_R5_R4, NOP, LDR_R5_R4, NOP, 0xe9d4, 0x0102, 0xbcf0];
 
-/// Runs these from SRAM, where nothing waits for code.
+/// Runs these from SRAM, where code needs no waiting.
 fn through(r4: u32, sp: u32) -> Estimate {
     let program = Program::from_halves(SRAM, &THROUGH_POINTERS);
     let mut estimator = Estimator::new(&program, Memory::new(Placement::ByAddress));
@@ -247,17 +247,17 @@ fn a_load_through_a_pointer_into_flash_waits_for_it_once_a_line() {
     let (sram, coupled) = (through(SRAM + 4096, SRAM), through(0x1000_0000, 0x1000_0000));
     assert_eq!((sram.stalls.literal, sram.stalls.bus), (0, 4), "each of the four loads meets the code on the bus");
     assert_eq!((coupled.stalls.literal, coupled.stalls.bus), (0, 0), "the coupled memory has a bus of its own");
-    // The words at 16, 16, 20 and 24: one line.
+    // The words at 16, 16, 20 and 24 are in one line.
     let flash = through(FLASH + 12, SRAM);
     assert_eq!((flash.stalls.literal, flash.stalls.bus), (FLASH_WAIT_STATES, 1));
-    // The words at 28, 28, 32 and 36: a second line; those from 40 to 52 a third.
+    // The words at 28, 28, 32 and 36 need a second line; those from 40 to 52 a third.
     let three = through(FLASH + 24, FLASH + 40);
     assert_eq!(three.stalls.literal, 3 * FLASH_WAIT_STATES);
     assert_eq!(three.cycles.low, sram.cycles.low + 3 * FLASH_WAIT_STATES);
     // The pair at 12 and 16 begins in the line of the word at 8.
     let across = through(FLASH + 4, SRAM);
     assert_eq!(across.stalls.literal, 2 * FLASH_WAIT_STATES);
-    // Without registers, all of it is SRAM.
+    // Without registers, all data count as SRAM.
     let program = Program::from_halves(SRAM, &THROUGH_POINTERS);
     let mut estimator = Estimator::new(&program, Memory::new(Placement::ByAddress));
     run(&program, &mut estimator, SRAM, THROUGH_POINTERS.len());
@@ -266,7 +266,7 @@ fn a_load_through_a_pointer_into_flash_waits_for_it_once_a_line() {
 
 #[test]
 fn data_go_before_a_prefetch_that_has_not_begun_and_behind_one_that_has() {
-    // The first line arrives in cycle 5; the flash is free, and begins the prefetch of the next, in cycle 6.
+    // The first line arrives in cycle 5. The flash is then free, and begins the prefetch of the next line in cycle 6.
     let stalls = |halves: &[u16]| {
         let program = Program::from_halves(FLASH, halves);
         let mut estimator = Estimator::new(&program, Memory::new(Placement::Flash));
@@ -281,7 +281,7 @@ fn data_go_before_a_prefetch_that_has_not_begun_and_behind_one_that_has() {
 
 #[test]
 fn a_prefetched_line_is_cached_always_or_if_it_was_waited_for_or_never() {
-    // 16 lines, a second time. Before it a branch, as from a loop's end to its start.
+    // 16 lines, run a second time. A branch comes before it, as from a loop's end to its start.
     let again = |halves: &[u16]| {
         let program = Program::from_halves(FLASH, halves);
         let reading = |prefetched| Reading { prefetched, ..LIKELY };
@@ -297,7 +297,7 @@ fn a_prefetched_line_is_cached_always_or_if_it_was_waited_for_or_never() {
     let [kept, waited, dropped] = again(&[NOP; 128]);
     assert_eq!((kept, waited), (128, 128));
     assert!(dropped >= 128);
-    // Wide ones, four a line: each was waited for. Dropped, each is waited for again: 6 cycles a line.
+    // Wide ones, four per line: the core waited for each line. If dropped, it waits for each again: 6 cycles per line.
     let [kept, waited, dropped] = again(&ADD_WIDE.repeat(64));
     assert_eq!((kept, waited), (64, 64));
     assert!(dropped.abs_diff(15 * (1 + FLASH_WAIT_STATES) + 4) <= 1 + FLASH_WAIT_STATES, "{dropped}");
@@ -305,7 +305,7 @@ fn a_prefetched_line_is_cached_always_or_if_it_was_waited_for_or_never() {
 
 #[test]
 fn a_range_holds_the_likely_cycles_even_where_a_line_that_is_kept_evicts_one_that_is_needed() {
-    // Two kilobytes in a loop: kept in order, each line is evicted before it is needed again.
+    // A loop of 2 KiB: with least-recently-used replacement, each line is evicted before it is needed again.
     let halves = ADD_WIDE.repeat(512);
     let program = Program::from_halves(FLASH, &halves);
     let mut estimator = Estimator::new(&program, Memory::new(Placement::Flash));

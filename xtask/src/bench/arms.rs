@@ -1,4 +1,5 @@
-//! `cargo xtask bench --arms`: arms that people own, with their drives simulated, beside ideal drives and beside what their makers run.
+//! `cargo xtask bench --arms`: commercially available arms in simulation, with simulated drives, with ideal drives, and with the control law of the
+//! maker's own program.
 
 use crate::budget::variant;
 use crate::measured::write_into;
@@ -8,24 +9,24 @@ use anyhow::{Context as _, Result, ensure};
 use serde_json::Value;
 use std::path::Path;
 
-/// The arms: name, motion, and the stiffnesses of the maker's own program, where they are known.
+/// The arms: name, scene, and the stiffnesses of the maker's own program if they are known.
 const ARMS: [(&str, &str, Option<&str>); 2] = [
     ("I2RT YAM", "scenes/yam_move.toml", Some("[80.0, 80.0, 80.0, 10.0, 10.0, 10.0]")),
     ("Seeed reBot B601-RS", "scenes/rebot_move.toml", None),
 ];
 
-/// Every link a fifth heavier than the model says.
+/// Every link 20 % heavier than the model.
 const HEAVY: (&str, &str) = ("plant.masses", "1.2");
 
 /// Integral action with a dead band of half a step of a reply.
 const INTEGRAL: (&str, &str) =
     ("integral", "{ time = 0.2, torque = [4.0, 6.0, 6.0, 2.0, 1.0, 1.0], dead_band = 2e-4 }");
 
-/// Springs in the drives' own loops, twice as stiff in frequency as computed torque is here.
+/// The drives' own position loops, with twice the natural frequency that computed torque has here.
 const SPLIT: (&str, &str) = ("law", "\"split\"");
 const STIFFER: (&str, &str) = ("natural_frequency", "40.0");
 
-/// Long enough for integral action to come to its end.
+/// Long enough for the integral action to settle.
 const LONG: (&str, &str) = (".duration", "12.0");
 
 /// Runs of each arm: name, and changes to the scene.
@@ -42,7 +43,7 @@ fn runs(makers: Option<&str>) -> Vec<(&'static str, Vec<(&'static str, &str)>)> 
         ("the same, and 8 s more", vec![SPLIT, STIFFER, INTEGRAL, HEAVY, LONG]),
     ];
     if let Some(stiffness) = makers {
-        // A stiffness stands in the place of the frequency.
+        // A stiffness replaces the natural frequency.
         let sprung = |law| vec![("law", law), ("natural_frequency", ""), ("stiffness", stiffness)];
         let slow = || [sprung("\"pd-gravity\""), vec![("rate", "250.0")]].concat();
         let stiff = |law| {
@@ -70,7 +71,7 @@ pub(super) fn run() -> Result<()> {
             let summary = simulated(&path)?;
             let worst = |key: &str| worst(&summary, key).with_context(|| format!("{}: {key}", path.display()));
             let cells = match fault(&summary) {
-                // What follows no reference has no error.
+                // A run that ended with a fault has no tracking error.
                 Some(fault) => [fault, "-".into(), "-".into()],
                 None => [worst("tracking_rms")?, worst("tracking_max")?, worst("rest_error")?]
                     .map(|rad| format!("{:.2} mrad", 1e3 * rad)),
@@ -93,7 +94,7 @@ pub(super) fn run() -> Result<()> {
     write_into("docs/measured/arms.md", &[("arms", table.0), ("arms, torque from outside", outside.0)])
 }
 
-/// Runs for the estimate of torques from outside.
+/// Runs for the estimate of external torques.
 fn estimates() -> Vec<(&'static str, Vec<(&'static str, &'static str)>)> {
     const REPORT: (&str, &str) = ("collision.reaction", "\"report\"");
     vec![
@@ -104,7 +105,7 @@ fn estimates() -> Vec<(&'static str, Vec<(&'static str, &'static str)>)> {
     ]
 }
 
-/// The first fault of a run, in words.
+/// Message of a run's first fault.
 fn fault(summary: &Value) -> Option<String> {
     let fault = summary.get("faults")?.as_array()?.first()?;
     Some(format!("swings: {}", fault.get("message")?.as_str()?))
@@ -114,7 +115,7 @@ fn simulated(scene: &Path) -> Result<Value> {
     let out = target_directory().join("arms");
     let mut command = cargo_run("host-sim");
     let done = command.arg("run").arg(scene).args(["--json", "--force", "--out"]).arg(&out).output()?;
-    // A fault is a result too.
+    // A run that ends with a fault is a valid result.
     ensure!(
         matches!(done.status.code(), Some(0 | 3)),
         "{}: {}",
@@ -124,7 +125,7 @@ fn simulated(scene: &Path) -> Result<Value> {
     Ok(serde_json::from_slice(&done.stdout)?)
 }
 
-/// The largest magnitude of a list.
+/// Largest magnitude of a list; `None` if a value is missing.
 fn worst(summary: &Value, key: &str) -> Option<f64> {
     let values = summary.get(key)?.as_array()?.iter().map(|value| value.as_f64().map(f64::abs));
     values.collect::<Option<Vec<_>>>()?.into_iter().reduce(f64::max)

@@ -1,4 +1,4 @@
-//! Instruction counts compared with a baseline: an increase is a regression, a decrease an outdated baseline.
+//! Comparison of instruction counts with a baseline. An increase is a regression; a decrease means that the baseline is outdated.
 
 use anyhow::{Context as _, Result, bail};
 use std::collections::BTreeMap;
@@ -8,7 +8,7 @@ use std::path::PathBuf;
 /// Counts by name.
 pub(crate) type BaselineCounts = BTreeMap<String, u64>;
 
-/// Largest difference of a count from the baseline, either way, in percent.
+/// Largest difference of a count from the baseline in both directions, percent.
 const TOLERANCE_PERCENT: u64 = 3;
 
 /// The baselines, one for each machine and compiler: `desk, rustc 1.95.0`.
@@ -18,10 +18,10 @@ fn path() -> PathBuf {
     crate::process::root().join("bench/baseline.toml")
 }
 
-/// Compares counts with the baseline of this name; with `bless`, makes them the baseline.
+/// Compares counts with the baseline of this name. With `bless`, makes them the baseline.
 ///
-/// Without a baseline of this compiler there is nothing to compare; a message says so, and it is no failure. Another
-/// compiler has other counts, so a change of the compiler needs a new baseline.
+/// If this compiler has no baseline, a message says so, and that is no failure. Counts differ between compilers, so a new compiler needs a new
+/// baseline.
 pub(crate) fn hold(name: &str, counts: &BaselineCounts, bless: bool) -> Result<()> {
     let path = path();
     let text = std::fs::read_to_string(&path).unwrap_or_default();

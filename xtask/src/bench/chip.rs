@@ -17,9 +17,9 @@ pub(crate) struct CountRow {
     pub(crate) least: u64,
     /// Most instructions.
     pub(crate) most: u64,
-    /// Multiplications, additions and subtractions of its program; zero for functions other than kernels.
+    /// Multiplications, additions and subtractions of its program; zero for functions that are not kernels.
     pub(crate) operations: u64,
-    /// Computed values alive at once, at most.
+    /// Largest number of computed values that are alive at the same time.
     pub(crate) alive: u64,
     /// The function in the linked program.
     pub(crate) code: Function,

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 pub(crate) fn count() -> Result<BaselineCounts> {
     crate::setup::gungraun()?;
     let home = target_directory().join("gungraun");
-    // BaselineCounts of an earlier run must not be taken for this one's.
+    // Remove the counts of an earlier run, so that they are not mistaken for new ones.
     if home.exists() {
         std::fs::remove_dir_all(&home)?;
     }
@@ -42,7 +42,7 @@ fn summaries(folder: &Path, found: &mut Vec<PathBuf>) -> Result<()> {
     Ok(())
 }
 
-/// The name and the instructions of one benchmark.
+/// Name and instructions of one benchmark.
 fn read(path: &Path) -> Result<(String, u64)> {
     let json = from_json(path)?;
     let name = json["id"].as_str().map(str::to_owned);

@@ -1,4 +1,4 @@
-//! `cargo xtask cycles`: the cycles of kernels, estimated from the emulator's trace, and the tables of `docs/measured/cycles.md`.
+//! `cargo xtask cycles`: estimates the cycles of kernels from the emulator's trace, and writes the tables of `docs/measured/cycles.md`.
 
 use super::chip::{self, Counted};
 use super::disassembly;
@@ -12,9 +12,9 @@ use std::ops::Range;
 /// The kernel whose instructions are listed by class.
 const LISTED: &str = "puma560_exact_with_trig";
 
-/// Likely cycles per instruction of a kernel that has run before. The estimates over all kernels are from 1.64 to 1.84 from
-/// flash and from 1.60 to 1.74 from SRAM; the ranges add a tenth to both sides. The bound is per instruction, so that
-/// another compiler's kernel may be longer or shorter.
+/// Plausible range of estimated cycles per instruction, for a kernel that has run before. The estimates of all kernels are 1.64 to 1.84 from flash
+/// and 1.60 to 1.74 from SRAM; the range adds about 10 % on both sides. The bound is per instruction, so that it also holds if another compiler makes
+/// a kernel longer or shorter.
 const FROM_FLASH: Range<f64> = 1.47..2.03;
 const FROM_SRAM: Range<f64> = 1.44..1.91;
 
@@ -30,7 +30,7 @@ struct Traced {
     most: u64,
 }
 
-/// Traces, compares with the program's own counts and with the bounds, and prints the tables, or writes them.
+/// Traces the kernels, compares them with the program's own counts and with the bounds, and prints the tables or writes them.
 pub(crate) fn run(write: bool) -> Result<()> {
     let counted = chip::count()?;
     match disassembly::compare(&counted.elf, &counted.program)? {
@@ -53,14 +53,13 @@ pub(crate) fn run(write: bool) -> Result<()> {
     Ok(())
 }
 
-/// Part of the linker's name of the function that counts a call in the programs with `probe::Counter`.
+/// Part of the symbol of the function that counts a call, in programs that use `probe::Counter`.
 pub(crate) const COUNTER: &str = "Counter4call";
 
-/// The empty function; the program subtracts its count from all others.
+/// An empty function. The program subtracts its count from all others.
 const EMPTY: &str = "cases7nothing";
 
-/// The recursion's kernels, alone and with sine and cosine, in every state that the program counts them in; last the empty
-/// function.
+/// The recursion's kernels, alone and with sine and cosine, in every state in which the program counts them; the empty function is last.
 fn traced(counted: &Counted) -> Result<Vec<Traced>> {
     let program = &counted.program;
     let mut names = Vec::new();
@@ -84,7 +83,7 @@ fn traced(counted: &Counted) -> Result<Vec<Traced>> {
     Ok(names.into_iter().zip(calls).map(traced).collect())
 }
 
-/// Checks that the trace has as many instructions as the chip's timer counted, all known, and cycles within bounds.
+/// Checks a trace: it has as many instructions as the chip's timer counted, the decoder knows all of them, and the cycles are within bounds.
 fn hold(function: &Traced, counted: &Counted, empty: u64) -> Result<()> {
     let Traced { name, flash, sram, least, most, .. } = function;
     let row = counted.row(name)?;

@@ -1,4 +1,4 @@
-//! Times on the desk, measured by criterion, and the kernel compiler's own.
+//! Times on the desk, measured by criterion, and the kernel compiler's run time.
 
 use super::json::from_json;
 use crate::process::{output, run, target_directory};
@@ -7,16 +7,16 @@ use anyhow::{Context as _, Result};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// States that one iteration runs through (`bench::states::DESK`).
+/// Number of states in one iteration (`bench::states::DESK`).
 const STATES: f64 = 1024.0;
 
 /// Nanoseconds per state, by name.
 pub(crate) type Times = BTreeMap<String, f64>;
 
-/// Measures everything in one build: the ordinary one, or one for this machine's processor.
+/// Measures everything in one build: the default one, or one for this machine's processor.
 pub(crate) fn measure(native: bool) -> Result<Times> {
     let home = target_directory().join("bench").join(if native { "native" } else { "default" });
-    // Times of an earlier run must not be taken for this one's.
+    // Remove the times of an earlier run, so that they are not mistaken for new ones.
     if home.exists() {
         std::fs::remove_dir_all(&home)?;
     }
@@ -38,7 +38,7 @@ pub(crate) fn measure(native: bool) -> Result<Times> {
     Ok(times)
 }
 
-/// The fastest sample, ns per iteration: the time on an otherwise idle machine.
+/// The fastest sample, ns per iteration. It estimates the time on an otherwise idle machine.
 fn least(samples: &Path) -> Result<f64> {
     let json = from_json(samples)?;
     let list = |name: &str| -> Vec<f64> {
@@ -49,7 +49,7 @@ fn least(samples: &Path) -> Result<f64> {
     each.reduce(f64::min).with_context(|| format!("no samples in {}", samples.display()))
 }
 
-/// Milliseconds of the kernel compiler, by level. Every profile optimises it alike, including that of build scripts.
+/// Run time of the kernel compiler by level, ms. Every profile optimises it alike, including the profile of build scripts.
 pub(crate) fn compile_times() -> Result<BTreeMap<String, f64>> {
     let run = ["run", "--quiet", "--locked", "--release", "--package", "bench", "--bin", "compile-time"];
     let mut program = Workspace::Bench.cargo(run);

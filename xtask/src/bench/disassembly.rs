@@ -74,7 +74,7 @@ impl<'a> Listed<'a> {
         };
         let loads = matches!(class, Class::Load | Class::LoadMultiple | Class::FloatLoad);
         let literal = (loads && self.operands.contains("[pc")).then(|| self.commented()).flatten();
-        // `800ffbc <function>`, after a register in CBZ and CBNZ; a jump through a register has no number here.
+        // The operand may be `800ffbc <function>`, after a register in CBZ and CBNZ. A jump through a register has no number here.
         let goal = || u32::from_str_radix(self.operands.split(", ").last()?.split(' ').next()?, 16).ok();
         let goal = (class == Class::Branch).then(goal).flatten();
         Some((self.width, class, words, literal.or(goal)))
@@ -87,7 +87,7 @@ impl<'a> Listed<'a> {
         u32::from_str_radix(hex, 16).ok()
     }
 
-    /// Words of a list: `{r4, r5, pc}`, `{d8-d11}`, `{s16}`.
+    /// Number of words in a register list: `{r4, r5, pc}`, `{d8-d11}`, `{s16}`.
     fn listed_words(&self) -> Option<u32> {
         let list = self.operands.split_once('{')?.1.split_once('}')?.0;
         let number = |name: &str| name.get(1..)?.parse::<u32>().ok();
@@ -103,7 +103,7 @@ impl<'a> Listed<'a> {
 
     fn class(&self) -> Option<Class> {
         let name = self.mnemonic.split('.').next().unwrap_or_default();
-        // In an IT block a condition follows the name.
+        // In an IT block a condition follows the mnemonic.
         let class = named(name).or_else(|| named(name.get(..name.len().checked_sub(2)?)?))?;
         let operands: Vec<&str> = self.operands.split(',').map(str::trim).collect();
         let is_core = |operand: &&str| {
@@ -121,7 +121,7 @@ impl<'a> Listed<'a> {
     }
 }
 
-/// The class of a name that has no condition and width suffix.
+/// Class of a mnemonic without condition and width suffix.
 fn named(name: &str) -> Option<Class> {
     const INTEGER: [&str; 35] = [
         "adc", "add", "addw", "adr", "and", "asr", "bfc", "bfi", "bic", "clz", "cmn", "cmp", "eor", "lsl", "lsr",

@@ -1,4 +1,4 @@
-//! Results of other programs, as JSON.
+//! JSON results of other programs.
 
 use anyhow::{Context as _, Result};
 use std::path::Path;

@@ -1,8 +1,8 @@
-//! `cargo xtask cycles --micro` and `--port`: stretches of one class of instructions each, estimated, counted in the
-//! emulator, and measured on a board.
+//! `cargo xtask cycles --micro` and `--port`: stretches of one class of instructions each, estimated, counted in the emulator, and measured on a
+//! board.
 //!
-//! The board runs the program that is estimated (`firmware/probe/src/bin/probe-micro`), so what differs is the estimate's
-//! fault: a stretch outside its range names the rule that is wrong.
+//! The board runs the same program that is estimated (`firmware/probe/src/bin/probe-micro`). So a difference is an error of the estimate, and a
+//! stretch outside its range shows which rule is wrong.
 
 mod port;
 mod report;
@@ -19,27 +19,27 @@ use report::{StretchRow, rows};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// The stretch that returns at once. Its count is the cost of a call, and is subtracted from all others.
+/// A stretch that returns at once. Its count is the cost of a call and is subtracted from all others.
 const NOTHING: &str = "nothing_flash";
 
-/// Cycles by which a measured stretch may leave its range: the call and the readings of the counter meet the lines of flash in
-/// another place than those of the stretch that returns at once.
+/// Cycles by which a measured stretch may leave its range. The call and the counter readings are at another offset in a flash line than those of the
+/// stretch that returns at once.
 const SLACK: u64 = 8;
 
 /// A stretch with its estimate.
 #[derive(Clone, Debug)]
 struct Stretch {
     name: String,
-    /// Instructions, as the emulator counts and as it traces them.
+    /// Instructions; the emulator's count and its trace agree.
     instructions: u64,
     /// Cycles: low, likely, high.
     cycles: [u64; 3],
 }
 
-/// Estimates, and compares with the board on a port if there is one, flashed before if that is asked for.
+/// Estimates the stretches. If a port is given, compares them with the board on it, which is flashed first if `flashes`.
 ///
 /// # Errors
-/// [`BadInput`]: no such port, or no such program on it. Any other failure, including a stretch outside its range.
+/// [`BadInput`]: there is no such port, or no such program on it. Any other failure, including a stretch outside its range.
 pub(crate) fn run(port: Option<&str>, flashes: bool) -> Result<()> {
     let (elf, stretches) = estimated()?;
     let Some(port) = port else {
@@ -80,7 +80,7 @@ fn estimated() -> Result<(PathBuf, Vec<Stretch>)> {
     Ok((elf, stretches))
 }
 
-/// Checks the counts of a stretch, and takes the call from its estimate.
+/// Checks the counts of a stretch, and subtracts the cost of the call from its estimate.
 fn stretch(row: &StretchRow, estimate: &Estimate, nothing: &StretchRow, call: &Estimate) -> Result<Stretch> {
     let name = &row.name;
     let counted = row.count.saturating_sub(nothing.count);
@@ -96,7 +96,7 @@ fn stretch(row: &StretchRow, estimate: &Estimate, nothing: &StretchRow, call: &E
     Ok(Stretch { name: name.clone(), instructions, cycles })
 }
 
-/// Estimates of the last run of each stretch, by name. All of the program is executed, so that caches are as they are.
+/// Estimates of the last run of each stretch, by name. The trace covers the whole program, so that the caches have their true state.
 fn traced(elf: &Path, program: &Program, rows: &[StretchRow]) -> Result<BTreeMap<String, Estimate>> {
     let mut starts = BTreeMap::new();
     for StretchRow { name, .. } in rows {
@@ -116,7 +116,7 @@ fn traced(elf: &Path, program: &Program, rows: &[StretchRow]) -> Result<BTreeMap
             && let Some(name) = starts.get(&step.address)
         {
             estimator.finish();
-            // The link register holds the return address, with the bit that stands for Thumb.
+            // The link register holds the return address; bit 0 marks Thumb code.
             inside = Some((name.clone(), step.registers[14] & !1));
         }
         estimator.execute_with(step.address, &step.registers);
@@ -138,10 +138,10 @@ fn cells(Stretch { name, instructions, cycles: [low, likely, high] }: &Stretch) 
     cells
 }
 
-/// The table with a board's cycles, and the stretches that left their ranges.
+/// Returns the table with a board's cycles, and the names of the stretches outside their ranges.
 ///
 /// # Errors
-/// [`BadInput`]: the board has other stretches.
+/// [`BadInput`]: the board reports other stretches.
 fn compare(stretches: &[Stretch], measured: &[StretchRow]) -> Result<(String, Vec<String>)> {
     let count = |name: &str| {
         let row = measured.iter().find(|row| row.name == name);

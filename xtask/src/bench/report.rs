@@ -1,4 +1,4 @@
-//! Tables of `docs/measured/kernels.md`, between markers; the text around them is written by hand.
+//! Tables of `docs/measured/kernels.md`. They go between markers; the text around them is written by hand.
 
 use super::baseline;
 use super::chip::{CountRow, Counted};
@@ -11,7 +11,7 @@ use anyhow::{Context as _, Result};
 use std::collections::BTreeMap;
 use std::process::Command;
 
-/// Counted values: the same in every run.
+/// Counted values, which are the same in every run.
 pub(crate) struct Counts {
     /// Counts of the emulated chip.
     pub(crate) chip: Counted,
@@ -21,11 +21,11 @@ pub(crate) struct Counts {
     pub(crate) rustc: String,
 }
 
-/// Values measured by the clock.
+/// Measured times, which vary between runs.
 pub(crate) struct Clock {
-    /// Times per state: of the ordinary build, and of the one for this processor.
+    /// Times per state, ns: of the default build, and of the build for this processor.
     pub(crate) times: [Times; 2],
-    /// Times of the kernel compiler, ms by level.
+    /// Run times of the kernel compiler, ms by level.
     pub(crate) compile: BTreeMap<String, f64>,
 }
 
@@ -35,12 +35,12 @@ const COUNTED_STATES: u64 = 64;
 pub(super) const ARMS: [(&str, &str); 3] = [("ur5", "UR5"), ("puma560", "Puma 560"), ("stanford", "Stanford")];
 pub(super) const LEVELS: [&str; 2] = ["exact", "regrouped"];
 
-/// Put tables into `docs/measured/kernels.md`, each by the name of its markers.
+/// Puts tables into `docs/measured/kernels.md`, each between the markers of its name.
 pub(crate) fn write(tables: &[(&str, String)]) -> Result<()> {
     write_into("docs/measured/kernels.md", tables)
 }
 
-/// One number, or two if the least and the most differ.
+/// One number, or two if least and most differ.
 fn instructions(row: &CountRow) -> String {
     if row.least == row.most {
         thousands(row.most)

@@ -1,6 +1,7 @@
-//! `cargo xtask bench --simulators`: the simulator's speed, alone and side by side, beside MuJoCo's, all in one run.
+//! `cargo xtask bench --simulators`: compares the simulator's speed with MuJoCo's, for one run and for many runs at the same time.
 //!
-//! Ours is a whole loop: controller, sensors, record and figures of every tick. MuJoCo's is its step alone, in its own loop in C.
+//! Our time is that of the whole loop: controller, sensors, record and figures of every tick. MuJoCo's time is that of its step alone, in a C loop of
+//! its own.
 
 mod errors;
 mod setup;
@@ -17,13 +18,13 @@ use std::time::Instant;
 
 const ROBOT: &str = "robots/puma560.toml";
 
-/// Time of the scene, s.
+/// Simulated time of the scene, s.
 const DURATION: f64 = 2.1;
 
-/// Runs of a study from which the cost of one is taken: the difference of the two, so that what comes once does not count.
+/// Run counts of two studies. Their difference in time is the cost of the additional runs, without start-up costs.
 const RUNS: [u32; 2] = [64, 320];
 
-/// A way to integrate: name, settings of the scene, MuJoCo's name.
+/// Integration methods: name, settings of the scene, MuJoCo's name.
 const METHODS: [(&str, Settings, Option<&str>); 5] = [
     ("adaptive, tolerance 1e-9 (the scene's own)", &[], None),
     ("adaptive, tolerance 1e-6", &[("plant.tolerance", "1e-6")], None),
@@ -67,7 +68,7 @@ pub(super) fn run() -> Result<()> {
             let alone = alone(&scene, &folder)?;
             let whole = side_by_side(&scene, &folder, RUNS)?;
             let together = DURATION / whole;
-            // What three times as many steps again cost is the cost of the steps.
+            // Run again with a step a quarter as long: the difference is the time of three times as many additional steps.
             let steps = match theirs {
                 None => None,
                 Some(_) => {
@@ -105,7 +106,7 @@ pub(super) fn run() -> Result<()> {
     let mut linear = Table::new(&["simulated time", "runs", "ms a run"]);
     for (duration, label) in [("0.525", "0.525 s"), ("1.05", "1.05 s"), ("2.1", "2.1 s")] {
         for runs in [[64, 192], [64, 320], [64, 576]] {
-            // Steps of one length: the adaptive method takes more of them where friction turns or holds.
+            // A fixed-step method: the adaptive method needs more steps where friction reverses or holds.
             let settings = [METHODS[3].1, &[(".duration", duration)]].concat();
             let scene = scene(&format!("linear-{duration}"), &settings)?;
             let cost = side_by_side(&scene, &folder, runs)?;
@@ -142,7 +143,7 @@ fn mujoco(folder: &Path, truth: &[errors::Truth; 2]) -> Result<Value> {
     Ok(serde_json::from_slice(&output.stdout)?)
 }
 
-/// Times faster than real of one run: the best of some.
+/// Ratio of simulated to real time for one run: the best of five.
 fn alone(scene: &Path, folder: &Path) -> Result<f64> {
     let mut best = 0.0_f64;
     for _ in 0..5 {
@@ -156,7 +157,7 @@ fn alone(scene: &Path, folder: &Path) -> Result<f64> {
     Ok(best)
 }
 
-/// Seconds of one run of a study on one core: the best of some.
+/// Time per run of a study on one core, s: the best of five.
 fn side_by_side(scene: &Path, folder: &Path, runs: [u32; 2]) -> Result<f64> {
     let study = folder.join("study.toml");
     let text = format!(
@@ -176,7 +177,7 @@ fn side_by_side(scene: &Path, folder: &Path, runs: [u32; 2]) -> Result<f64> {
         ensure!(done.status.success(), "{}: {}", study.display(), String::from_utf8_lossy(&done.stderr));
         Ok(began.elapsed().as_secs_f64())
     };
-    // In turns: a machine that others use too is now fast, now slow.
+    // The two studies alternate, because the speed of a shared machine varies.
     let mut best = [f64::INFINITY; 2];
     for _ in 0..5 {
         for (best, count) in best.iter_mut().zip(runs) {

@@ -1,4 +1,4 @@
-//! Cycles of a flashed board, by `chip-budget` over its serial port.
+//! Cycles on a flashed board, measured by `chip-budget` over its serial port.
 
 use super::bounds::Budget;
 use super::measure::chip_budget;
@@ -17,11 +17,11 @@ use std::process::{Output, Stdio};
 pub(super) struct Asked<'a> {
     /// The serial port of the board.
     pub(super) port: &'a str,
-    /// The board's key file, where it has a key.
+    /// The board's key file, if it has a key.
     pub(super) key: Option<&'a Path>,
-    /// The board that was flashed; the firmware does not report it.
+    /// The board type that was flashed; the firmware does not report it.
     pub(super) board: Board,
-    /// The flashed scene; empty for the board's example.
+    /// The flashed scene; empty means the board's example.
     pub(super) scenes: &'a [PathBuf],
     /// Number of ticks.
     pub(super) ticks: u32,
@@ -30,8 +30,8 @@ pub(super) struct Asked<'a> {
 /// Measures and prints.
 ///
 /// # Errors
-/// [`BadInput`]: several scenes, an emulated board, drives that the board has no lines for, no such board on the port, or a
-/// counter that does not count cycles. Any other failure, including a torque that differs from the desk's.
+/// [`BadInput`]: several scenes, an emulated board, drives that the board has no lines for, no such board on the port, or a counter that does not
+/// count cycles. Any other failure, including a torque that differs from the desk's.
 pub(super) fn run(asked: &Asked<'_>, json: bool) -> Result<()> {
     let scene = match asked.scenes {
         [] => PathBuf::from(asked.board.scene()),
@@ -83,13 +83,13 @@ impl Emulator {
     }
 }
 
-/// Output of `chip-budget`, or the reason why there is none.
+/// Output of `chip-budget`, or its error.
 fn said(output: &Output) -> Result<Value> {
     if output.status.success() {
         return serde_json::from_slice(&output.stdout).context("what chip-budget prints");
     }
     let complaint = String::from_utf8_lossy(&output.stderr);
-    // Warnings of a compiler may come before.
+    // Warnings of the compiler may precede the error.
     let at = complaint.rfind("error: ").map_or(0, |at| at + "error: ".len());
     let why = match complaint[at..].trim() {
         "" => format!("chip-budget failed: {}", output.status),

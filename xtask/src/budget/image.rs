@@ -1,22 +1,22 @@
-//! Sizes of the linked program, without running it.
+//! Sizes of the linked program; nothing is run.
 
 use anyhow::{Context as _, Result, bail};
 use chip_image::Program;
 use std::path::Path;
 
-/// Bytes of a program.
+/// Sizes of a program in bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Image {
     /// Code, constants, and initial values of variables.
     pub(crate) flash: u64,
     /// Variables, and code that runs from RAM; without the stack.
     pub(crate) ram: u64,
-    /// Worst-case stack depth, with all interrupts on top of each other.
+    /// Worst-case stack depth, with all interrupts nested.
     pub(crate) stack_bound: u64,
 }
 
 impl Image {
-    /// Measure a linked program.
+    /// Measures a linked program.
     pub(crate) fn measure(elf: &Path) -> Result<Self> {
         let bytes = std::fs::read(elf).with_context(|| elf.display().to_string())?;
         let program = Program::parse(&bytes)?;

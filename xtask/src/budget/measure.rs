@@ -1,4 +1,4 @@
-//! Costs of a firmware while it runs, measured by `chip-budget` in the emulator.
+//! Run-time costs of a firmware, measured by `chip-budget` in the emulator.
 
 use super::image::Image;
 use super::row::{BudgetRow, EMULATED, Field};
@@ -18,7 +18,7 @@ use std::process::{Command, Stdio};
 pub(crate) struct Extent {
     pub(super) ticks: u32,
     traced: u32,
-    /// True if the kernel is measured in SRAM too, in a second program.
+    /// True to measure the kernel in SRAM too, in a second program.
     sram: bool,
 }
 
@@ -27,9 +27,9 @@ impl Extent {
     pub(crate) const SHORT: Self = Self { ticks: 300, traced: 24, sram: false };
 }
 
-/// Settings for the flood. The tick period is 20,000 instructions, less than the chip needs for the bytes sent at once, so
-/// that ticks meet the link at work. Measurements may be old, because the host waits until the chip has read the bytes: a firmware for the
-/// bench only, which reaches no drive.
+/// Settings for the flood. The tick period is 20,000 instructions, which is shorter than the chip needs for the bytes that are sent at once, so ticks
+/// interrupt the link's work. `age_max` allows old measurements, because the host waits until the chip has read the bytes. The firmware is for the
+/// bench only and reaches no drive.
 const FLOOD: [(&str, &str); 3] = [("rate", "50000.0"), ("age_max", "100000"), ("safety.bench_only", "true")];
 
 /// Number of ticks under the flood.
@@ -62,7 +62,7 @@ pub(crate) fn row(scene: &Path, extent: Extent) -> Result<BudgetRow> {
     Ok(row)
 }
 
-/// Ticks of a program of this scene in the emulator, however it was built.
+/// Traces the ticks of a program of this scene in the emulator, for any build settings.
 pub(super) fn supervised_trace(scene: &Path, elf: &Path) -> Result<Value> {
     firmware_image::install::qemu()?;
     let mut command = chip_budget("ticks", &root().join(scene));
@@ -70,10 +70,10 @@ pub(super) fn supervised_trace(scene: &Path, elf: &Path) -> Result<Value> {
     Ok(serde_json::from_str(&output(&mut command)?)?)
 }
 
-/// Ticks of [`interrupt`], all of them traced.
+/// Number of ticks of [`interrupt`]; all of them are traced.
 const TRACED: &str = "24";
 
-/// The trace of a scene's supervised ticks on the emulated board, as `trials::budget::report::Traced` has it.
+/// Trace of a scene's supervised ticks on the emulated board, in the format of `trials::budget::report::Traced`.
 pub(crate) fn interrupt(scene: &Path) -> Result<Value> {
     Ok(supervised_trace(scene, &build(&root().join(scene), EMULATED)?)?["traced"].take())
 }
@@ -87,7 +87,7 @@ pub(crate) fn flood(scene: &Path) -> Result<Late> {
     Ok(serde_json::from_str(&output(&mut command)?)?)
 }
 
-/// Cost of the link in a scene's supervised ticks, byte by byte and by DMA; the DMA's own interrupts are those of this board.
+/// Cost of the link in a scene's supervised ticks, byte by byte and by DMA. The DMA interrupts are those of `board`.
 pub(crate) fn ways(scene: &Path, board: Board) -> Result<Ways> {
     firmware_image::install::qemu()?;
     let scene = root().join(scene);
@@ -98,7 +98,7 @@ pub(crate) fn ways(scene: &Path, board: Board) -> Result<Ways> {
     Ok(serde_json::from_str(&output(&mut command)?)?)
 }
 
-/// Output of `chip-budget`, as [`Field`]s.
+/// Converts the output of `chip-budget` to [`Field`]s.
 fn numbers(said: &Value) -> Result<Vec<(Field, u64)>> {
     let number =
         |path: &str| said.pointer(path).and_then(Value::as_u64).with_context(|| format!("no {path} in {said}"));

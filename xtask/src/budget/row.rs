@@ -18,12 +18,12 @@ pub(crate) enum Field {
     StackBound,
     StackPainted,
     Instructions,
-    /// Most less fewest instructions: zero if all ticks take the same.
+    /// Most minus fewest instructions; zero if all ticks need the same number.
     InstructionsSpread,
     /// Instructions of trajectory, safety state machine and controller together, while the arm runs.
     Supervised,
     SupervisedSpread,
-    /// The same of a tick that grants a request: the longest.
+    /// Most instructions of a tick that accepts a request, which is the longest kind.
     SupervisedLongest,
     TickInterrupt,
     Masked,
@@ -32,13 +32,13 @@ pub(crate) enum Field {
     CyclesEstimate,
     #[value(name = "cycles_estimate_kernel_in_sram")]
     CyclesEstimateSram,
-    /// Cycles of the longest interrupt, of a tick that grants a request.
+    /// Cycles of the longest interrupt, in a tick that accepts a request.
     #[value(name = "cycles_estimate_longest")]
     CyclesLongest,
 }
 
 impl Field {
-    /// Its key in `firmware/budget.toml`.
+    /// Key in `firmware/budget.toml`.
     pub(crate) fn name(self) -> String {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
     }
@@ -47,7 +47,7 @@ impl Field {
         Self::from_str(name, false).ok()
     }
 
-    /// True if the number repeats to the last digit: counts of the emulator in the same ticks of the same program.
+    /// True if the number is exactly reproducible: the emulator's counts for the same ticks of the same program.
     pub(crate) const fn repeats(self) -> bool {
         matches!(self, Self::Instructions | Self::InstructionsSpread)
     }

@@ -4,10 +4,10 @@ use super::row::{BudgetRow, Field};
 use crate::table::{Table, thousands};
 use chip_image::costs::{Late, LinkInterrupts, Runs, Ways};
 
-/// Cycles of the core in a period of 4 kHz.
+/// Cycles of the core in one period at 4 kHz.
 const PERIOD_4_KHZ: u64 = 168_000_000 / 4_000;
 
-/// A line for each firmware.
+/// Table with a line for each firmware.
 pub(crate) fn markdown(rows: &[BudgetRow]) -> String {
     let mut table = Table::new(&[
         "scene",
@@ -51,12 +51,12 @@ pub(crate) fn markdown(rows: &[BudgetRow]) -> String {
 /// Scenes in the README: the smallest arm, six joints, and six joints with collision detection.
 const SHOWN: [&str; 3] = ["planar2r_sine", "puma560_pick", "puma560_collision"];
 
-/// True if the README's rows are all among these.
+/// True if these rows include all of the README's.
 pub(crate) fn shows(rows: &[BudgetRow]) -> bool {
     SHOWN.iter().all(|scene| rows.iter().any(|row| row.scene == *scene && row.number(Field::Instructions).is_some()))
 }
 
-/// Three rows of the emulated board, for the README.
+/// The README's rows, all of the emulated board.
 pub(crate) fn teaser(rows: &[BudgetRow]) -> String {
     let mut table = Table::new(&[
         "scene",
@@ -82,7 +82,7 @@ pub(crate) fn teaser(rows: &[BudgetRow]) -> String {
     table.0
 }
 
-/// One number, or two if the least and the most differ.
+/// One number, or two if least and most differ.
 fn between(row: &BudgetRow, most: Field, spread: Field) -> String {
     match row.number(most).zip(row.number(spread)) {
         None => "-".into(),
@@ -103,16 +103,16 @@ pub(crate) fn late(late: &Late) -> String {
     table.0
 }
 
-/// Bytes a second in each direction at 1 Mbaud: a byte is ten bits.
+/// Bytes per second in each direction at 1 Mbaud; a byte has ten bits on the wire.
 const BYTES_A_SECOND: f64 = 100_000.0;
 
-/// Cycles of the core a second.
+/// Clock of the core, Hz.
 const CLOCK: f64 = 168e6;
 
-/// Cycles of the core's entry into an interrupt and its return, at least.
+/// Smallest number of cycles for the core's entry into an interrupt and its return.
 const ENTRY_AND_RETURN: u64 = 24;
 
-/// Table of what the link takes at its full rate in both directions.
+/// Table of the link's cost at its full rate in both directions.
 pub(crate) fn ways(Ways { bytes, dma }: &Ways) -> String {
     let mut table = Table::new(&[
         "the link's bytes go",
@@ -122,7 +122,7 @@ pub(crate) fn ways(Ways { bytes, dma }: &Ways) -> String {
         "share of the processor, estimated: above the tick / below",
         "sending waits for the line",
     ]);
-    // A transmitter that is given one byte after the other is waited for as long as the line is busy: always, at its full rate.
+    // A transmitter without DMA must wait for each byte while the line is busy; at the full rate that is always.
     for (name, way, waits) in [("one at a time", bytes, "100 %"), ("by DMA", dma, "while the queue is full")] {
         let load = Load::of(way);
         let two = |[above, below]: [f64; 2]| format!("{above:.1} / {below:.1}");
@@ -139,19 +139,19 @@ pub(crate) fn ways(Ways { bytes, dma }: &Ways) -> String {
     table.0
 }
 
-/// The load of a byte in each direction: above the tick's priority, and below.
+/// Load per byte in both directions: above the tick's priority, and below it.
 struct Load {
-    /// Interrupts above the tick a second.
+    /// Interrupts above the tick per second.
     interrupts: f64,
     instructions: [f64; 2],
-    /// With the core's entries and returns.
+    /// Cycles, including interrupt entries and returns.
     cycles: [f64; 2],
 }
 
 impl Load {
     fn of(way: &LinkInterrupts) -> Self {
         let both = way.to_chip + way.from_chip;
-        // A byte in and a byte out are two of those that `serve` handles.
+        // `serve` handles a byte in and a byte out, so the per-byte cost counts twice.
         let per = |runs: &Runs, value: fn(&Runs) -> u64, bytes: u64| value(runs) as f64 / bytes.max(1) as f64;
         let sum = |value: fn(&Runs) -> u64| {
             let above = per(&way.receive, value, way.to_chip) + per(&way.half_filled, value, way.to_chip);

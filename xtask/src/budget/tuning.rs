@@ -1,4 +1,4 @@
-//! Ways to build one and the same firmware, measured side by side.
+//! Comparison of compiler settings for the same firmware.
 
 use super::image::Image;
 use super::measure::supervised_trace;
@@ -10,11 +10,11 @@ use firmware_image::Build;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-/// Cargo's variables that change how the chip's programs are built.
+/// Cargo's environment variables that change the build of the chip's programs.
 const OPT_LEVEL: &str = "CARGO_PROFILE_FIRMWARE_OPT_LEVEL";
 const RUSTFLAGS: &str = "CARGO_TARGET_THUMBV7EM_NONE_EABIHF_RUSTFLAGS";
 
-/// A build: what is changed, and how.
+/// A build with its changed settings.
 struct Tuning {
     name: &'static str,
     environment: &'static [(&'static str, &'static str)],
@@ -34,7 +34,7 @@ const TUNINGS: [Tuning; 5] = [
     Tuning { name: KERNEL_IN_SRAM, environment: &[], control: &[("kernel_memory", "\"sram\"")] },
 ];
 
-/// The build that also gets a line without the waits for the shared bus.
+/// Build for which a second line is printed, without the waits for the shared bus.
 const KERNEL_IN_SRAM: &str = "kernel in SRAM";
 
 /// The table of a scene's builds.

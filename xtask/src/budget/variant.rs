@@ -1,4 +1,4 @@
-//! Variant of a scene: some settings are changed, of its `[control]` unless another table is named, and the rest stays as in the file.
+//! A variant of a scene file: some settings are changed and the rest stays. The settings belong to `[control]` unless another table is named.
 
 use crate::process::root;
 use crate::toolchain;
@@ -6,7 +6,7 @@ use anyhow::{Context as _, Result};
 use std::path::{Path, PathBuf};
 use toml_edit::{DocumentMut, Item, table, value};
 
-/// Writes a variant of a scene into the build folder, under a name of its own.
+/// Writes a variant of a scene into the build folder, with `name` in its file name.
 pub(crate) fn write(scene: &Path, name: &str, settings: &[(&str, &str)]) -> Result<PathBuf> {
     let scene = root().join(scene);
     let text = std::fs::read_to_string(&scene).with_context(|| format!("no scene file {}", scene.display()))?;
@@ -21,7 +21,8 @@ pub(crate) fn write(scene: &Path, name: &str, settings: &[(&str, &str)]) -> Resu
     Ok(path)
 }
 
-/// The text with these settings, `KEY` of `[control]`, `TABLE.KEY` or `.KEY` of no table, an empty one left out, and with an absolute path of its robot.
+/// Returns the text with these settings and an absolute path of its robot. `KEY` is a key of `[control]`, `TABLE.KEY` of another table, and `.KEY` of
+/// the top level. An empty value removes the key.
 fn with(text: &str, folder: &Path, settings: &[(&str, &str)]) -> Result<String> {
     let mut scene: DocumentMut = text.parse()?;
     if let Some(robot) = scene.get("robot").and_then(Item::as_str) {

@@ -1,4 +1,4 @@
-//! Artefacts: what a page is a measurement of. Each has a hash that changes when the measured thing does.
+//! Artefacts: the things that a page measures. Each has a hash that changes when the artefact does.
 
 use super::tokens;
 use crate::bench::kernels;
@@ -18,26 +18,26 @@ use std::time::SystemTime;
 /// Something that was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Artefact {
-    /// Files and folders of files, by their name as a group.
+    /// A named group of files and folders.
     Files(&'static str, &'static [&'static str]),
-    /// The Rust of an arm and its controller that is compiled into the firmware: of these scenes; of all that ship, if there is none.
+    /// The Rust of an arm and its controller that is compiled into the firmware, for these scenes; for all shipped scenes if the list is empty.
     Programs(&'static [&'static str]),
     /// The kernels that `cargo xtask bench` counts.
     Kernels,
-    /// The log of the first half second of a scene's run.
+    /// The log of the first 0.5 s of a scene's run.
     Log(&'static str),
-    /// Output of `newtau` for these arguments and `--json`, without times; of `campaign`, if that is the first word.
+    /// Output of `newtau` for these arguments and `--json`, without times; output of `campaign` if that is the first word.
     Printed(&'static str),
 }
 
 /// Simulated time of a hashed log, s.
 const DURATION: &str = "0.5";
 
-/// Keys of JSON that hold times of this machine.
+/// JSON keys with times that depend on this machine.
 const TIMES: [&str; 3] = ["seconds", "realtime_factor", "seconds_per_tick"];
 
 impl Artefact {
-    /// Its name on a page.
+    /// Name on a page.
     pub(super) fn name(self) -> String {
         match self {
             Self::Files(name, _) => name.to_owned(),
@@ -84,11 +84,11 @@ impl Hashes {
     }
 }
 
-/// A hash under way.
+/// A hash in progress.
 struct Hash(Sha256);
 
 impl Hash {
-    /// A text and its name, with their lengths: no two lists of texts are the same bytes.
+    /// Adds a text and its name, each with its length, so that different lists of texts give different bytes.
     fn text(&mut self, name: &str, text: &str) {
         for part in [name, text] {
             self.0.update((part.len() as u64).to_le_bytes());
@@ -96,7 +96,7 @@ impl Hash {
         }
     }
 
-    /// A file, or all files of a folder and the folders in it, by name.
+    /// Adds a file, or all files of a folder and its subfolders, by name.
     fn files(&mut self, folder: &Path, path: &Path) -> Result<()> {
         let whole = folder.join(path);
         if whole.is_dir() {
@@ -106,12 +106,12 @@ impl Hash {
             return names.into_iter().try_for_each(|name| self.files(folder, &path.join(name)));
         }
         let Some(text) = meaning(&whole)? else { return Ok(()) };
-        // An emitted module names its files by where they were written.
+        // Remove the folder from paths in an emitted module, because it differs between runs.
         self.text(&path.to_string_lossy(), &text.replace(&*folder.to_string_lossy(), ""));
         Ok(())
     }
 
-    /// Files that the firmware of a scene includes.
+    /// Adds the files that the firmware of a scene includes.
     fn program(&mut self, scene: &Path) -> Result<()> {
         let name = scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let folder = fresh(&format!("program-{name}"))?;
@@ -126,7 +126,7 @@ impl Hash {
     }
 }
 
-/// The part of a file that changes what it means; `None` of a file that is only for people.
+/// The part of a file that affects programs; `None` for a file that affects none.
 fn meaning(path: &Path) -> Result<Option<String>> {
     let extension = path.extension().unwrap_or_default().to_string_lossy().into_owned();
     if matches!(extension.as_str(), "md" | "svg" | "png" | "snap") {
@@ -145,7 +145,7 @@ fn meaning(path: &Path) -> Result<Option<String>> {
     }))
 }
 
-/// An empty folder that nobody else has.
+/// Creates an empty folder that no other process uses.
 fn fresh(name: &str) -> Result<PathBuf> {
     static COUNT: AtomicU32 = AtomicU32::new(0);
     let number = COUNT.fetch_add(1, Ordering::Relaxed);
@@ -162,13 +162,13 @@ const CAMPAIGN: &str = "campaign";
 /// The standard output of `newtau` or `campaign`, in the profile of this program.
 fn output_of(name: &str, arguments: &[&str]) -> Result<String> {
     let done = program(name)?.args(arguments).output().with_context(|| format!("cannot start {name}"))?;
-    // A fault is a result too.
+    // A run that ends with a fault is a valid result.
     let ended = matches!(done.status.code(), Some(0 | 3));
     ensure!(ended, "{name} {}: {}", arguments.join(" "), String::from_utf8_lossy(&done.stderr));
     Ok(String::from_utf8(done.stdout)?)
 }
 
-/// A program. A test takes the program that was built with it: cargo, asked for its package alone, would build it again.
+/// Command for a program. A test uses the program that was built together with it, because `cargo run` for one package would build it again.
 fn program(name: &str) -> Result<Command> {
     let built = target_directory().join("debug").join(name);
     let made = built.metadata().and_then(|data| data.modified()).ok();
@@ -219,7 +219,7 @@ fn printed(arguments: &str) -> Result<String> {
     Ok(serde_json::to_string(&values.with_context(|| format!("{name} {arguments} --json"))?)?)
 }
 
-/// JSON without times of this machine.
+/// Removes times that depend on this machine from JSON.
 fn timeless(value: Value) -> Value {
     match value {
         Value::Object(map) => {

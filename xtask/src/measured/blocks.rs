@@ -1,15 +1,15 @@
-//! Every measured block: its page, its command, what it is a measurement of.
+//! List of all measured blocks: page, command and artefacts.
 
 use super::artefact::Artefact::{self, Files, Kernels, Log, Printed, Programs};
 
 /// A block of a page of docs/measured.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MeasuredBlock {
-    /// The page's file name, without its ending.
+    /// File name of the page, without its extension.
     pub(super) page: &'static str,
     /// The block's name in its marker lines.
     pub(super) name: &'static str,
-    /// The command that writes it; otherwise, how it is measured by hand.
+    /// The command that writes the block; otherwise, a description of the manual measurement.
     pub(super) command: &'static str,
     pub(super) artefacts: &'static [Artefact],
 }
@@ -20,18 +20,18 @@ impl MeasuredBlock {
         format!("docs/measured/{}.md", self.page)
     }
 
-    /// True if this is the name of its page or its own.
+    /// True if `name` is the name of the page or of the block.
     pub(super) fn is_called(&self, name: &str) -> bool {
         [self.page, self.name].contains(&name)
     }
 
-    /// Page and block, for people.
+    /// Page and block, for messages.
     pub(super) fn place(&self) -> String {
         format!("{}, block `{}`", self.path(), self.name)
     }
 }
 
-/// All that runs on the chip besides the emitted arm: of the core, what a controller and the safety machine are made of.
+/// Sources that run on the chip in addition to the emitted arm: from the core, the controller and the safety state machine.
 const CHIP: Artefact = Files(
     "sources of the chip",
     &[
@@ -85,7 +85,7 @@ const fn block(
     MeasuredBlock { page, name, command, artefacts }
 }
 
-/// All of them, page by page.
+/// All blocks, page by page.
 pub(super) const BLOCKS: &[MeasuredBlock] = &[
     block("arms", "arms", ARM_COMMAND, ARMS),
     block("arms", "arms, torque from outside", ARM_COMMAND, ARMS),

@@ -1,4 +1,4 @@
-//! The line at the end of a measured block: command, commit, machine, day, and the hashes of what was measured.
+//! The stamp at the end of a measured block: command, commit, machine, day, and the hashes of the artefacts.
 
 use super::artefact::Hashes;
 use super::blocks::MeasuredBlock;
@@ -8,10 +8,10 @@ use anyhow::{Context as _, Result};
 use std::fmt;
 use std::process::Command;
 
-/// Beginning of the line.
+/// Beginning of a stamp's line.
 pub(super) const BEGIN: &str = "Measured by `";
 
-/// Who measured what, when and on what.
+/// A measurement's command, commit, machine, day and artefacts.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Stamp {
     command: String,
@@ -24,7 +24,7 @@ pub(super) struct Stamp {
 }
 
 impl Stamp {
-    /// A measurement of now on this machine.
+    /// Creates the stamp of a measurement made now on this machine.
     pub(super) fn now(block: &MeasuredBlock, hashes: &mut Hashes) -> Result<Self> {
         let git = |words: &[&str]| output(Command::new("git").current_dir(root()).args(words));
         let commit = git(&["rev-parse", "--short=7", "HEAD"]).unwrap_or_else(|| "no commit".to_owned());
@@ -38,7 +38,7 @@ impl Stamp {
         self.artefacts.iter().find(|(name, _)| name == artefact).map(|(_, hash)| hash.as_str())
     }
 
-    /// Reads a line; `None` if it is none of these.
+    /// Reads a line; `None` if it is not a stamp.
     pub(super) fn parse(line: &str) -> Option<Result<Self>> {
         let rest = line.strip_prefix(BEGIN)?;
         let read = || {

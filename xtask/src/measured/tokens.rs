@@ -1,9 +1,9 @@
-//! Rust without what changes no program: comments, layout, tests.
+//! Rust source without comments, layout and tests, which change no program.
 
 use anyhow::{Result, anyhow};
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
-/// The tokens of a source file, one after the other, without comments of any kind and without items under `#[cfg(test)]`.
+/// Tokens of a source file in order, without comments of any kind and without items under `#[cfg(test)]`.
 pub(super) fn of(source: &str) -> Result<String> {
     let stream: TokenStream = source.parse().map_err(|error| anyhow!("no Rust: {error}"))?;
     let mut text = String::new();
@@ -42,7 +42,7 @@ fn write(stream: TokenStream, text: &mut String) {
     }
 }
 
-/// An attribute at the head of these: how many they are, and what is in its brackets, without blanks.
+/// Attribute at the beginning of these trees: its number of trees, and its contents without blanks.
 fn attribute(trees: &[TokenTree]) -> Option<(usize, String)> {
     let is = |tree: Option<&TokenTree>, sign| matches!(tree, Some(TokenTree::Punct(punct)) if punct.as_char() == sign);
     if !is(trees.first(), '#') {
@@ -57,7 +57,7 @@ fn attribute(trees: &[TokenTree]) -> Option<(usize, String)> {
     }
 }
 
-/// Length of an item: to its first semicolon or braces.
+/// Length of an item: up to its first semicolon or braces.
 fn item(trees: &[TokenTree]) -> usize {
     let ends = |tree: &TokenTree| match tree {
         TokenTree::Punct(punct) => punct.as_char() == ';',

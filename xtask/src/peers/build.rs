@@ -1,4 +1,4 @@
-//! Compiler runs: as many at a time as there are processors.
+//! Parallel compiler runs, one for each processor.
 
 use anyhow::{Context as _, Result, anyhow, bail};
 use std::path::PathBuf;
@@ -7,9 +7,9 @@ use std::sync::Mutex;
 
 /// One run of a compiler or a generator.
 pub(super) struct Job {
-    /// The output file; for a generator, the file that it writes last.
+    /// The output file. For a generator, the file that it writes last.
     pub(super) product: PathBuf,
-    /// The command; the path of the product is part of it.
+    /// The command; its arguments include the path of the product.
     pub(super) command: Command,
 }
 
@@ -31,7 +31,7 @@ impl Job {
         self
     }
 
-    /// Adds the option that makes a compiler write to the product.
+    /// Adds the option `-o` with the path of the product.
     pub(super) fn output(mut self) -> Self {
         self.command.arg("-o").arg(&self.product);
         self
@@ -53,10 +53,10 @@ impl Job {
     }
 }
 
-/// Runs the jobs.
+/// Runs the jobs, in parallel.
 pub(super) fn all(what: &str, mut jobs: Vec<Job>) -> Result<()> {
     eprintln!("peers: {what}: {} to be built", jobs.len());
-    // Taken from the end.
+    // Workers take jobs from the end.
     jobs.reverse();
     let queue = Mutex::new(jobs);
     let next = || queue.lock().ok().and_then(|mut jobs| jobs.pop());

@@ -1,4 +1,4 @@
-//! Contestants, and how each is built.
+//! The contestants and their builds.
 
 use super::build::{self, Job};
 use super::harness::{ARMS, folder, source};
@@ -12,13 +12,13 @@ use std::path::{Path, PathBuf};
 /// The computed quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Computation {
-    /// Torques from angles, velocities and accelerations: sine and cosine included.
+    /// Torques from angles, velocities and accelerations; sine and cosine included.
     Inverse,
     /// The same with sine and cosine given.
     Kernel,
     /// On the chip: the peer's kernel after our sine and cosine.
     KernelAfterOurTrig,
-    /// As `Inverse`, but many states in one call, so that a compiler or a library can put several into one vector.
+    /// Same as `Inverse`, but many states in one call, so that a compiler or a library can use vector instructions.
     Many,
     /// Accelerations from angles, velocities and torques.
     Forward,
@@ -39,7 +39,7 @@ pub(super) enum Family {
 }
 
 impl Family {
-    /// Its name in the tables.
+    /// Name in the tables.
     pub(super) const fn name(self) -> &'static str {
         match self {
             Self::Pinocchio => "Pinocchio",
@@ -67,11 +67,11 @@ pub(super) const GENERATED: [(Computation, &str, &str); 4] = [
     (Computation::Forward, "forward", "-DFORWARD"),
 ];
 
-/// The same for C++.
+/// C++ compiler of the same version.
 const CLANG_CPP: &str = "clang++-19";
 
-/// Name of a build, C compiler, C++ compiler, options. Without `NDEBUG` Eigen and Pinocchio check their arguments in every call, which took
-/// Pinocchio's recursion from 357 to 496 ns. Of the three none is the fastest for everybody.
+/// Builds: name, C compiler, C++ compiler, options. Without `NDEBUG`, Eigen and Pinocchio check their arguments in every call, which slowed
+/// Pinocchio's recursion from 357 to 496 ns. None of the three is the fastest for all contestants.
 pub(super) const COMPILERS: [(&str, &str, &str, &str); 3] = [
     ("gcc, fast-math", "gcc", "g++", "-O3 -march=native -ffast-math -DNDEBUG"),
     ("clang 14, fast-math", "clang", "clang++", "-O3 -march=native -ffast-math -DNDEBUG"),
@@ -91,13 +91,13 @@ const PINOCCHIO: &str = "-std=c++17 -DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_L
 pub(super) struct Contestant {
     pub(super) family: Family,
     pub(super) task: Computation,
-    /// Compiler and options, in words.
+    /// Compiler and options, for the report.
     pub(super) build: &'static str,
     pub(super) library: PathBuf,
     pub(super) symbol: String,
 }
 
-/// Builds of the crate `bench-peers`, with ordinary options, for this machine's processor, and for the chip; and of dynibo.
+/// Our builds: the crate `bench-peers` with default options, for this machine's processor, and for the chip; and dynibo's contestant.
 pub(super) struct Ours {
     desk: [(&'static str, PathBuf); 2],
     pub(super) chip: PathBuf,
@@ -105,11 +105,11 @@ pub(super) struct Ours {
 }
 
 impl Ours {
-    /// Builds it.
+    /// Builds all of them.
     pub(super) fn build() -> Result<Self> {
         let desk = |flags: &str, target: PathBuf| -> Result<PathBuf> {
             let mut cargo = Workspace::Bench.cargo(["rustc", "--quiet", "--locked", "--package", "bench-peers"]);
-            // One codegen unit, as a C compiler sees the peers: the profile of the chip's programs.
+            // One codegen unit, to match the C compiler's view of the peers: the profile of the chip's programs.
             cargo.args(["--profile", "firmware", "--crate-type", "cdylib"]).env("CARGO_TARGET_DIR", &target);
             run(cargo.env_remove("CARGO_ENCODED_RUSTFLAGS").env("RUSTFLAGS", flags))?;
             let library = target.join("firmware/libbench_peers.so");
@@ -120,7 +120,8 @@ impl Ours {
         let mut cargo = Toolchain::find_or_install()?.cargo("rustc");
         cargo.args(["--manifest-path", Workspace::Bench.manifest()]);
         cargo.args(["--quiet", "--locked", "--package", "bench-peers", "--crate-type", "staticlib"]);
-        // A kernel has one caller in a firmware, and is inlined there, as a C compiler inlines the peers' static functions; here it has two.
+        // In a firmware a kernel has one caller and is inlined, and a C compiler inlines the peers' static functions. Here the kernel has two
+        // callers, so the threshold is raised.
         cargo.args(["--", "-Cllvm-args=-inline-threshold=10000"]);
         let chip = toolchain::build(&mut cargo, toolchain::product("libbench_peers.a"))?;
         Ok(Self { desk: [(NATIVE, native), (ORDINARY, ordinary)], chip, dynibo: dynibo()? })
@@ -157,7 +158,7 @@ impl Ours {
     }
 }
 
-/// Builds dynibo's contestant for this machine's processor, optimised across all of its packages.
+/// Builds dynibo's contestant for this machine's processor, with link-time optimisation across its packages.
 fn dynibo() -> Result<PathBuf> {
     let target = folder().join("dynibo");
     let mut cargo = cargo(["build", "--quiet", "--locked", "--release", "--manifest-path"]);
@@ -167,13 +168,13 @@ fn dynibo() -> Result<PathBuf> {
     if library.is_file() { Ok(library) } else { bail!("cargo left no {}", library.display()) }
 }
 
-/// Our build for this machine's processor, as the peers are built.
+/// Our build for this machine's processor, like the peers' builds.
 const NATIVE: &str = "rustc, native";
 
 /// Our build for any processor of this architecture.
 pub(super) const ORDINARY: &str = "rustc";
 
-/// The robot file as numbers, the generators' C for it, and the libraries with their model at run time.
+/// Generates the arms' numbers from the robot files, the generators' C code, and the libraries that load the model at run time.
 pub(super) fn generate(python: &Path) -> Result<()> {
     let site = install::site_packages(python)?;
     let prefix = site.join("cmeel.prefix");

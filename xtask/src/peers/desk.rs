@@ -1,4 +1,4 @@
-//! Times on the desk, after the check that all contestants agree.
+//! Times on the desk, measured after the check that all contestants agree.
 
 use super::build::{self, Job};
 use super::contestants::{self, Computation, Family, Ours};
@@ -7,27 +7,27 @@ use anyhow::{Context as _, Result, bail};
 use std::io::Write as _;
 use std::process::{Command, Stdio};
 
-/// Least time of a contestant.
+/// Shortest time of a contestant.
 #[derive(Clone, Debug)]
 pub(super) struct Time {
     pub(super) family: Family,
     pub(super) task: Computation,
-    /// Compiler and options, in words.
+    /// Compiler and options, for the report.
     pub(super) build: &'static str,
-    /// For one state, ns.
+    /// Time per state, ns.
     pub(super) ns: f64,
 }
 
 /// Torques of one state from the reference.
 pub(super) type Torques = [f64; JOINTS];
 
-/// Largest difference of torques from those of our recursion, relative to the largest of the state.
+/// Largest allowed difference of torques from our recursion, relative to the largest torque of the state.
 const TORQUE_ERROR_MAX: f64 = 1e-9;
 
-/// The same for accelerations, whose errors the condition of the mass matrix magnifies.
+/// The same for accelerations. Their errors are larger by the condition number of the mass matrix.
 const ACCELERATION_ERROR_MAX: f64 = 1e-9;
 
-/// Time of measurement per arm, s.
+/// Measuring time per arm, s.
 const SECONDS: u32 = 20;
 
 fn harness() -> std::path::PathBuf {
@@ -40,7 +40,7 @@ pub(super) fn build() -> Result<()> {
     build::all("harness", vec![job.output().words("-ldl")])
 }
 
-/// Checks and times all contestants; the second result is the reference's torques, state by state.
+/// Checks and times all contestants; also returns the reference's torques, state by state.
 pub(super) fn measure(arm: &str, ours: &Ours) -> Result<(Vec<Time>, Vec<Torques>)> {
     let mut all = vec![ours.reference(arm)];
     all.extend(contestants::all(arm, ours));
@@ -52,7 +52,7 @@ pub(super) fn measure(arm: &str, ours: &Ours) -> Result<(Vec<Time>, Vec<Torques>
     };
     let list: String = all.iter().enumerate().map(line).collect();
     let reference = folder().join(arm).join("torques");
-    // Runs on the last processor, because the first one serves interrupts.
+    // Run on the last processor, because the first one serves interrupts.
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
     let mut child = Command::new(harness())
         .args([(processors - 1).to_string(), SECONDS.to_string()])
@@ -94,7 +94,7 @@ fn torques(line: &str) -> Result<Torques> {
     numbers.try_into().ok().with_context(|| format!("not {JOINTS} torques: {line}"))
 }
 
-/// The fastest of those for which `wanted` is true.
+/// Fastest of the times for which `wanted` is true.
 pub(super) fn best(times: &[Time], wanted: impl Fn(&Time) -> bool) -> Option<&Time> {
     times.iter().filter(|time| wanted(time)).min_by(|a, b| a.ns.total_cmp(&b.ns))
 }

@@ -1,4 +1,4 @@
-//! The harness: its arms, and where its files are.
+//! Arms and file locations of the harness.
 
 use crate::process::{root, target_directory};
 use std::path::PathBuf;

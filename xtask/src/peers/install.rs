@@ -7,7 +7,7 @@ use firmware_image::install;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Compiler and package: the newest clang of Debian's stable release, whose code is better than that of the release's own.
+/// Compiler and package: the newest clang in Debian's stable release. Its code is faster than that of the release's default clang.
 pub(super) const CLANG: &str = "clang-19";
 
 /// Installs Debian's packages and the virtual environment; returns its Python.
@@ -17,10 +17,10 @@ pub(super) fn all() -> Result<PathBuf> {
     python()
 }
 
-/// Compilers, and KDL.
+/// Installs the compilers and KDL.
 fn debian() -> Result<()> {
     let program = |name: &str| which(name).is_some();
-    // If the compiler has the library, it prints a path.
+    // The compiler prints an absolute path only if it has the library.
     let newlib = output(Command::new("arm-none-eabi-gcc").arg("-print-file-name=libm.a"))
         .is_some_and(|path| Path::new(&path).is_absolute());
     let venv = output(Command::new("python3").args(["-c", "import ensurepip, venv"])).is_some();

@@ -1,4 +1,4 @@
-//! Results: ratios and tables.
+//! Ratios and tables of the results.
 
 use super::chip::{Count, Cycles};
 use super::contestants::{Computation, Family, GENERATORS, ORDINARY, generated};
@@ -49,8 +49,8 @@ fn recursion(family: Family) -> bool {
     family == Family::Generic
 }
 
-/// Numbers of ours and of the strongest peers of the same kind: traced code against traced code, a model at run time against a model at run
-/// time, many states a call against many states a call. Every contestant is measured at its best.
+/// Compares our numbers with those of the strongest peer of the same kind: traced code with traced code, a model at run time with a model at run
+/// time, many states per call with many states per call. Each contestant is represented by its best build.
 fn compare(PeerMeasurements { arm, desk, chip }: &PeerMeasurements, table: &mut Table) -> Result<()> {
     type Kind = fn(Family) -> bool;
     let time = |kind: Kind, task, build: Option<&str>| {
@@ -145,12 +145,12 @@ fn instructions(count: &Count) -> f64 {
     count.instructions_mean
 }
 
-/// From flash.
+/// Likely cycles from flash.
 fn cycles(count: &Count) -> f64 {
     count.flash.likely
 }
 
-/// The build with the least value among those for which `wanted` is true.
+/// Build with the smallest value among those for which `wanted` is true.
 fn least(counts: &[Count], wanted: impl Fn(&Count) -> bool, value: fn(&Count) -> f64) -> Option<&Count> {
     counts.iter().filter(|count| wanted(count)).min_by(|a, b| value(a).total_cmp(&value(b)))
 }
@@ -194,7 +194,7 @@ fn operators(right: &[u8]) -> usize {
     (0..right.len()).filter(|&at| matches!(right[at], b'*' | b'+' | b'-') && binary(at)).count()
 }
 
-/// dynibo with its version, as its contestant demands it.
+/// dynibo's name with its version, from the contestant's manifest.
 fn dynibo() -> Option<String> {
     let text = std::fs::read_to_string(source("dynibo/Cargo.toml")).ok()?;
     let version = text.lines().find_map(|line| line.strip_prefix("dynibo = \"="))?;

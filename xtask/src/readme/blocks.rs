@@ -5,11 +5,11 @@
 pub(super) struct ConsoleBlock {
     /// Its `cargo` lines that can run here, without their comments.
     pub(super) commands: Vec<String>,
-    /// The `text` block right below it.
+    /// The `text` block directly below it.
     pub(super) shown: Option<String>,
 }
 
-/// Place of a line in the page.
+/// Kind of the text in which a line is.
 enum Place {
     Prose,
     Console,
@@ -21,7 +21,7 @@ enum Place {
 pub(super) fn of(page: &str) -> Vec<ConsoleBlock> {
     let mut blocks: Vec<ConsoleBlock> = Vec::new();
     let mut place = Place::Prose;
-    // A `text` block belongs to a `console` block only if nothing stands between the two.
+    // A `text` block belongs to a `console` block only if nothing is between the two.
     let mut follows = false;
     for line in page.lines() {
         let last = blocks.last_mut();

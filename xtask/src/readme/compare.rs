@@ -1,14 +1,14 @@
-//! Shown output against printed output, times masked.
+//! Comparison of shown and printed output, with times masked.
 
 /// Placeholder in a page for any number of lines, including none.
 const ANY_LINES: &str = "...";
 
-/// Lines of a summary that need to agree only in their name.
+/// Lines of a summary of which only the name must agree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Masked {
-    /// Times of this machine.
+    /// Times, which depend on this machine.
     Times,
-    /// Times, and instructions of the chip, which depend on the compiler.
+    /// Times, and the chip's instruction counts, which depend on the compiler.
     TimesAndInstructions,
 }
 

@@ -1,4 +1,4 @@
-//! Cost of the report of a minute of motion, for `docs/measured/report.md`.
+//! Cost of a report for one minute of motion, for `docs/measured/report.md`.
 
 use crate::measured::write_into;
 use crate::process::{cargo_run, run as run_command, target_directory};
@@ -7,18 +7,18 @@ use anyhow::{Context as _, Result, ensure};
 use std::fs;
 use std::time::Instant;
 
-/// A scene of six joints whose page holds the terms of the model.
+/// A scene with six joints; its report contains the terms of the model.
 const SCENE: &str = "scenes/puma560_pick.toml";
 /// Simulated time, s.
 const DURATION: &str = "60";
-/// Runs with and without, in turns; the shortest of each counts.
+/// Number of runs with and without a report, alternating; the shortest of each counts.
 const RUNS: usize = 5;
 
-/// Runs a minute with and without a report, and writes the difference.
+/// Runs one minute of motion with and without a report, and writes the difference.
 pub(super) fn run() -> Result<()> {
     let folder = target_directory().join("report/time");
     fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
-    // Built before the clock runs.
+    // Build before timing starts.
     run_command(cargo_run("host-sim").arg("--version"))?;
     let once = |report: &str| -> Result<f64> {
         let mut command = cargo_run("host-sim");

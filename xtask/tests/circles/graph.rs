@@ -1,15 +1,15 @@
-//! Which files use which, and the circles among them.
+//! Graph of the uses between files, and its circles.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Files with the files that they use, and by which names.
+/// Files, with the files that they use and the names by which they use them.
 #[derive(Default)]
 pub(crate) struct Graph(BTreeMap<PathBuf, BTreeMap<PathBuf, BTreeSet<String>>>);
 
 impl Graph {
-    /// Adds a use; one of a file's own items is none.
+    /// Adds a use; a file's use of its own items is ignored.
     pub(crate) fn add(&mut self, from: &Path, to: &Path, name: &str) {
         if from != to {
             let names = self.0.entry(from.to_owned()).or_default().entry(to.to_owned()).or_default();

@@ -1,11 +1,12 @@
-//! No circles: no source file uses an item of another file that, directly or through others, uses one of its own.
+//! Check that files do not use each other in a circle: no source file uses an item of another file that, directly or through others, uses one of its
+//! own.
 //!
-//! Of every library and program of both workspaces all files are read, without what is compiled for tests alone. A file uses another one if a
-//! path in its code, or an import, leads to an item that the other one defines; re-exports lead on to the file with the definition. A parent
-//! that only declares its children, or passes on their items, does not use them.
+//! The test reads all files of every library and program of both workspaces, without code that is compiled only for tests. A file uses another one if
+//! a path in its code, or an import, leads to an item that the other one defines; re-exports are followed to the file with the definition. A parent
+//! that only declares its children, or re-exports their items, does not use them.
 //!
-//! Method calls are not seen, because they need types: a file may hold a part of another file's `impl`. A name that a macro makes counts as the
-//! item of the module in which it is looked for.
+//! Method calls are ignored, because they need types; so a file may contain a part of another file's `impl`. A name that a macro creates counts as an
+//! item of the module in which it is looked up.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
 mod graph;
@@ -17,7 +18,7 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Kinds of cargo's targets that are not built from a package's sources.
+/// Kinds of cargo targets that are not built from a package's sources.
 const ELSEWHERE: [&str; 4] = ["test", "bench", "example", "custom-build"];
 
 fn top() -> &'static Path {
@@ -63,7 +64,7 @@ fn no_source_files_use_each_other_in_a_circle() {
     assert!(circles.is_empty(), "{} circles\n{}", circles.len(), circles.join("\n"));
 }
 
-/// The circles of an invented package of these files.
+/// The circles of an invented package with these files.
 fn circles_of(name: &str, files: &[(&str, &str)]) -> Vec<String> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("circles").join(name);
     std::fs::remove_dir_all(&folder).ok();

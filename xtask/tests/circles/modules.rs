@@ -1,4 +1,4 @@
-//! The modules of a library or program, and the items that the paths in them mean.
+//! The modules of a library or program, and resolution of the paths in them.
 
 use super::graph::Graph;
 use super::names::{self, Names, Use};
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use syn::visit::Visit as _;
 use syn::{Expr, ExprLit, Item, ItemMod, Lit, Meta};
 
-/// A module, in a file of its own or within its parent's.
+/// A module, in its own file or inside its parent's.
 struct Module {
     file: PathBuf,
     parent: Option<usize>,
@@ -16,16 +16,16 @@ struct Module {
     paths: BTreeSet<Vec<String>>,
 }
 
-/// The meaning of a name within a module.
+/// Meaning of a name within a module.
 enum Meaning {
     Module(usize),
     /// An item of this module.
     Item(usize),
-    /// A path that a `use` names.
+    /// A path from a `use`.
     Use(Vec<String>),
 }
 
-/// The end of a path, or of a part of it.
+/// Result of resolving a path, or a part of it.
 enum Place {
     Module(usize),
     /// An item: the module that defines it, and its name.
@@ -35,7 +35,7 @@ enum Place {
 /// All modules of a library or program, its root first.
 pub(crate) struct Modules(Vec<Module>);
 
-/// Imports that lead through one another before a path is given up, as one that leads back to itself.
+/// Largest number of imports that are followed for one path; more indicate a path that leads back to itself.
 const DEEPEST: usize = 12;
 
 /// Reads a library or program from its root file.
@@ -65,14 +65,14 @@ fn defined(item: &Item) -> Vec<String> {
     vec![name.to_string()]
 }
 
-/// The names of items in the input of a macro that passes them on.
+/// Names of items in the input of a macro that passes them on.
 fn made(paths: &[Vec<String>]) -> Vec<String> {
     let words: Vec<&String> = paths.iter().filter_map(|path| path.first()).collect();
     let makes = |word: &str| ["const", "enum", "fn", "static", "struct", "trait", "type"].contains(&word);
     words.windows(2).filter(|pair| makes(pair[0])).map(|pair| pair[1].clone()).collect()
 }
 
-/// The file that a `#[path]` names.
+/// File name in a `#[path]` attribute.
 fn given_path(item: &ItemMod) -> Option<String> {
     item.attrs.iter().find_map(|attribute| match &attribute.meta {
         Meta::NameValue(pair) if pair.path.is_ident("path") => match &pair.value {
@@ -84,7 +84,7 @@ fn given_path(item: &ItemMod) -> Option<String> {
 }
 
 impl Modules {
-    /// Reads the module of a file; the files of its children are in this folder.
+    /// Reads the module of a file; `folder` contains the files of its children.
     fn file(&mut self, file: &Path, folder: &Path, parent: Option<usize>) -> usize {
         let text = std::fs::read_to_string(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
         let parsed = syn::parse_file(&text).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
@@ -134,7 +134,7 @@ impl Modules {
         self.file(&file, &below, Some(parent))
     }
 
-    /// The places of a name in a module; `None` if nothing there defines or imports it.
+    /// Resolves a name in a module; `None` if nothing there defines or imports it.
     fn meant(&self, module: usize, name: &str, deep: usize) -> Option<Vec<Place>> {
         let place = |meaning: &Meaning| match meaning {
             Meaning::Module(child) => vec![Place::Module(*child)],
@@ -152,7 +152,7 @@ impl Modules {
         })
     }
 
-    /// The items and modules that a path in a module can mean; none of them is of another package.
+    /// Resolves a path in a module to items and modules; empty for paths to other packages.
     fn places(&self, module: usize, path: &[String], deep: usize) -> Vec<Place> {
         if deep > DEEPEST {
             return Vec::new();
@@ -167,7 +167,7 @@ impl Modules {
         for name in &path[1..] {
             let next = |place| match place {
                 Place::Module(module) if name == "super" => up(module),
-                // A name that is not there was made by a macro.
+                // A name that is not defined there was created by a macro.
                 Place::Module(module) => {
                     self.meant(module, name, deep).unwrap_or_else(|| vec![Place::Item(module, name.clone())])
                 }
@@ -188,8 +188,8 @@ impl Modules {
         outer.map_or(module, |parent| self.of_file(parent))
     }
 
-    /// Adds the uses between the files of these modules: items that a path in the code means, and imported ones. A module
-    /// that only passes on the items of its children does not use them.
+    /// Adds the uses between the files of these modules: items that a path in the code means, and imported ones. A module that only re-exports the
+    /// items of its children does not use them.
     pub(crate) fn add_uses(&self, graph: &mut Graph) {
         for (at, module) in self.0.iter().enumerate() {
             let mut add = |place: Place, passed_on: bool| {

@@ -1,4 +1,4 @@
-//! The names in a module's code: its `use` declarations, and the paths that its code consists of.
+//! The names in a module's code: its `use` declarations, and all paths in its code.
 
 use proc_macro2::{Spacing, TokenStream, TokenTree};
 use std::collections::BTreeSet;
@@ -8,20 +8,20 @@ use syn::{Attribute, Expr, ImplItem, Item, ItemUse, Macro, Meta, Path, Stmt, Use
 /// A `use` of one name, or of all names of a module.
 pub(crate) struct Use {
     pub(crate) path: Vec<String>,
-    /// The name that it gives to what it imports; `None` if it imports all.
+    /// Name of the import in this module; `None` if it imports all names.
     pub(crate) name: Option<String>,
     /// True if other modules may use that name.
     pub(crate) exported: bool,
 }
 
-/// Names that some items use, without those that are compiled for tests alone.
+/// Names that some items use, without those that are compiled only for tests.
 #[derive(Default)]
 pub(crate) struct Names {
     pub(crate) uses: Vec<Use>,
     pub(crate) paths: BTreeSet<Vec<String>>,
 }
 
-/// True if an item is compiled for tests alone.
+/// True if an item is compiled only for tests.
 pub(crate) fn for_tests(attributes: &[Attribute]) -> bool {
     let words = |attribute: &Attribute| match &attribute.meta {
         Meta::Path(path) => vec![path.get_ident().map(ToString::to_string).unwrap_or_default()],
@@ -52,7 +52,7 @@ pub(crate) fn attributes(item: &Item) -> &[Attribute] {
     }
 }
 
-/// The attributes of a statement that may be compiled for tests alone.
+/// Attributes of a statement that may be compiled only for tests.
 fn statement_attributes(statement: &Stmt) -> &[Attribute] {
     match statement {
         Stmt::Local(local) => &local.attrs,
@@ -64,12 +64,12 @@ fn statement_attributes(statement: &Stmt) -> &[Attribute] {
     }
 }
 
-/// True for a `macro_rules!` that is exported from the root, wherever it is.
+/// True for a `macro_rules!` that is exported from the root, regardless of its location.
 pub(crate) fn is_exported_macro(item: &Item) -> bool {
     matches!(item, Item::Macro(_)) && attributes(item).iter().any(|attribute| attribute.path().is_ident("macro_export"))
 }
 
-/// Paths in tokens that are not parsed: the input of a macro, or an attribute's.
+/// Paths in unparsed tokens: the input of a macro or of an attribute.
 pub(crate) fn paths(tokens: TokenStream) -> Vec<Vec<String>> {
     let trees: Vec<TokenTree> = tokens.into_iter().collect();
     let is = |at: Option<usize>, sign: char| matches!(at.and_then(|at| trees.get(at)), Some(TokenTree::Punct(punct)) if punct.as_char() == sign);
@@ -139,7 +139,7 @@ impl<'ast> Visit<'ast> for Names {
     }
 
     fn visit_item_use(&mut self, item: &'ast ItemUse) {
-        // A name after `::` is that of a package.
+        // A name after `::` belongs to another package.
         if item.leading_colon.is_none() {
             self.add_use(&item.tree, &[], !matches!(item.vis, Visibility::Inherited));
         }

@@ -1,10 +1,10 @@
-//! The program as a person runs it.
+//! Runs of the task program, as a user runs it.
 #![allow(dead_code, unreachable_pub, reason = "each test binary uses its part")]
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// Runs in the folder at the top of the project.
+/// The program, run in the top folder of the project.
 pub fn xtask() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_xtask"));
     command.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));

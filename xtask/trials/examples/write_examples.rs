@@ -1,4 +1,4 @@
-//! Writes every target's examples into `corpus/TARGET/`, where `cargo fuzz` begins.
+//! Writes every target's examples into `corpus/TARGET/`, from which `cargo fuzz` starts.
 
 use std::fs;
 use std::path::Path;

@@ -3,14 +3,14 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`random_motion`] | random motions that the controller follows, with neither fault nor limit |
+//! | [`random_motion`] | random motions that the controller follows without a fault or an active limit |
 //! | [`ticks`] | the chip in lock step: instructions of each tick, and the depth of the stack by painting |
 //! | [`supervised`] | the chip under its safety state machine, along a trajectory |
 //! | [`traced`] | from the emulator's trace: the tick's interrupt, its estimated cycles and masked time, the cost of a link byte |
 //! | [`ways`] | the link's interrupts byte by byte and by DMA |
 //! | [`flood`] | lateness of a tick while the timer paces and the link is never idle |
-//! | [`board`] | a board on a serial port, in lock step: cycles of each tick as its own counter has them |
-//! | [`interrupts`] | numbers of the exceptions, and how the core holds them off |
+//! | [`board`] | a board on a serial port, in lock step: cycles of each tick from its own counter |
+//! | [`interrupts`] | exception numbers, and the core's interrupt masks |
 //! | [`stack_paint`] | RAM filled before the program starts, and read back |
 //! | [`report`] | the measured values, as one JSON object |
 

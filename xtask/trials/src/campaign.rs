@@ -13,14 +13,14 @@
 //! | `fault`, `case` | the faults, and faults in states |
 //! | `injection` | one fault with its random parameters: its effect on readings, lines, frames and the arm |
 //! | `host` | the host's frames, and the link's faults on them |
-//! | `machine` | the machine under test: the session on the desk, or the chip with the desk beside it |
+//! | `machine` | the machine under test: the session on the desk, or the chip together with the desk |
 //! | `frames` | the comparison of the frames of chip and desk in one tick |
 //! | [`judge`] | the safety check of each command, written from docs/safety.md, independent of the machine's code |
 //! | `outcome` | the outcome of a run |
 //! | `stage` | the data that all runs of a scene share |
 //! | `run` | one run, from the first tick to the last |
-//! | `script` | what happens in every run, from a hello to the way back to torque |
-//! | [`drives`] | runs whose joints are drives on simulated buses, and the judge of their motion |
+//! | `script` | the sequence of every run, from the hello to the recovery of torque |
+//! | [`drives`] | runs in which the joints are drives on simulated buses, and the judge of their motion |
 //! | `report` | the results of all runs |
 //!
 //! On the desk a run uses [`link::Pacing::Live`], the path that drives real actuators: a board supplies readings and
@@ -28,7 +28,7 @@
 //! same bytes. In a dry run each measurement counts as a message of the host. The host is therefore never silent, and the
 //! readings of all joints have the same age.
 //!
-//! Run `k` of a campaign depends on the seed, `k` and the scenes alone, not on threads or earlier runs.
+//! Run `k` of a campaign depends only on the seed, `k` and the scenes, not on threads or earlier runs.
 
 mod case;
 pub mod drives;
@@ -81,7 +81,7 @@ pub struct Campaign {
 }
 
 impl Campaign {
-    /// Do all runs, or stop early when `stop` is set.
+    /// Does all runs, or stops early when `stop` is set.
     ///
     /// # Errors
     /// A scene cannot be run, the chip fails, or the campaign is interrupted.
@@ -94,7 +94,7 @@ impl Campaign {
         Ok(Report::new(scenes, (self.target, self.seed), finished, start.elapsed()))
     }
 
-    /// As [`Campaign::report`]; every run with its number, scene by scene.
+    /// Same as [`Campaign::report`], but returns every run with its number, scene by scene.
     ///
     /// # Errors
     /// As [`Campaign::report`].
@@ -126,7 +126,7 @@ impl Campaign {
             let turn = number / scenes;
             let (index, round) = (turn % cases.len() as u64, turn / cases.len() as u64);
             let (case, first) = cases[index as usize];
-            // Each round and scene has another second request.
+            // Each round and scene starts with another second request.
             (case, first + case::REQUESTS * (round * scenes + number % scenes))
         };
         let counted = |done: Result<Finished, Failure>| {
@@ -159,7 +159,7 @@ impl Campaign {
     }
 }
 
-/// Runs with these numbers in parallel. A session takes longer to create than to run: idle ones are kept for reuse.
+/// Does the runs with these numbers in parallel. Creating a session takes longer than running it, so idle ones are kept for reuse.
 fn pooled<T: Send>(
     numbers: &[u64],
     new: impl Fn() -> Result<T, Failure> + Sync,

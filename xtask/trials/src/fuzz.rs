@@ -1,19 +1,18 @@
-//! Properties that must hold for any input, stated once for two ways of finding a counterexample.
+//! Properties that must hold for any input. Both the fuzzer and ordinary tests search for counterexamples.
 //!
-//! Each module has a function `check` that takes any bytes and panics if a property does not hold for them.
-//! `cargo fuzz run NAME` passes it to libFuzzer, which looks for bytes that reach new code (needs a nightly compiler,
-//! see `docs/develop/testing.md`). `cargo test -p trials` passes it the examples, every input that was ever a finding, and some
-//! thousand inputs made from them by [`damage`] with a fixed seed.
+//! Each module has a function `check` that accepts any bytes and panics if a property does not hold for them. `cargo fuzz run NAME` passes it to
+//! libFuzzer, which searches for bytes that reach new code (needs a nightly compiler, see `docs/develop/testing.md`). `cargo test -p trials` passes
+//! it the examples, every input that was ever a finding, and thousands of inputs that [`damage`] makes from them with a fixed seed.
 //!
 //! | module | meaning of the bytes | property |
 //! |---|---|---|
-//! | [`link_channel`] | a stranger on the wire of a sealed session | no frame counts but the host's, once and in order; the host is always heard |
+//! | [`link_channel`] | an intruder on the wire of a sealed session | only the host's frames are accepted, once, in order; the host gets through |
 //! | [`link_decoder`] | bytes on the wire, and the inside of a packet | no panic; a frame comes back the same; the next packet is read |
 //! | [`link_stream`] | packets and events on the link | exactly the whole packets arrive, and missing ones are counted |
 //! | [`session`] | packets, damage, readings and ticks | refused input leaves no trace; torque acts only by `docs/safety/rules.md` |
-//! | [`robot_file`] | TOML of a robot or a linkage | a robot with a model, or an error with a place |
+//! | [`robot_file`] | TOML of a robot or a linkage | a robot with a model, or an error with its location |
 //! | [`urdf_file`] | URDF of a robot | the same |
-//! | [`scene_file`] | TOML of a scene | a scene with a source, a motion and a controller that keeps its limits, or an error with a place |
+//! | [`scene_file`] | TOML of a scene | a scene with a source, a motion and a controller that keeps its limits, or an error with its location |
 //! | [`json_lines`] | states for `newtau model dynamics` | each line is answered with consistent numbers, up to the one that an error names |
 #![allow(
     clippy::unwrap_used,
@@ -53,7 +52,7 @@ pub const TARGETS: [FuzzTarget; 8] = [
     json_lines::TARGET,
 ];
 
-/// Check the files named on the command line, to examine a finding without a fuzzer.
+/// Checks the files named on the command line, to examine a finding without a fuzzer.
 ///
 /// # Errors
 /// A file cannot be read.

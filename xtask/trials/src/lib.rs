@@ -1,10 +1,10 @@
-//! Tasks that run the simulator. They are a package of their own so that no other task has to compile it.
+//! Tasks that run the simulator. They are a separate package so that no other task has to compile it.
 //!
 //! | module | program | does |
 //! |---|---|---|
 //! | [`campaign`] | `campaign` (`cargo xtask campaign`) | injects every fault in every state of the safety state machine, and judges each tick |
-//! | [`fuzz`] | one for each target, for `cargo fuzz` | checks what must hold for any input: frames, files and lines |
-//! | [`budget`] | `chip-budget` (`cargo xtask budget`) | measures what a firmware takes: instructions, stack, blocked interrupts, estimated cycles |
+//! | [`fuzz`] | one for each target, for `cargo fuzz` | checks properties that must hold for any input: frames, files and lines |
+//! | [`budget`] | `chip-budget` (`cargo xtask budget`) | measures a firmware's costs: instructions, stack, blocked interrupts, estimated cycles |
 #![forbid(unsafe_code)]
 
 pub mod budget;

@@ -26,12 +26,11 @@ fn path(scene: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(scene)
 }
 
-/// Readings in the firmware's trial of its counter, and the cost of each.
+/// Number of readings in the firmware's test of its counter, and the cost of each.
 const TRIAL: u32 = 14;
 const READING: u32 = 2;
 
-/// A counter that wraps soon, and counts as the script says for each tick. From the first tick without a count, it stands
-/// still.
+/// A counter that soon wraps around, and advances as the script gives for each tick. From the first tick without a count, it stops.
 struct Scripted<const CYCLES: bool> {
     count: Cell<u32>,
     readings: Cell<u32>,
@@ -70,7 +69,7 @@ fn as_a_chip(tick: u32) -> Option<u32> {
     Some(2_000 + tick * 79 % 101)
 }
 
-/// Fate of the answer to a tick on its way to the host.
+/// Answer to a tick, as the host receives it.
 #[allow(clippy::large_enum_variant, reason = "made and taken apart at once")]
 enum LinkInterrupts {
     Says(Frame),
@@ -79,20 +78,18 @@ enum LinkInterrupts {
     Unplugged,
 }
 
-/// Held while a terminal is made, and while a program is started: a program that inherits the board's end would keep it
-/// open.
+/// Locked while a terminal is created, and while a program is started: a program that inherits the board's end would keep it open.
 static INHERITING: Mutex<()> = Mutex::new(());
 
 /// The board's end of a terminal, and the name of the other end.
 fn terminal() -> (TTYPort, String) {
     let _alone = INHERITING.lock().unwrap();
     let (board, host) = TTYPort::pair().unwrap();
-    // Started programs do not inherit the copy. The host's own end is closed, because it holds the lock that keeps others
-    // out.
+    // Started programs do not inherit the copy. The host's own end is closed, because it holds the lock that excludes other users.
     (board.try_clone_native().unwrap(), host.name().unwrap())
 }
 
-/// A board; dropping it ends it.
+/// A simulated board; dropping it ends its thread.
 struct Board {
     port: String,
     stop: Arc<AtomicBool>,
@@ -100,7 +97,7 @@ struct Board {
 }
 
 impl Board {
-    /// Starts a board with the firmware of a scene. `way` gets each answer and the number of its tick.
+    /// Starts a board with the firmware of a scene. `way` receives each answer and the number of its tick.
     fn start<const N: usize, M: Counter + Send + 'static>(
         scene: &str,
         counter: M,
@@ -134,7 +131,7 @@ impl Drop for Board {
     }
 }
 
-/// Joins session, counter and link as the firmware's program does.
+/// Connects session, counter and link as the firmware's program does.
 fn run<const N: usize, M: Counter>(
     scene: &SceneFile,
     mut port: TTYPort,
@@ -144,7 +141,7 @@ fn run<const N: usize, M: Counter>(
 ) {
     let mut session = desk_session::<N>(scene, &scene.robot.model::<N>().unwrap());
     let meter = Meter::new(counter);
-    // The bench, as a board without a key has it.
+    // Bench mode, on a board without a key.
     let (mut channel, mut bytes) = (BoardChannel::new(Access::NoKey), [0; 512]);
     let own = ::board::chip::hello(scene, &scene.robot.model::<N>().unwrap(), Pacing::LockStep);
     while !stop.load(Ordering::Relaxed) {
@@ -182,7 +179,7 @@ fn run<const N: usize, M: Counter>(
                     LinkInterrupts::Silent => Vec::new(),
                     LinkInterrupts::Unplugged => return,
                 };
-                // A host that has left reads nothing any more.
+                // Writing fails if the host has closed the port.
                 port.write_all(&said).ok();
             }
         }
@@ -204,7 +201,7 @@ fn measured(port: &str, scene: &str, more: &[&str]) -> (i32, Value, String) {
     (output.status.code().unwrap(), report, error)
 }
 
-/// Exit code and error message where there is no report.
+/// Exit code and error message, if there is no report.
 fn refused(board: &Board, more: &[&str]) -> (i32, String) {
     let (code, report, error) = measured(&board.port, SCENE, more);
     assert!(report.is_null(), "{report}");
@@ -230,7 +227,7 @@ fn every_ticks_cycles_count_in_fewest_most_and_mean() {
 
 #[test]
 fn a_port_that_another_program_has_had_gives_the_same() {
-    // The packet numbers of an earlier user continue, and his last answers may still arrive.
+    // The packet numbers of an earlier user continue, and the last answers to that user may still arrive.
     let board = Board::start::<6, _>("puma560_pick.toml", Scripted::<true>::new(|_| Some(2_805)), |_, frame| {
         LinkInterrupts::Says(frame)
     });

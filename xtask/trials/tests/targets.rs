@@ -1,4 +1,4 @@
-//! Every target on its examples, on all earlier findings, and on some thousand damaged examples, the same in every run.
+//! Every target on its examples, on all earlier findings, and on thousands of damaged examples, which are the same in every run.
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::Path;
@@ -9,7 +9,7 @@ use trials::fuzz::{self, FuzzTarget, found};
 /// Longest time to read any input, in a test build on a busy machine.
 const LONGEST: Duration = Duration::from_secs(5);
 
-/// Check one input; if a property does not hold, save the input.
+/// Checks one input; if a property does not hold, saves the input.
 fn hold(target: &FuzzTarget, number: usize, input: &[u8]) {
     let begin = Instant::now();
     let outcome = catch_unwind(AssertUnwindSafe(|| (target.check)(input)));
@@ -89,7 +89,7 @@ fn no_depth_of_nesting_is_too_much_for_a_reader() {
     }
 }
 
-/// The session target must reach every state; otherwise its judge would have nothing to judge.
+/// The session target must reach every state; otherwise its judge would have nothing to check.
 #[test]
 fn examples_of_sessions_come_to_every_state() {
     let mut all = [0; 6];

@@ -1,14 +1,14 @@
-//! Shortest times of several contestants, measured in turns, so that all run under the same load of the machine.
+//! Shortest times of several functions. They are measured in turn, so that all run under the same load of the machine.
 
 use std::time::Instant;
 
-/// Number of runs of each contestant.
+/// Number of runs of each function.
 const ROUNDS: usize = 300;
 
-/// A name and something to time.
+/// A name and the function to time.
 pub(crate) type Contestant<'a> = (&'static str, Box<dyn FnMut() + 'a>);
 
-/// Shortest time of each contestant, ns, divided by `per`.
+/// Returns the shortest time of each function, ns, divided by `per`.
 pub(crate) fn shortest(contestants: &mut [Contestant<'_>], per: usize) -> Vec<f64> {
     let mut best = vec![f64::INFINITY; contestants.len()];
     for _ in 0..ROUNDS {
@@ -21,7 +21,7 @@ pub(crate) fn shortest(contestants: &mut [Contestant<'_>], per: usize) -> Vec<f6
     best
 }
 
-/// Instruction set that the compiler was allowed to use.
+/// Name of the instruction set that the compiler was allowed to use.
 pub(crate) fn instruction_set() -> &'static str {
     if cfg!(target_feature = "avx512f") {
         "AVX-512"

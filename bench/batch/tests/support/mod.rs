@@ -37,7 +37,7 @@ pub(crate) struct Lists<F, const N: usize> {
 }
 
 impl<F: Float, const N: usize> Lists<F, N> {
-    /// `q` within 3, `qd` within 2, `qdd` within 5.
+    /// Random lists with `q` within +-3, `qd` within +-2, `qdd` within +-5.
     pub(crate) fn random(random: &mut Random, count: usize) -> Self {
         Self { q: random.lists(3, count), qd: random.lists(2, count), qdd: random.lists(5, count) }
     }
@@ -53,7 +53,7 @@ impl<F: Float, const N: usize> Lists<F, N> {
     }
 }
 
-/// Places for the torques of `count` states, filled with NaN.
+/// Lists for the torques of `count` states, filled with NaN.
 pub(crate) fn places<F: Float, const N: usize>(count: usize) -> [Vec<F>; N] {
     core::array::from_fn(|_| vec![F::literal(f64::NAN); count])
 }

@@ -1,8 +1,8 @@
-//! dynibo as a contestant of `cargo xtask bench --peers`: C functions of the shape in `contestant.h`.
+//! dynibo in the comparison `cargo xtask bench --peers`: C functions with the signatures of `contestant.h`.
 //!
-//! dynibo's gravity is 9.80665 m/s^2 and cannot be chosen; everybody else's here is 9.81. With `s^2 = 9.80665 / 9.81` the torques of
-//! `(q, s qd, s^2 qdd)` under its gravity are `s^2` times those of `(q, qd, qdd)` under ours, exactly. The states are scaled once, before any
-//! measurement; what is timed besides dynibo is one multiplication for each result.
+//! dynibo's gravity is fixed at 9.80665 m/s^2; all other programs use 9.81. With `s^2 = 9.80665 / 9.81`, the torques of `(q, s qd, s^2 qdd)` under
+//! its gravity are exactly `s^2` times those of `(q, qd, qdd)` under 9.81. The states are scaled once, before any measurement. The measured time
+//! includes one additional multiplication for each result.
 
 use dynibo::Robot;
 use std::fmt::Write as _;
@@ -13,7 +13,7 @@ const STATES: usize = 1024;
 
 type ByState = [[f64; JOINTS]; STATES];
 
-/// The first four pointers of `struct states`; the rest is for others.
+/// The first four pointers of `struct states`; other programs use the rest.
 #[repr(C)]
 pub struct AllStates<'a> {
     q: &'a ByState,
@@ -43,7 +43,7 @@ fn scaled(states: &AllStates<'_>) -> &'static Scaled {
     })
 }
 
-/// The arm of this run; why there is none is printed once.
+/// The arm of this run. If there is none, the reason is printed once.
 static ARM: LazyLock<Mutex<Option<Robot>>> =
     LazyLock::new(|| Mutex::new(arm().map_err(|error| eprintln!("dynibo: PEERS_ARM: {error}")).ok()));
 
@@ -84,7 +84,7 @@ fn arm() -> Result<Robot, Box<dyn std::error::Error>> {
     Ok(Robot::from_urdf(&file)?)
 }
 
-/// Results of all states; NaN where dynibo gives none, which the harness finds.
+/// Computes the results of all states; NaN if dynibo returns none, which the harness detects.
 fn all(
     states: &AllStates<'_>,
     out: &mut ByState,

@@ -1,4 +1,4 @@
-//! Our contestants on the chip, in f32: one state per call.
+//! This project's functions for the comparison on the chip, in f32: one state per call.
 
 use crate::{JOINTS, given, torques};
 use bench::kernels;
@@ -21,7 +21,7 @@ pub struct State {
 /// Number of states in `chip.h`.
 const STATES: usize = 64;
 
-/// The states for all contestants, with cosines and sines.
+/// Writes the states for all programs, with cosines and sines.
 #[unsafe(no_mangle)]
 pub extern "C" fn bench_chip_states(states: &mut [State; STATES]) {
     let mut random = States::new();
@@ -32,13 +32,13 @@ pub extern "C" fn bench_chip_states(states: &mut [State; STATES]) {
     }
 }
 
-/// Our sine and cosine for contestants without their own.
+/// This project's sine and cosine, for programs without their own.
 #[unsafe(no_mangle)]
 pub extern "C" fn our_trig(angles: &[f32; JOINTS], turn: &mut [[f32; 2]; JOINTS]) {
     *turn = Polynomial.sin_cos_all(angles).map(|t| [t.cos, t.sin]);
 }
 
-/// `$whole` computes sine and cosine too; `$kernel` gets them.
+/// Defines `$whole`, which also computes sine and cosine, and `$kernel`, which receives them.
 macro_rules! contestants {
     ($($arm:expr => $whole:ident, $kernel:ident;)*) => {$(
         /// With trigonometry.

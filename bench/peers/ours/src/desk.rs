@@ -1,4 +1,4 @@
-//! Our contestants on the desk, in f64: all states per call.
+//! This project's functions for the comparison on the desk, in f64: all states per call.
 
 use crate::{JOINTS, given, torques};
 use bench::states::{DESK, State, States};
@@ -32,7 +32,7 @@ pub struct AllStates<'a> {
     qdd_by_joint: &'a ByJoint,
 }
 
-/// The states for all contestants.
+/// Writes the states for all programs.
 #[unsafe(no_mangle)]
 pub extern "C" fn bench_states(q: &mut ByState, qd: &mut ByState, qdd: &mut ByState) {
     let mut random = States::new();
@@ -41,7 +41,7 @@ pub extern "C" fn bench_states(q: &mut ByState, qd: &mut ByState, qdd: &mut BySt
     }
 }
 
-/// Keeps the compiler from combining several states in one vector where they are measured one after another.
+/// Prevents the compiler from combining several states in one vector when they are measured one after another.
 #[inline(always)]
 fn one_by_one() {
     compiler_fence(Ordering::SeqCst);
@@ -74,7 +74,7 @@ impl AllStates<'_> {
         for (i, out) in out.iter_mut().enumerate() {
             one_by_one();
             let turn = Polynomial.sin_cos_all(&self.q[i]);
-            // A NaN is found by the harness.
+            // The harness detects NaN.
             *out = forward_dynamics(arm, &turn, &self.q[i], &self.qd[i], &self.tau[i], &Live::zero())
                 .unwrap_or([f64::NAN; JOINTS]);
         }
@@ -87,14 +87,14 @@ impl AllStates<'_> {
                     let out = out.each_mut().map(|list| list.as_mut_slice());
                     inverse_dynamics_batch(arm, &Polynomial, &states, &Live::zero(), out)
                 });
-        // All lists have one length by their type. If they had not, the harness would find these NaNs.
+        // All lists have the same length by their type. If not, the harness would detect these NaNs.
         if computed.is_err() {
             *out = [[f64::NAN; DESK]; JOINTS];
         }
     }
 }
 
-/// `$whole` computes sine and cosine too, `$libm` takes them from libm, `$kernel` gets them.
+/// Defines `$whole`, which also computes sine and cosine, `$libm`, which uses those of libm, and `$kernel`, which receives them.
 macro_rules! contestants {
     ($($arm:expr => $whole:ident, $libm:ident, $kernel:ident;)*) => {$(
         /// With our trigonometry.
@@ -127,8 +127,8 @@ contestants! {
         puma560_regrouped, puma560_regrouped_libm, puma560_regrouped_kernel;
 }
 
-/// `$batch` computes all torques in lanes, `$forward` the accelerations of one state after another; both use our sine and
-/// cosine.
+/// Defines `$batch`, which computes all torques in lanes, and `$forward`, which computes the accelerations of one state after another. Both use
+/// this project's sine and cosine.
 macro_rules! batch_and_forward {
     ($($kernel:ident => $batch:ident; $forward_dynamics:ident => $forward:ident;)*) => {$(
         /// Torques, all states in one call.
@@ -143,7 +143,7 @@ macro_rules! batch_and_forward {
             for (i, out) in out.iter_mut().enumerate() {
                 one_by_one();
                 let turn = Polynomial.sin_cos_all(&states.q[i]);
-                // Divisors follow the accelerations: the inertias that the function divided by.
+                // The divisors (inertias) of the function follow the accelerations.
                 let [qdd @ .., _, _, _, _, _, _] = kernels::$forward_dynamics::forward_dynamics(&turn, &states.qd[i], &states.tau[i]);
                 *out = qdd;
             }
@@ -156,7 +156,7 @@ batch_and_forward! {
     puma560_inverse_dynamics_regrouped_any => puma560_batch; puma560_forward_dynamics_regrouped_f64 => puma560_forward;
 }
 
-/// Read from the robot's file at the start of the measurement.
+/// The arm, read from the robot file at the start of the measurement.
 static UR5: LazyLock<Dynamics<f64, JOINTS>> = LazyLock::new(|| arm("ur5"));
 static PUMA560: LazyLock<Dynamics<f64, JOINTS>> = LazyLock::new(|| arm("puma560"));
 
@@ -167,13 +167,13 @@ fn arm(name: &str) -> Dynamics<f64, JOINTS> {
     Dynamics::new(model, scene.scene(&model))
 }
 
-/// Accelerations, the model at run time.
+/// Accelerations; the model is read at run time.
 #[unsafe(no_mangle)]
 pub extern "C" fn ur5_generic_forward(states: &AllStates<'_>, out: &mut ByState) {
     states.forward(&UR5, out);
 }
 
-/// Accelerations, the model at run time.
+/// Accelerations; the model is read at run time.
 #[unsafe(no_mangle)]
 pub extern "C" fn puma560_generic_forward(states: &AllStates<'_>, out: &mut ByState) {
     states.forward(&PUMA560, out);

@@ -1,5 +1,5 @@
-//! Our contestants of `cargo xtask bench --peers`, as C functions of the same shape as all others: `contestant.h` on the
-//! desk, `chip.h` on the chip. References are pointers in C, so only the names are unsafe here.
+//! This project's functions for `cargo xtask bench --peers`, as C functions with the same signatures as those of the other programs:
+//! `contestant.h` on the desk, `chip.h` on the chip. References are pointers in C, so only the exported names are unsafe.
 #![cfg_attr(target_os = "none", no_std)]
 #![allow(unsafe_code, reason = "the harness must find its contestants by name")]
 
@@ -15,10 +15,10 @@ fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
 
 use dynamics_core::{InverseDynamics, Live, Real, SinCos};
 
-/// Joints of every measured arm.
+/// Number of joints of every measured arm.
 const JOINTS: usize = 6;
 
-/// Torques of a state: all functions here end in this call.
+/// Torques of a state. All functions for torques here end in this call.
 #[inline(always)]
 fn torques<S: Real>(
     arm: &impl InverseDynamics<S, JOINTS>,

@@ -25,18 +25,18 @@ pub struct Peaks<S, const N: usize> {
 }
 
 impl<S: Real, const N: usize> Bounds<S, N> {
-    /// By how much a motion is made slower than its bounds allow: 4e-6 of the time. The rounding of a reference to `f32`
-    /// then never puts it beyond a limit, which the controller would report.
+    /// Relative margin by which a motion is made slower than its bounds allow: 4e-6 of the time. So the rounding of a reference to `f32`
+    /// never puts it beyond a limit, which the controller would report.
     pub const MARGIN: f64 = 4e-6;
 
-    /// No bound at all.
+    /// No bounds.
     #[must_use]
     pub fn none() -> Self {
         let free = S::literal(f64::INFINITY);
         Self { position: [(-free, free); N], velocity: [free; N], acceleration: [free; N] }
     }
 
-    /// Position and velocity limits of the joints; acceleration free.
+    /// Position and velocity limits of the joints; acceleration without a bound.
     #[must_use]
     pub fn from_limits(limits: &[Limits<S>; N]) -> Self {
         Self { position: limits.map(|l| l.position), velocity: limits.map(|l| l.velocity), ..Self::none() }
@@ -52,7 +52,7 @@ impl<S: Real, const N: usize> Bounds<S, N> {
         let bad = |what, joint| Err(MotionError::BadBound { what, joint });
         for joint in 0..N {
             let (lo, hi) = self.position[joint];
-            // Written so that a NaN fails.
+            // Written so that NaN fails the comparison.
             let ordered = lo <= hi;
             let bounded = self.velocity[joint] > S::zero();
             let gentle = self.acceleration[joint] > S::zero();
@@ -80,7 +80,7 @@ impl<S: Real, const N: usize> Bounds<S, N> {
         Ok(())
     }
 
-    /// Refuse peaks beyond the bounds by more than rounding.
+    /// Rejects peaks that exceed the bounds by more than rounding.
     pub(super) fn check_peaks(&self, peaks: &Peaks<S, N>) -> Result<(), MotionError> {
         let rounding = S::literal(1.0 + Self::MARGIN);
         for joint in 0..N {
@@ -96,7 +96,7 @@ impl<S: Real, const N: usize> Bounds<S, N> {
         Ok(())
     }
 
-    /// See [`super::Motion::time_scale`].
+    /// The factor of [`super::Motion::time_scale`].
     pub(super) fn time_scale(&self, peaks: &Peaks<S, N>) -> Result<S, MotionError> {
         let mut factor = S::zero();
         let mut moves = false;

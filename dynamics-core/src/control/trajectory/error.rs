@@ -1,9 +1,9 @@
-//! Why a motion cannot be made.
+//! Reasons why a motion cannot be made.
 
 use crate::scalar::Real;
 use core::fmt;
 
-/// Why a motion cannot be made. Points, segments and joints are counted from 0 here and from 1 in the message.
+/// Reason why a motion cannot be made. Points, segments and joints are counted from 0 here and from 1 in the message.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MotionError {
     /// A motion needs two points.
@@ -11,7 +11,7 @@ pub enum MotionError {
         /// Number of points.
         given: usize,
     },
-    /// More points than there is room for.
+    /// More points than a motion can hold.
     TooManyPoints {
         /// Number of points.
         given: usize,
@@ -29,9 +29,9 @@ pub enum MotionError {
     NotFinite {
         /// Name of the quantity.
         what: &'static str,
-        /// The point it belongs to.
+        /// The point.
         point: usize,
-        /// The joint it belongs to.
+        /// The joint.
         joint: usize,
     },
     /// An invalid time, frequency or share: NaN, infinite, zero or negative, or out of its range.
@@ -43,7 +43,7 @@ pub enum MotionError {
         /// The allowed range, in words.
         wanted: &'static str,
     },
-    /// A bound that is NaN, not above zero, or the wrong way round.
+    /// A bound that is NaN or not above zero, or a lower bound above its upper one.
     BadBound {
         /// Which bound.
         what: &'static str,
@@ -98,7 +98,7 @@ pub enum MotionError {
         /// The segment.
         segment: usize,
     },
-    /// Holding the arm still takes more than the torque limit: no duration is long enough.
+    /// Holding the arm at rest needs more than the torque limit: no duration is long enough.
     TorqueTooSmall {
         /// The joint.
         joint: usize,
@@ -175,7 +175,7 @@ impl fmt::Display for MotionError {
     }
 }
 
-/// Refuse a duration and a ramp at both of its ends that are not above zero and finite, or do not fit into each other.
+/// Rejects a duration or a ramp that is not above zero and finite, and ramps at both ends that are longer than the duration.
 pub(super) fn check_ramp<S: Real>(duration: S, ramp: S) -> Result<(), MotionError> {
     check_time("duration", duration)?;
     check_time("ramp", ramp)?;
@@ -186,7 +186,7 @@ pub(super) fn check_ramp<S: Real>(duration: S, ramp: S) -> Result<(), MotionErro
     Ok(())
 }
 
-/// Refuse a value that is not above zero and finite.
+/// Rejects a value that is not above zero and finite.
 pub(super) fn check_time<S: Real>(what: &'static str, value: S) -> Result<(), MotionError> {
     if value > S::zero() && value.is_finite() {
         Ok(())

@@ -9,10 +9,10 @@ use core::f64::consts::TAU;
 /// Most harmonics of a series.
 pub const HARMONICS_MAX: usize = 8;
 
-/// Samples in a period of the highest harmonic, and in a ramp, where peaks are looked for.
+/// Number of samples in a period of the highest harmonic, and in a ramp, among which peaks are searched.
 const FINENESS: u32 = 64;
 
-/// Factor on peaks of samples that far apart: it adds `(2 pi / 64)^2 / 8` for a sine, and as much again for the ramps.
+/// Factor on the peaks of the samples. A sine can exceed its samples by `(2 pi / 64)^2 / 8`; the same again is added for the ramps.
 const BETWEEN: f64 = 1.003;
 
 /// Most periods that a series may last.
@@ -21,15 +21,15 @@ const PERIODS_MAX: f64 = 1000.0;
 /// Parameters of a series.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FourierSpec<S, const N: usize> {
-    /// Where each joint starts, swings about and ends, rad or m.
+    /// Position at which each joint starts and ends, and about which it moves, rad or m.
     pub centre: [S; N],
-    /// Of each harmonic, the amplitude of the sine in each joint, rad or m; zero beyond the last.
+    /// Sine amplitudes of each harmonic for each joint, rad or m; zero beyond the last harmonic.
     pub sine: [[S; N]; HARMONICS_MAX],
-    /// The same of the cosine.
+    /// Cosine amplitudes, likewise.
     pub cosine: [[S; N]; HARMONICS_MAX],
     /// Period of the first harmonic, s.
     pub period: S,
-    /// From start to end, s.
+    /// Duration from start to end, s.
     pub duration: S,
     /// Time in which the series grows at the start, and vanishes at the end, s. At most half the duration.
     pub ramp: S,

@@ -9,12 +9,12 @@ use heapless::Vec;
 /// Largest number of points of a motion, its ends included.
 pub const POINTS_MAX: usize = 16;
 
-/// A point on the way.
+/// A point of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Waypoint<S, const N: usize> {
     /// Joint position, rad or m.
     pub q: [S; N],
-    /// Rest at this point, s; with 0 the joints that keep their direction pass through.
+    /// Rest at this point, s. With 0, joints that keep their direction do not stop.
     pub dwell: S,
 }
 
@@ -29,11 +29,11 @@ impl<S: Real, const N: usize> Waypoint<S, N> {
 /// Durations of the segments between points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Timing<'a, S> {
-    /// This long each, s.
+    /// The duration of each segment, s.
     Durations(&'a [S]),
     /// As short as the bounds on velocity and acceleration allow.
     ///
-    /// Each segment first gets the time that it would need from rest to rest,
+    /// Each segment first gets the shortest time that it needs from rest to rest,
     /// `max_i max(15/8 |D_i| / qd_i, sqrt(10 / sqrt(3) |D_i| / qdd_i))`; then one factor for the whole motion, from its
     /// exact peaks, makes some joint just touch a bound.
     Fastest,
@@ -59,7 +59,7 @@ struct Knot<S, const N: usize> {
 /// qdd = s (1 - s) (6 c3 - 20 c5 s) / T^2
 /// ```
 ///
-/// The velocity of a joint at a point between two segments is zero if it turns back or stands there or dwells; otherwise
+/// The velocity of a joint at a point between two segments is zero if it turns back, rests there or dwells; otherwise
 /// the mean of the slopes `D / T` of both segments, but at most twice the lesser. With `V0` and `V1` between 0 and `2 D` the
 /// velocity never changes its sign within a segment (it is affine in `V0` and `V1`, so its least value lies at a corner of
 /// that square, and there it is not negative): no joint overshoots a point, and a motion between points inside the
@@ -215,7 +215,7 @@ fn rest_to_rest<S: Real, const N: usize>(
     }
 }
 
-/// `10 / sqrt(3)`: greatest acceleration of a quintic from rest to rest over unit way in unit time.
+/// `10 / sqrt(3)`: greatest acceleration of a quintic from rest to rest over unit distance in unit time.
 const REST_TO_REST_ACCELERATION: f64 = 5.773_502_691_896_258;
 
 /// Velocity at a point between segments of these slopes; see [`Quintic`].

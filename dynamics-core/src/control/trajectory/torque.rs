@@ -14,7 +14,7 @@ pub struct TorqueLimits<S, const N: usize> {
     /// Greatest actuator torque or force per joint, N m or N; infinity means "no limit". Subtract the share that
     /// friction and feedback need.
     pub torque: [S; N],
-    /// Number of equal steps of the motion; torques are sampled where steps meet and at both ends.
+    /// Number of equal steps of the motion; torques are sampled at the boundaries of the steps.
     pub steps: u32,
 }
 
@@ -22,11 +22,11 @@ impl<S: Real, const N: usize> Motion<S, N> {
     /// The factor `k` for [`Motion::stretched`] at which some joint just reaches its torque limit at a sampled moment and
     /// none exceeds it; below 1 if the motion can be faster, 0 if no torque depends on the speed.
     ///
-    /// Slowed by `k`, the motion takes the torque `tau_d / k^2 + tau_s`: `tau_s = ID(q, 0, 0)` holds the arm still, and
+    /// Slowed by `k`, the motion needs the torque `tau_d / k^2 + tau_s`: `tau_s = ID(q, 0, 0)` holds the arm still, and
     /// `tau_d = ID(q, qd, qdd) - tau_s` is quadratic in the speed. So
     /// `k^2 = max (tau_d / (L - tau_s) where tau_d > 0, -tau_d / (L + tau_s) where tau_d < 0)` over moments and joints.
     /// (Hollerbach, *Dynamic Scaling of Manipulator Trajectories*, 1984.) It holds for scenes whose velocity terms are absent
-    /// or live; a wrench or payload is taken as it stands in `live`.
+    /// or live; a wrench or payload is read from `live` and stays constant.
     ///
     /// Cost: two inverse dynamics a step.
     ///

@@ -15,7 +15,7 @@ use crate::scalar::Real;
 /// T - b <= t <= T      s = 1 - a (T - t)^2 / 2
 /// ```
 ///
-/// As fast as the bounds allow, `v = min_i qd_i / |D_i|` and `a = min_i qdd_i / |D_i|`; where the way is too short to reach
+/// The fastest motion within the bounds has `v = min_i qd_i / |D_i|` and `a = min_i qdd_i / |D_i|`. If the distance is too short to reach
 /// `v` (`v^2 > a`), the trapezoid is a triangle of height `v = sqrt(a)`. The acceleration jumps at four moments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trapezoid<S, const N: usize> {
@@ -110,7 +110,7 @@ impl<S: Real, const N: usize> Trapezoid<S, N> {
         let half = S::literal(0.5);
         let (speed, acceleration) = self.rates();
         let left = self.duration - t;
-        // The way is measured from the nearer end, so that both ends are met exactly.
+        // The distance is measured from the nearer end, so that both ends are met exactly.
         let (done, sd, sdd) = if t < self.ramp {
             (Ok(half * acceleration * t * t), acceleration * t, acceleration)
         } else if left < self.ramp {

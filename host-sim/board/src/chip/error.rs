@@ -30,7 +30,7 @@ pub enum ChipError {
         status: String,
         /// The awaited answer.
         waiting_for: &'static str,
-        /// Output of the emulator, on lines of its own.
+        /// Output of the emulator, on separate lines.
         output: String,
     },
     /// No answer came in time.
@@ -80,7 +80,7 @@ pub enum ChipError {
         /// The answered tick.
         found: u32,
     },
-    /// A fault whose number this version does not know.
+    /// A fault with a number that this version does not know.
     #[error("the chip reports fault {code}, which this version does not know")]
     UnknownFault {
         /// The fault's number.
@@ -95,10 +95,10 @@ pub enum ChipError {
     /// A frame that cannot be sent.
     #[error(transparent)]
     TooLong(#[from] FrameTooLong),
-    /// The chip is not one to talk to with this key, or without one.
+    /// The chip's key does not match this host's key, or only one of the two has a key.
     #[error("{0}")]
     Distrust(#[from] Distrust),
-    /// A key or a random number cannot be had.
+    /// A key or a random number is not available.
     #[error(transparent)]
     Key(#[from] KeyError),
     /// The socket to the emulator failed.

@@ -50,7 +50,7 @@ fn equal_ticks_cost_equal_instructions_and_the_link_costs_none_of_them() {
     let mut chip = chip();
     let first = tick(&mut chip).unwrap().instructions;
     let counts: Vec<_> = (0..20).map(|_| tick(&mut chip).unwrap().instructions.unwrap()).collect();
-    // The first tick has no earlier torque to stay near, so it differs from the others.
+    // The first tick has no earlier torque that limits its rate, so its count differs from the others.
     assert!(first.is_some());
     assert!(counts.iter().all(|&count| count == counts[0]), "{counts:?}");
 }
@@ -65,7 +65,7 @@ fn a_damaged_packet_to_the_chip_is_refused_by_name() {
     chip.emulator.write(&packet).unwrap();
     let answer = chip.receive("a refusal").unwrap();
     assert_eq!(answer, Frame::Refusal(Refusal::Unauthentic { count: 1 }));
-    // The packet's number is now missing, so the next packet is refused.
+    // A packet number is now missing, so the chip rejects the next packet.
     let text = tick(&mut chip).unwrap_err().to_string();
     assert!(text.contains("1 packets to the chip were lost"), "{text}");
 }

@@ -1,4 +1,4 @@
-//! The whole interrupt of a tick under supervision, as the firmware runs it in the emulated chip.
+//! Measurement of a whole tick interrupt with the safety state machine, as the firmware runs it in the emulated chip.
 
 use crate::chip::run_interrupt;
 use miette::IntoDiagnostic as _;
@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use sim::failure::Failure;
 use std::path::Path;
 
-/// Longest interrupt of a firmware's supervised ticks: readings, trajectory, safety state machine, controller, black box,
-/// outputs, and entry and exit of the handler. The core's own stacking of registers is not in it.
+/// Longest interrupt of a firmware's supervised ticks. It includes readings, trajectory, safety state machine, controller, black box, outputs, and
+/// the handler's entry and exit code, but not the core's automatic stacking of registers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Interrupt {
     /// Instructions.
@@ -16,7 +16,7 @@ pub struct Interrupt {
     pub cycles: f64,
 }
 
-/// Measure the interrupt of a scene's firmware, over a few ticks of a running arm. Installs the tools that this needs.
+/// Measures the interrupt of a scene's firmware over a few ticks of a running arm. Installs missing tools.
 ///
 /// # Errors
 /// [`Failure::Target`], with the scene, if its firmware cannot be built or run.

@@ -1,8 +1,8 @@
-//! A live session in the emulated chip: its own timer, its own joints (which rest at zero), a host that falls silent, a flood, and a hello
-//! that ends the session.
+//! Live sessions in the emulated chip, which has its own timer and its own joints (at rest at zero). The host falls silent, floods the link, or ends
+//! the session with a hello.
 //!
-//! The emulator's wire has no rate of its own: how many bytes it carries in a tick depends on the machine under it. So times are counted from
-//! the tick that a status names as the first after a frame was taken.
+//! The emulator's serial line has no fixed rate: how many bytes it carries in a tick depends on the host machine. So times are counted from the tick
+//! that a status reports as the first after a frame was taken.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 use super::{Chip, build_firmware, hello};
@@ -14,7 +14,7 @@ use link::{
 use robot_compiler::SceneFile;
 use std::path::Path;
 
-/// The next status in one of these states; the others on the way are left out.
+/// Returns the next status that satisfies `wanted`, and skips the others.
 fn until(chip: &mut Chip, wanted: impl Fn(&Status) -> bool) -> Status {
     for _ in 0..100_000 {
         match chip.receive("a status").unwrap() {
@@ -30,7 +30,7 @@ fn until(chip: &mut Chip, wanted: impl Fn(&Status) -> bool) -> Status {
 /// A chip with its host in a live session.
 struct LiveChip {
     chip: Chip,
-    /// Its hello in lock step.
+    /// The hello for lock step.
     bench: Hello,
     rules: Rules<f64, 2>,
 }
@@ -48,7 +48,7 @@ impl LiveChip {
         Self { chip, bench, rules: scene.safety_rules::<2>(&model) }
     }
 
-    /// Armed; returns the tick that took the request as well: the last thing that its host said.
+    /// Arms the arm. Also returns the status of the tick that took the request, the last frame that the host sent.
     fn armed() -> (Self, Status) {
         let mut live = Self::start();
         live.ask(Request::Home, |status| status.state == StateCode::Homing);
@@ -58,7 +58,7 @@ impl LiveChip {
         (live, status)
     }
 
-    /// On a trajectory of one point, where it is.
+    /// An arm that runs on a trajectory of one point, at its present position.
     fn running() -> Self {
         let (mut live, _) = Self::armed();
         let reference = Reference::new(&dynamics_core::Reference { q: [0.0_f32; 2], qd: [0.0; 2], qdd: [0.0; 2] });
@@ -74,7 +74,7 @@ impl LiveChip {
         status
     }
 
-    /// The next status under a flood: refusals are what it asks for.
+    /// Returns the next status under a flood, and skips the refusals that the flood causes.
     fn status(&mut self) -> Status {
         loop {
             match self.chip.receive("a status").unwrap() {
@@ -88,10 +88,10 @@ impl LiveChip {
     }
 }
 
-/// Bytes of a stranger, some 100: as many as a board's wire carries in a tick.
+/// Some 100 bytes of an attacker: as many as a board's serial line carries in a tick.
 type Flood = fn(&LiveChip, u32) -> Vec<u8>;
 
-/// No byte of it ends a packet.
+/// Bytes of which none ends a packet.
 fn garbage(_: &LiveChip, seed: u32) -> Vec<u8> {
     (0..100_u32).map(|i| ((seed * 100 + i).wrapping_mul(2_654_435_761) >> 24) as u8 | 1).collect()
 }
@@ -100,7 +100,7 @@ fn shortest_packets(_: &LiveChip, _: u32) -> Vec<u8> {
     [1, 0].repeat(50)
 }
 
-/// Valid packets of somebody without the key.
+/// Valid packets from a sender without the key.
 fn open_packets(live: &LiveChip, _: u32) -> Vec<u8> {
     let mut encoder = Encoder::new();
     let frames = [Frame::Alive, Frame::request(1, Request::Arm), Frame::Hello(live.bench), Frame::Join([7; 16])];
@@ -119,7 +119,7 @@ const FLOODS: [(&str, Flood); 4] = [
     ("replayed packets", replayed_packets),
 ];
 
-/// Whatever comes that is not of the session, the host counts as silent: the arm holds, and at last stops, each in its tick.
+/// Bytes that do not belong to the session do not count as a sign of life: the arm holds and later stops, each in the stated tick.
 #[test]
 fn a_flood_does_not_pass_for_a_host() {
     for (name, flood) in FLOODS {
@@ -155,7 +155,7 @@ fn a_flood_does_not_pass_for_a_host() {
     }
 }
 
-/// The tick after a request to hold is taken is the first of the stop, whatever precedes or follows the request.
+/// The tick after the one that takes a hold request is the first of the stop, whatever bytes precede or follow the request.
 #[test]
 fn a_hold_in_a_flood_is_honoured_in_the_tick_after_it_is_taken() {
     for (name, flood) in FLOODS {
@@ -167,7 +167,7 @@ fn a_hold_in_a_flood_is_honoured_in_the_tick_after_it_is_taken() {
             before = live.status();
             assert_eq!(before.state, StateCode::Running, "{name}");
         }
-        // A zero ends whatever came.
+        // A zero byte ends any half-sent packet.
         live.chip.emulator.write(&[0]).unwrap();
         live.chip.send(&Frame::request(200, Request::Hold)).unwrap();
         let sent = before.tick;
@@ -189,8 +189,8 @@ fn a_hold_in_a_flood_is_honoured_in_the_tick_after_it_is_taken() {
     }
 }
 
-/// A hello that ends the live session is answered, a status says that the drives do the safe action, and the watchdog resets the chip, which
-/// then can be joined anew.
+/// A hello that ends the live session is answered. A status then reports that the drives do the safe action, and the watchdog resets the chip. After
+/// that, a host can join again.
 #[test]
 fn a_hello_that_ends_a_live_session_is_followed_by_a_status_and_a_reset() {
     for pacing in [Pacing::DryRun, Pacing::LockStep, Pacing::Timer] {
@@ -201,13 +201,13 @@ fn a_hello_that_ends_a_live_session_is_followed_by_a_status_and_a_reset() {
             chip.send(&Frame::Hello(theirs)).unwrap();
             loop {
                 match chip.receive("the chip's answer to a hello").unwrap() {
-                    // Of the session before.
+                    // Frames of the previous session.
                     Frame::Status(_) | Frame::Answer(_) | Frame::Fault(_) => {}
                     frame => break frame,
                 }
             }
         };
-        // While the arm is driven none ends the session; a stop counts, whoever asks for it.
+        // While the arm is driven, no hello ends the session. After a stop it does, whoever requests the stop.
         assert_eq!(greet(chip), Frame::Refusal(Refusal::Driven), "{pacing:?}");
         chip.send(&Frame::request(200, Request::Stop)).unwrap();
         until(chip, |status| status.state == StateCode::Fault);
@@ -230,10 +230,10 @@ fn a_hello_that_ends_a_live_session_is_followed_by_a_status_and_a_reset() {
     }
 }
 
-/// The chip arms by its own timer and joints. Its host says nothing more: it holds, and at last stops, each in its tick.
+/// The chip arms by its own timer and joints. After its host falls silent, it holds and later stops, each in the stated tick.
 #[test]
 fn a_live_arm_whose_host_falls_silent_holds_and_then_stops_in_the_stated_ticks() {
-    // The host's last frame caused that tick.
+    // The silence is counted from the tick that took the host's last frame.
     let (mut live, armed) = LiveChip::armed();
     let holds = until(&mut live.chip, |status| status.state == StateCode::Holding);
     assert_eq!((holds.tick - armed.tick, holds.cause), (live.rules.heartbeat_max + 1, 2));
@@ -243,7 +243,7 @@ fn a_live_arm_whose_host_falls_silent_holds_and_then_stops_in_the_stated_ticks()
     assert_eq!((stops.tick - holds.tick, stops.cause), (live.rules.hold_max + live.rules.brake_delay, 10));
 }
 
-/// Requests that come together: whichever ticks they fall into, the stop acts, and each request is answered once.
+/// Requests that arrive together: whichever ticks they fall into, the stop acts, and each request is answered once.
 #[test]
 fn of_requests_that_come_together_the_stop_acts_and_each_is_answered_once() {
     let mut live = LiveChip::running();
@@ -252,7 +252,7 @@ fn of_requests_that_come_together_the_stop_acts_and_each_is_answered_once() {
         live.chip.send(&Frame::request(number, request)).unwrap();
     }
     let (mut answers, mut stopped) = (Vec::new(), 0);
-    // Some ticks more: an answer must not come again.
+    // Some more ticks: no answer may come twice.
     while answers.len() < asked.len() || stopped < 50 {
         match live.chip.receive("answers").unwrap() {
             Frame::Answer(answer) => answers.push((answer.number, answer.verdict)),
@@ -273,7 +273,7 @@ fn of_requests_that_come_together_the_stop_acts_and_each_is_answered_once() {
     assert!(answers[4..].iter().all(|(_, verdict)| *verdict != Verdict::Accepted), "{answers:?}");
 }
 
-/// The last point is in motion, and no other comes: the arm holds in the tick after it.
+/// The last point has a velocity, and no other point follows: the arm holds in the tick after it.
 #[test]
 fn a_live_arm_whose_points_run_out_in_motion_holds() {
     let (mut live, _) = LiveChip::armed();

@@ -7,12 +7,12 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Build the emulated board's firmware with a scene's arm and controller. Returns the path of the program.
+/// Builds the emulated board's firmware with a scene's arm and controller. Returns the path of the program.
 ///
 /// Installs missing tools for building and emulating, and reports that on standard error.
 ///
 /// # Errors
-/// A tool that cannot be had, a scene that is wrong, a build that fails; the compiler prints its own messages.
+/// A tool that cannot be installed, a wrong scene, or a failed build. The compiler prints its own messages.
 pub fn build_firmware(scene: &Path) -> Result<PathBuf, ChipError> {
     build(&Build::of(scene, Board::Netduinoplus2))
 }
@@ -25,7 +25,7 @@ pub fn build_firmware_with(scene: &Path, choices: Choices<'_>) -> Result<PathBuf
     build(&Build { choices, ..Build::of(scene, Board::Netduinoplus2) })
 }
 
-/// As [`build_firmware`], with the link of the boards that have a DMA: a stand-in moves its bytes.
+/// As [`build_firmware`], with the DMA link driver of the real boards. A software stand-in moves its bytes, because the emulator has no DMA.
 ///
 /// # Errors
 /// As [`build_firmware`].
@@ -37,7 +37,7 @@ fn build(program: &Build<'_>) -> Result<PathBuf, ChipError> {
     install::qemu().and_then(|()| program.run()).map_err(|error| ChipError::Build { output: format!("{error:#}") })
 }
 
-/// Build and run the program that measures a tick, for each scene of a list. Returns the output of
+/// Builds and runs the program that measures a tick, for each scene of a list. Returns the output of
 /// `cargo xtask firmware cost`: a JSON object on one line for each scene.
 ///
 /// # Errors
@@ -46,7 +46,7 @@ pub(crate) fn run_cost(list: &Path) -> Result<String, ChipError> {
     xtask(["firmware", "cost", "--scenes"], list)
 }
 
-/// Build a scene's firmware and trace its supervised ticks. Returns the output of `cargo xtask firmware interrupt`: one
+/// Builds a scene's firmware and traces its supervised ticks. Returns the output of `cargo xtask firmware interrupt`: one
 /// JSON object.
 ///
 /// # Errors
@@ -79,7 +79,7 @@ fn xtask<const M: usize>(arguments: [&str; M], file: &Path) -> Result<String, Ch
     }
 }
 
-/// Collect all messages of a build. Messages about installations are printed at once; the others matter only if the
+/// Collects all messages of a build. Messages about installations are printed at once; the others matter only if the
 /// build fails.
 fn relay(pipe: impl Read) -> String {
     let mut all = String::new();

@@ -1,5 +1,5 @@
-//! Behaviour of the client when the emulator fails. The tests use stand-in programs for the emulator; `firmware_tests`
-//! tests the answers of a real chip.
+//! Behaviour of the client when the emulator fails. The tests use small stand-in programs in place of the emulator; `firmware_tests` tests the
+//! answers of a real chip.
 #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
 use super::{Chip, ChipError, Emulator, Timeouts};
@@ -13,7 +13,7 @@ fn short() -> Timeouts {
     Timeouts { connect: Duration::from_millis(300), answer: Duration::from_millis(300) }
 }
 
-/// Start a stand-in. Stand-ins are files of the project: a file written here and run at once may be "busy".
+/// Starts a stand-in. Stand-ins are files of the project, because a file that was just written may be "busy" when it is executed.
 fn start(stand_in: &str) -> (Result<Emulator, ChipError>, Duration) {
     let program = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/chip/fixtures").join(stand_in);
     let begun = Instant::now();

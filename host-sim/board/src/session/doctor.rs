@@ -1,4 +1,4 @@
-//! Checks of everything that a use of the project needs. One [`Check`] for each item, with advice if it is missing or
+//! Checks of everything that the project needs, for a simulation or for work at a board. One [`Check`] for each item, with advice if it is missing or
 //! wrong.
 //!
 //! A missing item is a [`State::Problem`] for the uses that need it and a [`State::Warning`] for all others. So the

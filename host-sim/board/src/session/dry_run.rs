@@ -1,5 +1,5 @@
-//! The firmware under its safety state machine, tick by tick, with this program in place of board and joints. The dry run
-//! runs on the desk, with the same session as in the chip, or in the chip itself.
+//! Dry runs: the firmware under its safety state machine, tick by tick, with this program in place of board and joints. The session runs either on
+//! the desk, with the same code as in the chip, or in the emulated chip.
 //!
 //! ```text
 //! hello {dry run}, then for every tick:
@@ -25,19 +25,19 @@ use sim::run::simulate::{Watch, desk};
 
 /// A target of a dry run.
 pub trait DryRun {
-    /// Send a frame that starts no tick. Its answers come with the next tick.
+    /// Sends a frame that starts no tick. Its answers come with the next tick.
     ///
     /// # Errors
     /// The target cannot be reached.
     fn send(&mut self, frame: &Frame) -> Result<(), ChipError>;
 
-    /// Send a measurement. Returns all answers since the previous tick; the last is the status of this tick.
+    /// Sends a measurement. Returns all answers since the previous tick; the last is the status of this tick.
     ///
     /// # Errors
     /// The target cannot be reached, or sends an unexpected answer.
     fn tick(&mut self, measurement: &link::Measurement) -> Result<Vec<Frame>, ChipError>;
 
-    /// The black box after [`Frame::Dump`]. Call this before the next tick, which would change the black box.
+    /// Returns the black box after [`Frame::Dump`]. Call this before the next tick, which would change the black box.
     ///
     /// # Errors
     /// As [`DryRun::tick`].
@@ -84,7 +84,7 @@ pub struct OnDesk<const N: usize> {
 }
 
 impl<const N: usize> OnDesk<N> {
-    /// Start a dry run: send a hello to the session of a scene.
+    /// Starts a dry run: sends a hello to the session of a scene.
     #[must_use]
     pub fn start(scene: &SceneFile, model: &Model<f64, N>) -> Self {
         let mut desk = Self { session: desk_session(scene, model), meter: Meter::new(Uncounted), answers: Vec::new() };
@@ -98,13 +98,13 @@ impl<const N: usize> OnDesk<N> {
         &self.session
     }
 
-    /// Give the session a frame and keep its answers. Returns whether the frame starts a tick.
+    /// Gives the session a frame and keeps its answers. Returns true if the frame starts a tick.
     fn take(&mut self, frame: Frame) -> bool {
         match self.session.receive(Ok(Received { frame, missed: 0 })) {
             Reaction::Tick => return true,
             Reaction::Reply(frame) => self.answers.push(frame),
             Reaction::Stop(hello, refusal) => self.answers.extend([hello, refusal]),
-            // The hello in this reaction is no answer of a tick.
+            // The hello in this reaction is not an answer of a tick.
             Reaction::Start(..) | Reaction::Resume(_) | Reaction::None => {}
         }
         false
@@ -136,7 +136,7 @@ impl<const N: usize> DryRun for OnDesk<N> {
 pub struct OnChip(Chip);
 
 impl OnChip {
-    /// Begin a dry run on a chip that has already agreed on a hello.
+    /// Begins a dry run on a chip that has already agreed on a hello.
     ///
     /// # Errors
     /// As [`Chip::start`].

@@ -13,7 +13,7 @@
 //! | entry | 1 | 0 sent to the board, 1 received from it |
 //! | | 1 | number of packets lost before a received frame, modulo 256 |
 //! | | 2 | length of the frame |
-//! | | 8 | time since the start of the session, us: the host's in a live session, the arm's in a dry run |
+//! | | 8 | time since the start of the session, us: wall-clock time in a live session, simulated time in a dry run |
 //! | | n | the frame in postcard's encoding, as on the wire |
 //!
 //! Entries follow each other until the end of the file. There is no checksum: a replay finds the effect of a flipped
@@ -116,7 +116,7 @@ pub enum LogError {
 pub struct Writer<W>(W);
 
 impl<W: Write> Writer<W> {
-    /// Write the head.
+    /// Writes the head.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -133,7 +133,7 @@ impl<W: Write> Writer<W> {
         Ok(Self(out))
     }
 
-    /// Write an entry.
+    /// Writes an entry.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -147,7 +147,7 @@ impl<W: Write> Writer<W> {
         self.0.write_all(&bytes)
     }
 
-    /// Write all buffered bytes.
+    /// Writes all buffered bytes.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -171,7 +171,7 @@ pub struct Log {
     bytes: Vec<u8>,
     /// Offset of the first entry.
     begin: usize,
-    /// Of an MCAP file, the bytes that were left out, and whether the file has its end.
+    /// For an MCAP file: number of bytes that could not be read, and true if the file has its end record.
     lost: Option<(usize, bool)>,
 }
 
@@ -191,13 +191,13 @@ impl Log {
         })
     }
 
-    /// True if the file has the end that its writer gives it; one without an end of its own always has.
+    /// True if the file has its end record. A format without an end record always counts as complete.
     #[must_use]
     pub fn has_end(&self) -> bool {
         self.lost.is_none_or(|(_, has_end)| has_end)
     }
 
-    /// Bytes of an incomplete entry, or chunk of entries, at the end of the file.
+    /// Number of bytes at the end of the file that are an incomplete entry, or an incomplete chunk of entries.
     #[must_use]
     pub fn cut(&self) -> usize {
         if let Some((left_out, _)) = self.lost {

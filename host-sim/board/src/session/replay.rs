@@ -1,20 +1,18 @@
-//! Replay of a recorded session through the same session on the desk: every status must have the same bits.
+//! Replay of a recorded session with the firmware's session on the desk. Every status must have the same bits.
 //!
-//! In a dry run a measurement starts each tick, so the record's frames determine every tick. In a live session the
-//! board's timer starts the ticks, and each status holds the inputs of its tick: how many frames had been taken before
-//! it, and the readings of joints and lines. A live record therefore needs a status of every tick with
-//! [`Parts::SENSED`](link::Parts::SENSED) and [`Parts::TORQUE`](link::Parts::TORQUE), from the first tick after the
-//! hello on. Without the status of a tick its inputs are unknown, and neither it nor the ticks after it can be
-//! replayed.
+//! In a dry run a measurement starts each tick, so the recorded frames determine every tick. In a live session the board's timer starts the ticks.
+//! Each status then holds the inputs of its tick: how many frames had been taken before it, and the readings of joints and lines. So a live record
+//! needs a status of every tick with [`Parts::SENSED`](link::Parts::SENSED) and [`Parts::TORQUE`](link::Parts::TORQUE), from the first tick after the
+//! hello on. If the status of a tick is missing, its inputs are unknown, and neither this tick nor a later one can be replayed.
 //!
 //! | compared | dry run | live |
 //! |---|---|---|
 //! | state, cause, joint, homed, refusal of a request, torques and limits | every status | every status |
 //! | readings, lines, reference | if the status has them | if the status has them |
-//! | room for points | every status | not: it is counted when the status is sent, and frames may come before that |
-//! | refusals of frames | each, in order | not: their times are not determined |
-//! | the black box | each tick, in order | not |
-//! | cost | not: the desk's cost differs | not |
+//! | capacity for points | every status | no: it is counted when the status is sent, and frames may come before that |
+//! | refusals of frames | each, in order | no: their times are not determined |
+//! | the black box | each tick, in order | no |
+//! | cost | no: the desk's cost differs | no |
 
 mod difference;
 mod dry_run;
@@ -27,10 +25,10 @@ use dynamics_core::Model;
 use link::{Frame, Pacing};
 use robot_compiler::SceneFile;
 
-/// Run the entries of a record through the session of its scene.
+/// Replays the entries of a record with the session of its scene.
 ///
 /// # Errors
-/// A record that cannot be read, or is not of an operated session.
+/// The record cannot be read, or holds no session of an operator.
 pub fn replay<const N: usize>(
     scene: &SceneFile,
     model: &Model<f64, N>,

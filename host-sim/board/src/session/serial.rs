@@ -1,7 +1,7 @@
-//! A serial port to a board, as whole frames.
+//! A serial port to a board, for whole frames.
 //!
-//! Every wait here has a limit: the caller gives [`SerialLink::receive`] its timeout, and sending has [`SEND_TIMEOUT`].
-//! Opening a port sends the board only one zero byte, which ends a packet that another program may have left half sent.
+//! Every wait here has a limit: the caller gives [`SerialLink::receive`] its timeout, and sending has [`SEND_TIMEOUT`]. Opening a port sends only one
+//! zero byte, which ends a packet that another program may have left half sent.
 
 use crate::key::{self, KeyError};
 use link::codec::FrameTooLong;
@@ -45,10 +45,10 @@ pub enum SerialError {
     /// A packet could not be decoded. Later packets can still be read.
     #[error("from the board: {0}")]
     Undecodable(#[from] DecodeError),
-    /// The board is not one to talk to with this key, or without one.
+    /// The board's key does not match this host's key, or only one of the two has a key.
     #[error("{0}")]
     Distrust(#[from] Distrust),
-    /// A random number cannot be had.
+    /// No random numbers are available.
     #[error(transparent)]
     Key(#[from] KeyError),
     /// A frame that cannot be sent.
@@ -74,7 +74,7 @@ impl SerialError {
     }
 }
 
-/// An open port with the codec's state of both directions.
+/// An open port with the state of the codec in both directions.
 pub struct SerialLink {
     port: Box<dyn SerialPort>,
     channel: HostChannel,
@@ -83,7 +83,7 @@ pub struct SerialLink {
 }
 
 impl SerialLink {
-    /// Open a port and discard the bytes that it received before.
+    /// Opens a port and discards the bytes that it received before.
     ///
     /// # Errors
     /// [`SerialError::Open`]: the port does not exist, it is in use, or this user may not open it.
@@ -98,7 +98,7 @@ impl SerialLink {
         Ok(Self { port, channel: HostChannel::new(None), buffer: [0; 512], unread: 0..0 })
     }
 
-    /// Ask the board who it is and whom it trusts, several times; `None` if it is silent. Disturbs no session.
+    /// Asks the board for its firmware and its key, several times; `None` if it is silent. Disturbs no session.
     ///
     /// # Errors
     /// The port failed, or nothing but packets came that cannot be decoded.
@@ -116,7 +116,7 @@ impl SerialLink {
                     Ok(Some(_)) => {}
                     Ok(None) => break,
                     Err(SerialError::Undecodable(error @ DecodeError::WrongVersion { .. })) => return Err(error.into()),
-                    // A leftover of an earlier packet.
+                    // The rest of an earlier packet.
                     Err(SerialError::Undecodable(error)) => unreadable = Some(error),
                     Err(error) => return Err(error),
                 }
@@ -129,7 +129,7 @@ impl SerialLink {
         unreadable.map_or(Ok(None), |error| Err(error.into()))
     }
 
-    /// Check that the board that was found is one to talk to with the key, or without one.
+    /// Checks that the board's key matches this host's.
     ///
     /// # Errors
     /// [`Distrust`].
@@ -137,10 +137,11 @@ impl SerialLink {
         self.channel.check(challenge)
     }
 
-    /// Find the board, and begin a session with it: sealed where it has a key, which must be this one. `None` if it is silent.
+    /// Finds the board and begins a session with it. If the board has a key, it must be this one, and the session is sealed. `None` if the board is
+    /// silent.
     ///
     /// # Errors
-    /// As [`SerialLink::find`]; the board is not one to talk to.
+    /// As [`SerialLink::find`] and [`SerialLink::check`].
     pub fn join(&mut self, key: Option<Key>) -> Result<Option<Challenge>, SerialError> {
         let Some(challenge) = self.find(key)? else { return Ok(None) };
         if let Some(packet) = self.channel.answer(&challenge)? {
@@ -149,7 +150,7 @@ impl SerialLink {
         Ok(Some(challenge))
     }
 
-    /// Send a frame.
+    /// Sends a frame.
     ///
     /// # Errors
     /// The port failed or took no bytes for [`SEND_TIMEOUT`].
@@ -184,7 +185,7 @@ impl SerialLink {
             match self.port.read(&mut self.buffer) {
                 Ok(0) => return Err(SerialError::Gone),
                 Ok(count) => self.unread = 0..count,
-                // A signal to this program says nothing about the port; the same timeout keeps running.
+                // A signal to this program is no failure of the port; the same timeout keeps running.
                 Err(error) if matches!(error.kind(), io::ErrorKind::TimedOut | io::ErrorKind::Interrupted) => {}
                 Err(error) => return Err(gone(error)),
             }
@@ -192,7 +193,7 @@ impl SerialLink {
     }
 }
 
-/// Distinguish an unplugged cable from other failures.
+/// Tells an unplugged cable from other failures.
 fn gone(error: io::Error) -> SerialError {
     match error.kind() {
         io::ErrorKind::BrokenPipe | io::ErrorKind::UnexpectedEof => SerialError::Gone,

@@ -1,7 +1,6 @@
-//! `firmware key write`: a link key into a board's key page.
+//! `firmware key write`: writes a link key to a board's key page.
 //!
-//! The page is the chip's last sector (`memory.x`), which writing the program does not touch: the tool erases the sectors that it
-//! writes, and no others.
+//! The page is the chip's last sector (`memory.x`). Writing the program does not change it, because the tool erases only the sectors that it writes.
 
 use super::{Board, Chip, PROBE_TOOL, is_real, line, no_tool, probe_call, run_steps};
 use crate::process::{which, write_for_owner};
@@ -17,10 +16,10 @@ pub struct KeyOptions {
     /// The board that the probe is wired to
     #[arg(long, value_enum)]
     board: Board,
-    /// Which probe, where there are several: VID:PID or VID:PID:SERIAL as `probe-rs list` shows them
+    /// The probe, if there are several: VID:PID or VID:PID:SERIAL, as `probe-rs list` shows it
     #[arg(long, value_name = "SELECTOR")]
     probe: Option<String>,
-    /// Check the key, print the commands, and run none
+    /// Check the key, and print the commands without running them
     #[arg(long)]
     dry_run: bool,
 }
@@ -32,7 +31,7 @@ impl KeyOptions {
         &self.file
     }
 
-    /// Refuses a board that has no key page.
+    /// Rejects a board that has no key page.
     ///
     /// # Errors
     /// [`BadInput`](crate::BadInput): the emulated board.
@@ -41,7 +40,7 @@ impl KeyOptions {
     }
 }
 
-/// Write a key page, the bytes of [`KeyOptions::file`]'s key, through a probe.
+/// Writes a key page through a probe. `page` is made from the key in [`KeyOptions::file`].
 ///
 /// # Errors
 /// [`BadInput`](crate::BadInput) for an emulated board or a missing tool; a tool that fails.
@@ -70,7 +69,7 @@ struct Page(PathBuf);
 impl Page {
     fn of(bytes: &[u8]) -> Result<Self> {
         let page = Self(std::env::temp_dir().join(format!("newtau-key-page-{}.bin", std::process::id())));
-        // Left over from a killed process with the same id.
+        // The file may be left over from a killed process with the same id.
         std::fs::remove_file(&page.0).ok();
         write_for_owner(&page.0, bytes)?;
         Ok(page)

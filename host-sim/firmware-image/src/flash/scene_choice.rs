@@ -1,4 +1,4 @@
-//! Choice of the scene, and the check that the board has lines for its drives.
+//! Choice of the scene, and the check that the board has connections for its drives.
 
 use crate::bad_input::BadInput;
 use crate::board::Board;
@@ -11,7 +11,7 @@ use robot_compiler::drive::JointDrive;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// The request.
+/// The user's choice.
 pub(super) enum Wanted {
     /// This scene.
     Scene(PathBuf),
@@ -30,9 +30,9 @@ pub(super) struct Choice {
 /// Drives of a robot's joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Drives {
-    /// Over the link to the host.
+    /// No drives of the board: torques go over the link to the host.
     Link,
-    /// By drives of this kind, as a robot file names it.
+    /// Drives of this kind, as a robot file names it.
     Kind(&'static str),
 }
 
@@ -45,7 +45,7 @@ impl fmt::Display for Drives {
     }
 }
 
-/// A family of drives, as the robot file's reader names it, in words.
+/// Description of a family of drives, from its name in a robot file.
 fn in_words(family: &'static str) -> &'static str {
     match family {
         "mit" => "CAN drives (MIT mode)",
@@ -55,13 +55,13 @@ fn in_words(family: &'static str) -> &'static str {
 }
 
 impl Drives {
-    /// Loading has checked that all joints have a drive of one kind, or none has.
+    /// The first joint is enough: loading has checked that all joints have drives of one kind, or none has.
     fn of(scene: &SceneFile) -> Self {
         let first = scene.robot.joints.first().and_then(|joint| joint.drive.as_ref());
         first.map(JointDrive::family).map_or(Self::Link, Self::Kind)
     }
 
-    /// True if `board` has lines for them. A board that uses the link alone takes any arm.
+    /// True if `board` has connections for these drives. A board that uses only the link accepts any arm.
     fn fit(self, board: Board) -> bool {
         board.drives().is_none_or(|kind| self == Self::Kind(kind))
     }
@@ -128,10 +128,10 @@ fn scene_of(robot: &Path, board: Board) -> Result<Choice, String> {
     }
 }
 
-/// The folder of scenes for the fault-injection campaign, which are not meant for a board.
+/// The folder of scenes for the fault-injection campaign, which are not for boards.
 const CAMPAIGN: &str = "campaign";
 
-/// Every TOML file in a folder and those inside it, but for [`CAMPAIGN`]'s.
+/// Collects every TOML file in a folder and its subfolders, except those in [`CAMPAIGN`].
 fn toml_files(folder: &Path, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
     for entry in std::fs::read_dir(folder)? {
         let path = entry?.path();
@@ -147,13 +147,13 @@ fn toml_files(folder: &Path, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
     Ok(())
 }
 
-/// True if a scene's key `robot`, a path relative to the scene, leads to this file.
+/// True if the path in a scene's key `robot`, relative to the scene, is this file.
 fn names_robot(scene: &Path, robot: &Path) -> bool {
     let named = SceneKeys::read(scene).and_then(|keys| keys.robot());
     named.is_ok_and(|named| named.canonicalize().is_ok_and(|there| there == robot))
 }
 
-/// The line in which a scene names its robot, counted from 1.
+/// The line in which a scene refers to its robot, counted from 1.
 fn line_of_robot(scene: &Path) -> Option<usize> {
     let text = std::fs::read_to_string(scene).ok()?;
     let names =

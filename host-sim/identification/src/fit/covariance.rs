@@ -1,16 +1,16 @@
-//! Covariance of a fit whose residuals come in runs.
+//! Covariance of a fit with autocorrelated residuals.
 
 use super::normal::{dot, inverse};
 use super::{Fit, Rows};
 use nalgebra::{DMatrix, DVector};
 
-/// Longest run that is looked for, rows.
+/// Longest autocorrelation that is measured, rows.
 const LAGS: usize = 60;
-/// Autocorrelation below which a run has ended.
+/// Autocorrelation below which residuals count as independent.
 const ENDED: f64 = 0.03;
 
 impl Rows {
-    /// Number of neighbouring rows of this residual that say as much as one independent row.
+    /// Number of neighbouring rows of this residual that carry as much information as one independent row.
     #[must_use]
     pub fn runs(&self, left: &[f64]) -> f64 {
         run_length(&autocovariance(left, self))
@@ -18,12 +18,12 @@ impl Rows {
 }
 
 impl Fit {
-    /// Covariance of the unknowns. Residuals behind a filter, and all that a model does not know, come in runs: their measured
-    /// autocorrelation is counted.
+    /// Covariance of the unknowns. Filtered residuals, and effects that the model lacks, are correlated in time. Their measured autocorrelation
+    /// enters the covariance.
     ///
-    /// `H^-1 S H^-1`, with `S = sum_j sum_k gamma_j(k) (1 - k / K) sum_t a_t a_(t+k)^T`: Bartlett's weights on the autocovariance `gamma` of
-    /// each joint's weighted residual (Newey and West 1987, with the residual independent of the columns). `gamma` is raised by the share
-    /// of the independent residuals that the unknowns have used up.
+    /// `H^-1 S H^-1`, with `S = sum_j sum_k gamma_j(k) (1 - k / K) sum_t a_t a_(t+k)^T`: Bartlett's weights on the autocovariance `gamma` of each
+    /// joint's weighted residual (Newey and West 1987, with the residual independent of the columns). `gamma` is raised to correct for the degrees of
+    /// freedom that the unknowns have used.
     #[must_use]
     pub fn covariance(&self) -> DMatrix<f64> {
         let mut spread = DMatrix::zeros(self.x.len(), self.x.len());
@@ -45,7 +45,7 @@ fn add(spread: &mut DMatrix<f64>, rows: &Rows, sigma: f64, weights: &[f64], x: &
     let moving = rows.held.iter().filter(|held| !**held).count();
     let independent = moving as f64 / run_length(&covariances);
     let used = rows.places.len() as f64;
-    // Each joint pays for its friction and for its share of the bodies; no more than nine tenths.
+    // Each joint's degrees of freedom are reduced by its friction terms and its share of the bodies, by at most nine tenths.
     let raise = independent / (independent - used.min(0.9 * independent));
     let packed: Vec<Vec<f64>> =
         rows.columns.column_iter().map(|column| column.iter().zip(&roots).map(|(x, w)| x * w).collect()).collect();
@@ -53,7 +53,7 @@ fn add(spread: &mut DMatrix<f64>, rows: &Rows, sigma: f64, weights: &[f64], x: &
         let factor = raise * covariance * bartlett(lag);
         for (a, &at) in rows.places.iter().enumerate() {
             for (b, &to) in rows.places.iter().enumerate() {
-                // The few pairs that reach from one log into the next do no harm.
+                // Pairs that span two logs are few, and their effect is negligible.
                 let product = dot(&packed[a][..count - lag], &packed[b][lag..]);
                 spread[(at, to)] += factor * product;
                 if lag > 0 {
@@ -64,14 +64,14 @@ fn add(spread: &mut DMatrix<f64>, rows: &Rows, sigma: f64, weights: &[f64], x: &
     }
 }
 
-/// Number of rows that say as much as one independent row.
+/// Number of rows that carry as much information as one independent row.
 fn run_length(covariances: &[f64]) -> f64 {
     let lags = covariances.len() as f64;
     let sum: f64 = covariances.iter().enumerate().skip(1).map(|(k, c)| (1.0 - k as f64 / lags) * c).sum();
     (1.0 + 2.0 * sum / covariances[0]).max(1.0)
 }
 
-/// Autocovariance of a residual up to the end of its runs.
+/// Autocovariance of a residual, up to the lag at which it has decayed.
 fn autocovariance(left: &[f64], rows: &Rows) -> Vec<f64> {
     let count = left.len();
     let at = |lag: usize| {
@@ -84,7 +84,7 @@ fn autocovariance(left: &[f64], rows: &Rows) -> Vec<f64> {
     while found.len() < most && found.last().is_some_and(|last| *last > ENDED * first) {
         found.push(at(found.len()));
     }
-    // As long again: Bartlett's weights would halve the run otherwise.
+    // Continue to twice the lag, because Bartlett's weights would otherwise halve the correlation.
     let end = (2 * found.len()).min(most.max(1));
     while found.len() < end {
         found.push(at(found.len()));

@@ -1,25 +1,25 @@
-//! Normal equations.
+//! Normal equations of weighted least squares.
 
 use super::Rows;
 use nalgebra::{DMatrix, DVector};
 
-/// Ridge against growth in directions that no row sees, as a share of the scaled diagonal.
+/// Ridge, as a share of the scaled diagonal. It bounds the solution in directions that no row determines.
 const RIDGE: f64 = 1e-10;
 
-/// Variance of what nothing sees: larger than any parameter's square, and far from overflow.
+/// Variance of an undetermined unknown: larger than any parameter's square, and far from overflow.
 const UNSEEN: f64 = 1e8;
 
 /// `A^T W A` and `A^T W b`.
 #[derive(Clone, Debug)]
 pub struct Normal {
-    /// Symmetric.
+    /// `A^T W A`, symmetric.
     pub matrix: DMatrix<f64>,
-    /// The right side.
+    /// `A^T W b`.
     pub right: DVector<f64>,
 }
 
 impl Normal {
-    /// Sum over the rows of the blocks that are asked for, each row weighing `weight / sigma^2`.
+    /// Sums the rows of the blocks for which `block` is true, each with weight `weight / sigma^2`.
     #[must_use]
     pub fn of(
         rows: &[Rows],
@@ -37,7 +37,7 @@ impl Normal {
 
     fn add(&mut self, rows: &Rows, sigma: f64, weights: &[f64], block: &impl Fn(usize) -> bool) {
         let taken: Vec<usize> = (0..rows.target.len()).filter(|k| block(rows.from[*k].1)).collect();
-        // Packed by columns: the products below then run over neighbours.
+        // Packed by columns, so that the products below read adjacent memory.
         let pack = |column: usize| -> Vec<f64> {
             taken.iter().map(|k| rows.columns[(*k, column)] * (weights[*k].sqrt() / sigma)).collect()
         };
@@ -56,7 +56,7 @@ impl Normal {
     }
 }
 
-/// In four sums, which the processor can run beside each other.
+/// Scalar product in four partial sums, which the processor can compute in parallel.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 4];
     let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
@@ -69,13 +69,13 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-/// Scale that makes the diagonal one; zero for what nothing sees.
+/// Scale that makes the diagonal one; zero for undetermined unknowns.
 fn scales(matrix: &DMatrix<f64>) -> DVector<f64> {
     let largest = matrix.diagonal().amax();
     matrix.diagonal().map(|d| if d > 1e-30 * largest { d.sqrt().recip() } else { 0.0 })
 }
 
-/// Ratio of the largest and the least singular value of columns of one length, from their normal matrix.
+/// Condition number of columns scaled to equal length, from their normal matrix.
 pub(crate) fn condition(matrix: &DMatrix<f64>) -> f64 {
     let scale = matrix.diagonal().map(|d| if d > 0.0 { d.sqrt().recip() } else { 0.0 });
     let scaled = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] * scale[i] * scale[j]);
@@ -83,7 +83,7 @@ pub(crate) fn condition(matrix: &DMatrix<f64>) -> f64 {
     (values.max() / values.min().max(1e-300)).sqrt()
 }
 
-/// Solution of the normal equations; unknowns that nothing sees are zero.
+/// Solution of the normal equations; undetermined unknowns are zero.
 #[must_use]
 pub fn solve(matrix: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
     let scale = scales(matrix);
@@ -97,7 +97,7 @@ pub fn solve(matrix: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
     found.component_mul(&scale)
 }
 
-/// Inverse of a symmetric matrix, by the same scaling.
+/// Inverse of a symmetric matrix, computed with the same scaling.
 #[must_use]
 pub fn inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     let scale = scales(matrix);

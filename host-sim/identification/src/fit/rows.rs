@@ -1,4 +1,4 @@
-//! Rows of a fit: columns of the unknowns, and the torque that they explain.
+//! Rows of a fit: columns of the unknowns, and the torque that they must explain.
 
 use crate::statistics::{median, rms};
 use nalgebra::{DMatrix, DVector};
@@ -6,22 +6,22 @@ use nalgebra::{DMatrix, DVector};
 /// Rows of one joint.
 #[derive(Clone, Debug)]
 pub struct Rows {
-    /// Place of each column among all unknowns.
+    /// Index of each column among all unknowns.
     pub places: Vec<usize>,
-    /// Columns, samples x places.
+    /// Columns; one row per sample, one column per entry of `places`.
     pub columns: DMatrix<f64>,
     /// Torque, N m or N.
     pub target: DVector<f64>,
-    /// Log and block of each row.
+    /// Index of the log and of the block of each row.
     pub from: Vec<(usize, usize)>,
-    /// Rows in which friction holds the joint: they weigh nothing.
+    /// True for rows in which friction holds the joint. They have zero weight.
     pub held: Vec<bool>,
-    /// Rows a second.
+    /// Rows per second.
     pub rate: f64,
 }
 
 impl Rows {
-    /// Torque that the unknowns leave, N m or N.
+    /// Torque minus the model's torque for `x`, N m or N.
     #[must_use]
     pub fn residual(&self, x: &DVector<f64>) -> DVector<f64> {
         let mut left = self.target.clone();
@@ -37,14 +37,14 @@ impl Rows {
         self.held.iter().map(|held| if *held { 0.0 } else { 1.0 }).collect()
     }
 
-    /// As [`Rows::residual`]; 0 where friction holds the joint.
+    /// Same as [`Rows::residual`]; 0 where friction holds the joint.
     #[must_use]
     pub fn moving_residual(&self, x: &DVector<f64>) -> DVector<f64> {
         self.residual(x).component_mul(&DVector::from_vec(self.weights()))
     }
 
-    /// Robust deviation of the rows in which friction does not hold the joint: 1.4826 times the median of magnitudes, and not less than
-    /// half of the root mean square.
+    /// Robust standard deviation of the rows in which friction does not hold the joint: 1.4826 times the median magnitude, and at least half of the
+    /// root mean square.
     #[must_use]
     pub fn deviation(&self, left: &DVector<f64>) -> f64 {
         let moving: Vec<f64> = left.iter().zip(&self.held).filter(|(_, held)| !**held).map(|(e, _)| *e).collect();

@@ -1,9 +1,9 @@
-//! Faults of a log that have an explanation.
+//! Faults that a log can have.
 
 use crate::correction::Correction;
 use nalgebra::Vector3;
 
-/// A way in which a log, or the description of the arm's mounting, can be wrong. Joints are counted from 0.
+/// A fault of a log, or of the description of the arm's mounting. Joints are counted from 0.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Fault {
     /// The torque of a joint has the opposite sign.
@@ -14,26 +14,26 @@ pub enum Fault {
     PositionSign(usize),
     /// All positions have the opposite sign.
     PositionSigns,
-    /// The torque of a joint is recorded in another unit, or on another side of a gear: the factor that mends it.
+    /// The torque of a joint is recorded in another unit, or on another side of a gear. Holds the factor that corrects it.
     TorqueScale(usize, f64),
-    /// The same for all joints.
+    /// The torques of all joints are recorded in another unit. Holds the factor that corrects them.
     TorqueScales(f64),
-    /// All positions are recorded in another unit: the factor that mends it.
+    /// All positions are recorded in another unit. Holds the factor that corrects them.
     PositionScales(f64),
-    /// The torques are those of other joints: of each joint, the joint whose columns hold its torque.
+    /// Torque columns are in another order. Holds, for each joint, the joint whose column contains its torque.
     TorqueOrder(Vec<usize>),
-    /// The positions are those of other joints.
+    /// Position columns are in another order, as in [`Fault::TorqueOrder`].
     PositionOrder(Vec<usize>),
-    /// Positions and torques are those of other joints.
+    /// Position and torque columns are both in another order, as in [`Fault::TorqueOrder`].
     Order(Vec<usize>),
-    /// Gravity acts in another direction in the base frame, m/s^2: the arm is mounted otherwise.
+    /// Gravity acts in another direction in the base frame, m/s^2: the arm is mounted differently.
     Gravity(Vector3<f64>),
-    /// The torques hold no weight: the robot has removed it before it recorded them.
+    /// The torques contain no weight: the robot has subtracted gravity before recording.
     NoGravity,
 }
 
 impl Fault {
-    /// Nats by which an explanation with this fault must be better than one without: rare ones must show more.
+    /// Score that this fault must bring to be accepted, nats. Rare faults need more evidence.
     pub(super) const fn cost(&self) -> f64 {
         match self {
             Self::TorqueSign(_) | Self::TorqueSigns => 2.0,
@@ -43,7 +43,7 @@ impl Fault {
         }
     }
 
-    /// True if the fault concerns the motion or gravity: the columns of the model change.
+    /// True if the fault concerns the motion or gravity, so that the model's columns change.
     pub(super) const fn is_of_motion(&self) -> bool {
         !matches!(
             self,
@@ -55,7 +55,7 @@ impl Fault {
         )
     }
 
-    /// Adds what mends this fault.
+    /// Adds the correction of this fault.
     pub(super) fn mend(&self, correction: &mut Correction, gravity: &mut Vector3<f64>) {
         let sort = |from: &mut Vec<usize>, factor: &mut Vec<f64>, order: &[usize]| {
             *from = order.iter().map(|k| from[*k]).collect();

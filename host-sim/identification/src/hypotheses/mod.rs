@@ -1,7 +1,7 @@
-//! Explanations of a log that the arm does not explain as it is recorded.
+//! Search for faults that explain a log better than the log as recorded.
 //!
-//! Each [`Fault`] is a change of the log, or of gravity, that is undone and then scored by [`crate::evidence`]. Faults of torques need no
-//! new columns of the model, so they are tried in combination with every fault of motion; further pairs are tried from the best ones.
+//! Each [`Fault`] is a change of the log, or of gravity. It is undone and the result scored by [`crate::evidence`]. Faults of torques need no new
+//! columns of the model, so they are tried in combination with every fault of motion. Further pairs are tried starting from the best ones.
 
 mod explanation;
 mod fault;
@@ -19,21 +19,21 @@ use crate::evidence::{Evidence, Expected, Score};
 use crate::log::Log;
 use nalgebra::Vector3;
 
-/// Nats by which an explanation must beat the log as it is recorded.
+/// Score by which an explanation must beat the log as recorded, nats.
 const CLEAR: f64 = 15.0;
-/// Explanations that are at most so many nats worse than the best are named, too.
+/// Explanations within this distance of the best are reported, too, nats.
 const CLOSE: f64 = 5.0;
 
-/// Scores of a log as recorded and mended.
+/// Scores of a log as recorded and as corrected.
 #[derive(Clone, Debug)]
 pub struct Findings {
     /// The log as recorded.
     pub recorded: Score,
-    /// Explanations that beat it clearly, the best first, then those that are about as good with as few faults.
+    /// Explanations that beat it clearly: the best first, then those that are about as good with as few faults.
     pub explanations: Vec<Explanation>,
 }
 
-/// Looks for one or two faults that explain logs of an arm better than no fault does.
+/// Searches for one or two faults that explain logs of an arm better than no fault does.
 #[must_use]
 pub fn explain(arm: &dyn Arm, maker: &Maker, logs: &[Log]) -> Findings {
     let logs: Vec<Log> = logs.iter().map(|log| repaired(log).0).collect();
@@ -46,7 +46,7 @@ pub fn explain(arm: &dyn Arm, maker: &Maker, logs: &[Log]) -> Findings {
     clear.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
     if let Some(best) = clear.first().cloned() {
         clear.retain(|other| other.worth() > best.worth() - CLOSE && other.faults.len() <= best.faults.len());
-        // Of one kind the best is enough.
+        // Of similar explanations, keep the best.
         let mut kinds = Vec::new();
         clear.retain(|found| {
             let kind = found.correction.clone();

@@ -1,6 +1,6 @@
-//! Orders in which the columns of a log may be.
+//! Possible orders of the columns of a log.
 
-/// Exchanges of two joints, the reversed order, and columns that are one off.
+/// Exchanges of two joints, the reversed order, and columns shifted by one.
 pub(super) fn usual_orders(n: usize) -> Vec<Vec<usize>> {
     let own: Vec<usize> = (0..n).collect();
     let mut found: Vec<Vec<usize>> = Vec::new();
@@ -22,7 +22,7 @@ pub(super) fn usual_orders(n: usize) -> Vec<Vec<usize>> {
     found
 }
 
-/// Every order but the own one.
+/// Every order except the identity.
 pub(super) fn all_orders(n: usize) -> Vec<Vec<usize>> {
     let mut orders: Vec<Vec<usize>> = vec![Vec::new()];
     for _ in 0..n {

@@ -1,4 +1,4 @@
-//! The order in which faults are tried.
+//! Search over single faults and pairs of faults.
 
 use super::orders::{all_orders, usual_orders};
 use super::{Explanation, Fault};
@@ -9,27 +9,27 @@ use crate::log::Log;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-/// A factor nearer to 1 than this is no other unit: torque constants and masses are off by as much.
+/// A factor nearer to 1 than this does not indicate another unit: torque constants and masses can be wrong by as much.
 const NEAR: f64 = 1.8;
-/// The same for a single joint, whose scale the others tell.
+/// The same for a single joint, whose scale follows from the other joints.
 const NEAR_ONE: f64 = 1.6;
-/// Factors that turn another unit of an angle into radians: degrees, turns, and back.
+/// Factors between angle units and radians: degrees and turns, both directions.
 const ANGLES: [f64; 4] =
     [std::f64::consts::PI / 180.0, 180.0 / std::f64::consts::PI, std::f64::consts::TAU, 1.0 / std::f64::consts::TAU];
-/// Joints up to which every order of the torques is tried.
+/// Largest number of joints for which every order of the torques is tried.
 const ALL_ORDERS: usize = 6;
-/// Explanations from which a second fault of torque, or of motion, is looked for.
+/// Number of best explanations that are extended by a second fault of torque, and of motion.
 const BEAM: usize = 4;
 const BEAM_OF_MOTION: usize = 2;
-/// Share of a joint's torque that is missed, deviations by which friction drives a joint, distance from the maker's numbers over the
-/// count of unknowns, and how many times heavier all bodies are: beyond these a log is suspicious.
+/// A log is suspicious beyond one of these: unexplained share of a joint's torque; standard deviations by which friction drives a joint; squared
+/// distance from the maker's numbers per unknown; ratio of all bodies' weight to the maker's.
 const MISSES: f64 = 0.2;
 const DRIVES: f64 = 2.0;
 const DISTANT: f64 = 0.3;
 const HEAVIER: f64 = 1.5;
-/// Explanations whose scale is estimated again at the end.
+/// Number of explanations whose scale is estimated again at the end.
 const POLISHED: usize = 3;
-/// Gain below which a log that fits well is left alone, nats.
+/// Smallest gain for which faults of a log that fits well are searched further, nats.
 const SUSPECT: f64 = 8.0;
 
 struct Bench<'a> {
@@ -39,7 +39,7 @@ struct Bench<'a> {
     joints: usize,
 }
 
-/// True if two corrections differ in the size of factors only, and by less than a third.
+/// True if two corrections differ only in the size of factors, and by less than 35 %.
 pub(super) fn alike(a: &Correction, b: &Correction) -> bool {
     let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a / b - 1.0).abs() < 0.35);
     a.positions_from == b.positions_from
@@ -48,7 +48,7 @@ pub(super) fn alike(a: &Correction, b: &Correction) -> bool {
         && near(&a.torque, &b.torque)
 }
 
-/// Explanations of one and of two faults, the best first. Empty if the log is explained as it is.
+/// Explanations by one and by two faults, the best first. Empty if the log is explained as recorded.
 pub(super) fn search(
     arm: &dyn Arm,
     expected: &Expected,
@@ -67,7 +67,7 @@ pub(super) fn search(
     found
 }
 
-/// Explanations whose scales are as the grid has them.
+/// Explanations with scales from the coarse estimates, before refinement.
 fn rough(bench: &Bench<'_>, evidence: &Evidence, recorded: &Score) -> Vec<Explanation> {
     let suspicious = is_suspicious(recorded);
     let mut found = bench.torque_faults(evidence, &[], suspicious);
@@ -75,7 +75,7 @@ fn rough(bench: &Bench<'_>, evidence: &Evidence, recorded: &Score) -> Vec<Explan
         return Vec::new();
     }
     let clean = |found: &[Explanation]| best(found).is_some_and(|one| !is_suspicious(&one.score));
-    // A sign of a torque may as well be that of the position, about an axis of symmetry.
+    // About an axis of symmetry, a reversed torque cannot be told from a reversed position, so try those too.
     let torques_suffice = clean(&found);
     let motions = if torques_suffice { bench.signs_alike(&found) } else { bench.motion_faults() };
     let alone: Vec<(Fault, Evidence)> = motions
@@ -92,7 +92,7 @@ fn rough(bench: &Bench<'_>, evidence: &Evidence, recorded: &Score) -> Vec<Explan
     if clean(&found) || !hopeful {
         return found;
     }
-    // A fault of motion and one of torque.
+    // One fault of motion and one of torque.
     let both =
         |(fault, evidence): &(Fault, Evidence)| bench.torque_faults(evidence, std::slice::from_ref(fault), false);
     found.extend(alone.par_iter().map(both).collect::<Vec<_>>().into_iter().flatten());
@@ -105,7 +105,7 @@ fn rough(bench: &Bench<'_>, evidence: &Evidence, recorded: &Score) -> Vec<Explan
     let pairs: Vec<(usize, usize)> =
         signs.iter().flat_map(|a| signs.iter().filter(move |b| *b > a).map(move |b| (*a, *b))).collect();
     found.par_extend(pairs.par_iter().map(pair));
-    // Two of torques: from the best ones, and from common scales, which may be all that is wrong with the others.
+    // Two faults of torques: from the best single ones, and from common scales, which can hide the effect of a second fault.
     found.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
     let torques = |one: &&Explanation| one.faults.len() == 1 && !one.faults[0].is_of_motion();
     let scales = |one: &&Explanation| matches!(one.faults[..], [Fault::TorqueScales(_)]);
@@ -117,7 +117,7 @@ fn rough(bench: &Bench<'_>, evidence: &Evidence, recorded: &Score) -> Vec<Explan
     if clean(&found) {
         return found;
     }
-    // Two of motion.
+    // Two faults of motion.
     let mut order: Vec<usize> = (0..alone.len()).collect();
     order.sort_by(|a, b| singles[*b].worth().total_cmp(&singles[*a].worth()));
     let mut pairs: Vec<(usize, usize)> = Vec::new();
@@ -128,7 +128,7 @@ fn rough(bench: &Bench<'_>, evidence: &Evidence, recorded: &Score) -> Vec<Explan
     found
 }
 
-/// The explanation that is worth most.
+/// Explanation with the greatest worth.
 fn best(found: &[Explanation]) -> Option<&Explanation> {
     found.iter().max_by(|a, b| a.worth().total_cmp(&b.worth()))
 }
@@ -136,7 +136,7 @@ fn best(found: &[Explanation]) -> Option<&Explanation> {
 impl Bench<'_> {
     fn mend(&self, faults: &[Fault]) -> (Correction, Vector3<f64>) {
         let (mut correction, mut gravity) = (Correction::none(self.joints), self.arm.gravity());
-        // An order first: the joints of the other faults are those of the arm.
+        // Apply orders first: the other faults count joints of the arm, not columns of the file.
         let (orders, others): (Vec<&Fault>, Vec<&Fault>) = faults
             .iter()
             .partition(|fault| matches!(fault, Fault::Order(_) | Fault::TorqueOrder(_) | Fault::PositionOrder(_)));
@@ -146,14 +146,14 @@ impl Bench<'_> {
 
     fn evidence(&self, faults: &[Fault]) -> Evidence {
         let (correction, gravity) = self.mend(faults);
-        // Torques are sorted and scaled by the score.
+        // The score itself sorts and scales the torques.
         let n = self.joints;
         let motion = Correction { torques_from: (0..n).collect(), torque: vec![1.0; n], ..correction };
         let logs: Vec<Log> = self.logs.iter().map(|log| motion.apply(log)).collect();
         Evidence::of(self.arm.under(gravity).as_ref(), self.expected, &logs)
     }
 
-    /// The explanation with its scale estimated again, beside its other faults.
+    /// The explanation with its scale estimated again while its other faults stay.
     fn polished(&self, found: &Explanation) -> Option<Explanation> {
         let scale = |fault: &&Fault| matches!(fault, Fault::TorqueScale(..) | Fault::TorqueScales(_));
         let (scales, others): (Vec<&Fault>, Vec<&Fault>) = found.faults.iter().partition(scale);
@@ -176,14 +176,15 @@ impl Bench<'_> {
         found.max_by(|a, b| a.score.nats.total_cmp(&b.score.nats))
     }
 
-    /// The explanation by these faults, with the columns that belong to them.
+    /// Explanation by these faults; `evidence` must contain the columns that belong to them.
     fn explanation(&self, evidence: &Evidence, faults: Vec<Fault>) -> Explanation {
         let (correction, gravity) = self.mend(&faults);
         let score = evidence.score(self.expected, &sources(&correction));
         Explanation { faults, correction, gravity, score }
     }
 
-    /// One fault of torques more than `faults`, whose columns `evidence` has. With `wide`, every order and every pair of signs.
+    /// Explanations with one torque fault in addition to `faults`, whose columns `evidence` contains. If `wide`, tries every order and every pair of
+    /// signs.
     fn torque_faults(&self, evidence: &Evidence, faults: &[Fault], wide: bool) -> Vec<Explanation> {
         let n = self.joints;
         let with = |more: &[Fault]| self.explanation(evidence, [faults, more].concat());
@@ -206,7 +207,7 @@ impl Bench<'_> {
         found
     }
 
-    /// Signs of the positions whose torques have the wrong sign.
+    /// Position-sign faults for the joints whose torques have the wrong sign.
     fn signs_alike(&self, found: &[Explanation]) -> Vec<Fault> {
         let faults = best(found).map(|one| one.faults.clone()).unwrap_or_default();
         let of = |fault: Fault| match fault {
@@ -245,7 +246,7 @@ impl Bench<'_> {
     }
 }
 
-/// True if the log is explained badly, or well by strange parameters.
+/// True if the log is explained badly, or only by implausible parameters.
 fn is_suspicious(score: &Score) -> bool {
     let b = score.x.len() as f64;
     score.left.iter().any(|left| *left > MISSES)
@@ -254,12 +255,12 @@ fn is_suspicious(score: &Score) -> bool {
         || !(HEAVIER.recip()..HEAVIER).contains(&score.heavier)
 }
 
-/// Where each joint's torque is in the file, and what it is multiplied by.
+/// Column of each joint's torque in the file, and its factor.
 fn sources(correction: &Correction) -> Vec<Source> {
     correction.torques_from.iter().copied().zip(correction.torque.iter().copied()).collect()
 }
 
-/// The best factor of a torque near an estimate, if it is far enough from 1.
+/// The best factor near an estimate, if it is far enough from 1.
 fn best_scale(estimate: f64, near: f64, with: &dyn Fn(f64) -> Explanation) -> Option<Explanation> {
     if !(1e-6..1e6).contains(&estimate) {
         return None;

@@ -1,28 +1,28 @@
-//! Rules about the numbers of a log.
+//! Plausibility checks of the numbers in a log.
 
 use super::header::Places;
 use super::{BadLog, Log, Reading};
 use crate::Series;
 use crate::filter::derivative;
 
-/// Fewest samples.
+/// Smallest number of samples.
 const FEWEST: usize = 100;
 /// Shortest log, s.
 const SHORTEST: f64 = 1.0;
-/// Longest gap, in median steps.
+/// Longest gap, in mean steps. Gaps up to 0.1 s are always accepted.
 const GAP: f64 = 50.0;
-/// A joint that has moved less, rad or m, has not moved.
+/// A joint that moves less than this, rad or m, counts as not moved.
 const STILL: f64 = 2e-3;
-/// Farthest beyond a position limit, rad or m.
+/// Largest position beyond a limit, rad or m.
 const BEYOND: f64 = 0.2;
-/// Most turns that a joint without limits is believed.
+/// Largest number of turns of a joint without limits.
 const TURNS: f64 = 40.0;
-/// Torques beyond a limit, as a share of it, that cannot be.
+/// Largest plausible torque, in multiples of the limit.
 const TOO_MUCH: f64 = 20.0;
-/// Samples in a row at the very same extreme that count as clipped, and how many in all.
+/// Samples at exactly the same extreme that count as clipped: in a row, and in total.
 const CLIPPED: (usize, usize) = (8, 24);
 
-/// Velocity over the position's change per second, and what it suggests.
+/// Ratios of recorded velocity to the derivative of the position, and the unit error that each suggests.
 const UNITS: [(f64, &str); 6] = [
     (57.295_78, "velocity in deg/s and position in rad"),
     (0.017_453_29, "velocity in rad/s and position in deg"),
@@ -44,7 +44,7 @@ impl Table<'_> {
         BadLog { file: self.file.to_owned(), place, found, expected: expected.to_owned() }
     }
 
-    /// Name of a column of what was read.
+    /// Heading of a column, by its index among the columns that were read.
     fn name(&self, column: usize) -> &str {
         &self.head[self.places.all[column]]
     }
@@ -128,7 +128,7 @@ impl Table<'_> {
         Ok(())
     }
 
-    /// Velocity columns against the derivative of positions: their scale, and whose they are.
+    /// Compares velocity columns with the derivatives of the positions: their scale, and their order.
     fn velocities(&self, time: &[f64], q: &Series, qd: &Series, reading: &Reading) -> Result<(), BadLog> {
         let n = q.len();
         let rate = (time.len() - 1) as f64 / (time[time.len() - 1] - time[0]);
@@ -163,7 +163,7 @@ impl Table<'_> {
         Ok(())
     }
 
-    /// Torques that stay at their extreme while the arm moves.
+    /// Rejects torques that stay at their extreme while the arm moves.
     fn clipped(&self, q: &Series, tau: &Series) -> Result<(), BadLog> {
         for (joint, tau) in tau.iter().enumerate() {
             for extreme in [tau.iter().copied().fold(f64::MIN, f64::max), tau.iter().copied().fold(f64::MAX, f64::min)]

@@ -7,25 +7,26 @@ use crate::statistics::median;
 /// Interpretation of a time column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Clock {
-    /// Times this, s.
+    /// Multiply by this factor to get s.
     Factor(f64),
-    /// In a unit that its steps, or its date, must tell.
+    /// Unknown unit, to be inferred from the steps or from the date.
     Judge,
-    /// Whole seconds; nanoseconds are in this column.
+    /// Whole seconds; the column with this index has the nanoseconds.
     Stamp(usize),
 }
 
-/// Units of time, the steps that logs of arms have in them (2 kHz, or 10 kHz for the finer ones, to 5 Hz), and the factor to s.
+/// Units of time: name, range of usual steps in this unit (2 kHz to 5 Hz; 10 kHz for the finer units), and factor to s.
 const UNITS: [(&str, f64, f64, f64); 3] = [("ms", 0.5, 200.0, 1e-3), ("us", 100.0, 2e5, 1e-6), ("ns", 1e5, 2e8, 1e-9)];
-/// Steps in s: 100 kHz to 5 Hz.
+/// Usual steps in s: 100 kHz to 5 Hz.
 const SECONDS: (f64, f64) = (1e-5, 0.2);
-/// Seconds since 1970 in the years 2000 and 2100.
+/// Seconds since 1970 that are dates of this century.
 const DATES: (f64, f64) = (9.4e8, 4.1e9);
-/// A first time beyond this is a date: the log's time starts at zero then, because its steps need the digits.
+/// A first time beyond this, in the column's unit, is a date. The log's time then starts at zero, because a double has too few digits for both date
+/// and steps.
 const DATE: f64 = 1e8;
 
 impl Clock {
-    /// Time of rows, s, from the fields of the column (and of the nanoseconds), and a remark if the unit was judged.
+    /// Time of the rows, s, from the fields of the column (and of the nanoseconds), and a remark if the unit was inferred.
     ///
     /// # Errors
     /// The index of the row and what is wrong with it.
@@ -56,7 +57,7 @@ impl Clock {
     }
 }
 
-/// A column of numbers from an origin, which is zero unless the numbers are dates.
+/// A column of numbers relative to an origin. The origin is zero unless the numbers are dates.
 struct Counted {
     origin: f64,
     raw: Vec<f64>,
@@ -81,7 +82,7 @@ fn column<'t>(
 }
 
 impl Counted {
-    /// Factor to s, and a remark unless it is s.
+    /// Factor to s, and a remark if the unit was inferred and is not s.
     fn judged(&self) -> Result<(f64, Option<String>), Problem> {
         let steps = self.raw.windows(2).map(|t| t[1] - t[0]).filter(|step| *step > 0.0);
         let step = median(steps.collect());
@@ -98,7 +99,7 @@ impl Counted {
         }
         let fit: Vec<_> = UNITS.iter().filter(|(_, least, most, _)| (*least..=*most).contains(&step)).collect();
         match fit.as_slice() {
-            // What is wrong with it is said by the checks of time.
+            // Later checks of the time report the problem.
             [] => Ok((1.0, None)),
             [(name, .., factor)] => Ok(said(name, *factor)),
             many => {
@@ -110,7 +111,7 @@ impl Counted {
     }
 }
 
-/// At most six digits.
+/// Formats with at most six digits.
 fn short(x: f64) -> String {
     let text = format!("{x:.5e}");
     text.parse::<f64>().map_or(text, |x| x.to_string())
@@ -133,7 +134,7 @@ mod tests {
             let (time, noted) = judged(a, b, c).unwrap();
             assert!((time[2] - 0.01).abs() < 1e-12 && noted, "{a} {b}: {time:?}");
         }
-        // Dates: to the nanosecond, which a double of the whole number would lose.
+        // Dates in nanoseconds are read exactly, although a double cannot hold the whole number.
         let (time, noted) = judged("1764143064123456789", "1764143064128456790", "1764143064133456788").unwrap();
         assert!(
             noted && (time[1] - 0.005_000_001).abs() < 1e-15 && (time[2] - 0.009_999_999).abs() < 1e-15,

@@ -1,8 +1,9 @@
-//! Bytes of a text file as text.
+//! Decoding of a text file's bytes.
 
 use encoding_rs::{Encoding, UTF_8, UTF_16BE, UTF_16LE, WINDOWS_1252};
 
-/// Decodes a text file, and normalises the ends of its lines to `\n`.
+/// Decodes a text file, and normalises its line endings to `\
+/// `.
 ///
 /// A byte order mark names the encoding. Without one, a zero in every second byte means UTF-16; otherwise the text is UTF-8, or
 /// Windows-1252 if it is not valid UTF-8 (a degree sign or a micro sign of an old export).

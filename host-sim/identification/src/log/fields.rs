@@ -2,7 +2,7 @@
 
 use csv::StringRecord;
 
-/// A number of a table, with a decimal point or a decimal comma; `None` if it is none, or not finite.
+/// Parses a number with a decimal point or a decimal comma; `None` if it is not a finite number.
 pub(super) fn number(text: &str) -> Option<f64> {
     let text = text.trim();
     let number = text.parse::<f64>().ok().or_else(|| {
@@ -13,7 +13,7 @@ pub(super) fn number(text: &str) -> Option<f64> {
     number.filter(|x: &f64| x.is_finite())
 }
 
-/// True if a field holds no reading.
+/// True if a field contains no reading.
 pub(super) fn is_missing(text: &str) -> bool {
     matches!(text.trim().to_lowercase().as_str(), "" | "nan" | "null" | "none" | "na" | "n/a")
 }
@@ -50,13 +50,13 @@ impl Separator {
             .trim(csv::Trim::All)
             .delimiter(self.byte)
             .from_reader(text.as_bytes());
-        // A text in memory cannot fail, and it is UTF-8.
+        // Reading from memory cannot fail, and the text is valid UTF-8.
         let rows = reader.into_records().filter_map(Result::ok);
         rows.map(|row| (row.position().map_or(0, csv::Position::line), row))
     }
 }
 
-/// Fields between blanks; brackets and quotes hold together. `glue`: a bracket belongs to the word before it.
+/// Splits at blanks that are not inside brackets or quotes. With `glue`, a bracket belongs to the word before it.
 pub(super) fn between_blanks(line: &str, glue: bool) -> Vec<String> {
     let mut fields: Vec<String> = Vec::new();
     let (mut depth, mut quoted, mut open) = (0_i32, false, false);
@@ -92,7 +92,7 @@ pub(super) fn between_blanks(line: &str, glue: bool) -> Vec<String> {
     fields
 }
 
-/// The text of a comment line, without its mark.
+/// Text of a comment line, without its marker.
 pub(super) fn comment(line: &str) -> Option<&str> {
     let line = line.trim_start();
     ["#", "%", "//"]
@@ -101,7 +101,7 @@ pub(super) fn comment(line: &str) -> Option<&str> {
         .map(|rest| rest.trim_start_matches(['#', '%', '/']))
 }
 
-/// Numbers of a row; a list of numbers counts as many as there are in it.
+/// Counts the numbers of a row; a list counts each of its numbers.
 pub(super) fn numbers(fields: &[String]) -> usize {
     let count = |field: &String| match is_list(field) {
         true => elements(field).iter().filter(|field| number(field).is_some()).count(),

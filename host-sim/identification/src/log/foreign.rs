@@ -1,6 +1,6 @@
-//! Files of other programs that are not text.
+//! Detection of files from other programs that are not text.
 
-/// First bytes, what such a file is, and what to do with it.
+/// First bytes of a file, its kind, and what to export instead.
 const KNOWN: &[(&[u8], &str, &str)] = &[
     (b"PK\x03\x04", "a ZIP archive or a spreadsheet (.xlsx, .ods, .npz)", "the sheet exported as CSV"),
     (b"\xd0\xcf\x11\xe0", "a spreadsheet (.xls)", "the sheet exported as CSV"),
@@ -21,7 +21,7 @@ const KNOWN: &[(&[u8], &str, &str)] = &[
     (b"{", "JSON", "a log as CSV, one row for each sample"),
 ];
 
-/// Finding and expectation, if a file is not text of rows.
+/// Found and expected content, if a file is not a text of rows.
 pub(super) fn problem(bytes: &[u8]) -> Option<(String, String)> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     if bytes.iter().all(u8::is_ascii_whitespace) {

@@ -4,7 +4,7 @@ use super::fields::{Separator, between_blanks, comment, elements, is_list, is_mi
 use super::unit::Unit;
 use csv::StringRecord;
 
-/// Finding and expectation.
+/// Found and expected content.
 pub(super) type Problem = (String, String);
 
 /// A table of text.
@@ -18,17 +18,17 @@ pub(super) struct Grid {
     pub(super) units: Vec<String>,
     /// Line and fields of each row.
     pub(super) rows: Vec<(u64, StringRecord)>,
-    /// Remarks for the reader of the report.
+    /// Remarks for the report.
     pub(super) notes: Vec<String>,
 }
 
-/// True for a row of readings: two numbers or more, and not fewer than half of the fields that are not empty.
+/// True for a row of readings: at least two numbers, and at least half of the fields that are not empty.
 fn is_data(fields: &[String]) -> bool {
     let (numbers, filled) = (numbers(fields), fields.iter().filter(|field| !is_missing(field)).count());
     numbers >= 2 && 2 * numbers >= filled
 }
 
-/// True for a row of units: every field is one, a hyphen, or empty.
+/// True for a row of units: every field is a unit, a hyphen, or empty.
 fn is_units(fields: &[String]) -> bool {
     let is_unit = |field: &String| Unit::parse(field.trim_matches(['[', ']', '{', '}'])).is_some();
     let empty = |field: &String| matches!(field.as_str(), "" | "-" | "[-]" | "[]" | "()" | "(-)");
@@ -36,7 +36,8 @@ fn is_units(fields: &[String]) -> bool {
 }
 
 impl Grid {
-    /// Reads a text whose lines end in `\n`.
+    /// Reads a text with `\
+    /// ` line endings.
     ///
     /// # Errors
     /// Place, what was found and what was expected: no rows of numbers, no header, a header of another length.
@@ -45,7 +46,7 @@ impl Grid {
         let readable = |line: &&str| !line.trim().is_empty() && comment(line).is_none();
         let some: Vec<&str> = lines.iter().copied().filter(readable).collect();
         let step = (some.len() / 40).max(1);
-        // The most numbers in a usual row: what separates them is what separates fields.
+        // The right separator gives the most numbers in a typical row.
         let usual = |separator: Separator, of: fn(&[String]) -> usize| {
             let mut counts: Vec<usize> = some.iter().step_by(step).map(|line| of(&separator.fields(line))).collect();
             counts.sort_unstable();
@@ -65,7 +66,7 @@ impl Grid {
                 "a header of column names, and rows of numbers below it (CSV; commas, semicolons, tabs or blanks)";
             return Err(("the whole file".to_owned(), ("no rows of numbers".to_owned(), expected.to_owned())));
         };
-        // Rows before it in which hardly anything was measured yet.
+        // Earlier rows, in which few values had been measured yet.
         let begun = |fields: &[String]| {
             fields.len() == width
                 && numbers(fields) > 0
@@ -92,7 +93,7 @@ impl Grid {
         Ok(grid)
     }
 
-    /// Finds header and units above the first row of numbers.
+    /// Reads the header and the units above the first row of numbers.
     fn under(lines: &[&str], first: usize, separator: Separator, width: usize) -> Result<Self, (String, Problem)> {
         let mut grid = Self { head: Vec::new(), head_line: 0, units: Vec::new(), rows: Vec::new(), notes: Vec::new() };
         let split = |line: &str, by: Separator| {
@@ -103,7 +104,7 @@ impl Grid {
         let plain: Vec<usize> = plain.filter(|k| !lines[*k].to_lowercase().starts_with("sep=")).collect();
         for &k in &plain {
             let fields = split(lines[k], separator);
-            // Units may be apart from each other by blanks that the rows do not have.
+            // Units may be separated by blanks even if the rows use another separator.
             let apart = separator.fields(lines[k]);
             if grid.units.is_empty() && is_units(&apart) && plain.len() > 1 {
                 grid.units = apart;
@@ -113,7 +114,7 @@ impl Grid {
             grid.head_line = k as u64 + 1;
             break;
         }
-        // A header that is a comment, as some programs write it.
+        // Some programs write the header as a comment.
         if grid.head.is_empty() {
             for k in (0..first).rev() {
                 let Some(text) = comment(lines[k]) else { continue };
@@ -131,7 +132,7 @@ impl Grid {
                 }
             }
         }
-        // Units above the header, or in a comment.
+        // Units may be above the header, or in a comment.
         let units = (0..first).filter(|k| grid.units.is_empty() && *k as u64 + 1 != grid.head_line).find_map(|k| {
             let fields = split(comment(lines[k]).unwrap_or(lines[k]), separator);
             (fields.len() == width && is_units(&fields)).then_some(fields)

@@ -1,4 +1,4 @@
-//! Which column is what, and in which unit.
+//! Meaning and unit of each column.
 
 use super::Reading;
 use super::clock::Clock;
@@ -8,19 +8,19 @@ use super::sets::{Picked, Set, Sets};
 use super::spec::{ColumnNames, Key, KeyColumns, listed};
 use super::vocabulary::Quantity;
 
-/// Places of columns in a file.
+/// Indices of the columns to read.
 pub(super) struct Places {
-    /// Time, positions, velocities (or none), torques; the order of what is read.
+    /// Time, positions, velocities (or none), torques, in the order of reading.
     pub(super) all: Vec<usize>,
-    /// Factor of each: to rad, m, rad/s, m/s, N m, N or A. That of time is in `clock`.
+    /// Factor of each column: to rad, m, rad/s, m/s, N m, N or A. Time is converted by `clock`.
     pub(super) factors: Vec<f64>,
-    /// True if velocities are there.
+    /// True if velocity columns exist.
     pub(super) velocities: bool,
-    /// True if the last ones are currents.
+    /// True if the last columns are currents, false if they are torques.
     pub(super) currents: bool,
-    /// Clock of the time column.
+    /// Interpretation of the time column.
     pub(super) clock: Clock,
-    /// Remarks for the reader of the report.
+    /// Remarks for the report.
     pub(super) notes: Vec<String>,
 }
 
@@ -79,7 +79,7 @@ pub(super) struct Finder<'a> {
     pub(super) reading: &'a Reading,
     pub(super) sets: Sets<'a>,
     pub(super) notes: Vec<String>,
-    /// First number, and number of columns of no joint, of the quantities whose joints have numbers.
+    /// For each quantity whose joints are numbered: its column names, the first number, and the number of columns that belong to no joint.
     bases: Vec<(String, u32, usize)>,
 }
 
@@ -96,7 +96,7 @@ impl Finder<'_> {
         self.sets.span(&set.places())
     }
 
-    /// The name of the first joint's column with `{}` for its number; a list of all names if joints have no numbers.
+    /// Name of the first joint's column with `{}` for its number; a list of all names if joints have no numbers.
     fn pattern(&self, set: &Set) -> String {
         let places = set.places();
         let names: Vec<&str> = places.iter().map(|place| self.grid.head[*place].as_str()).collect();
@@ -107,7 +107,7 @@ impl Finder<'_> {
         }
     }
 
-    /// Takes a set, and remarks on what is not evident.
+    /// Returns the columns of a set, and adds remarks on choices that are not evident.
     fn take(&mut self, picked: &Picked, what: &str) -> Vec<usize> {
         let set = &picked.set;
         let places = set.places();
@@ -167,14 +167,14 @@ impl Finder<'_> {
         if let Some(places) = self.by_hand(Key::Velocity)? {
             return Ok(places);
         }
-        // A reference is no measurement: the derivative of positions is better.
+        // A commanded velocity is not a measurement; the derivative of the positions is better.
         match self.sets.pick(Quantity::Velocity, "qd")?.filter(|picked| picked.set.role != Role::Commanded) {
             Some(picked) => Ok(self.take(&picked, "velocities")),
             None => Ok(Vec::new()),
         }
     }
 
-    /// Torques, or currents: the flag.
+    /// Columns of torques (false) or of currents (true).
     fn torques(&mut self) -> Result<(bool, Vec<usize>), Problem> {
         let n = self.reading.joints.len();
         let constant = format!("--torque-per-ampere K1,..,K{n} in N m/A");
@@ -239,7 +239,7 @@ impl Finder<'_> {
         Ok((currents, self.take(&picked, if currents { "currents" } else { "torques" })))
     }
 
-    /// Refuses numbers from 0 in one quantity and from 1 in another if columns are left over.
+    /// Rejects a log that counts one quantity from 0 and another from 1 if columns are left over.
     fn one_count(&self) -> Result<(), Problem> {
         let differ = self.bases.iter().find(|(_, base, _)| *base != self.bases[0].1);
         match differ.filter(|_| self.bases.iter().any(|(.., extra)| *extra > 0)) {

@@ -1,18 +1,18 @@
-//! From the bytes of a file to a log.
+//! Reading of a log from the bytes of a file.
 
 use super::{BadLog, Log, Reading, check, clock, decode, fields, foreign, grid, header};
 
 impl Log {
-    /// Reads and checks a text file with a header, and returns remarks on how it was understood.
+    /// Reads and checks a text file with a header. Also returns remarks on its interpretation.
     ///
-    /// Columns: `time` (or `t`, in s; or `tick`), and per joint `q_1` .., optionally `qd_1` .., and `tau_1` .. or `current_1` ..;
-    /// other names, units and separators that are understood are in the manual of `newtau identify`. A row in which all positions, or
-    /// all torques, are empty is left out. Other columns are ignored.
+    /// Columns: `time` (or `t`, in s; or `tick`), and per joint `q_1` .., optionally `qd_1` .., and `tau_1` .. or `current_1` ... The manual of
+    /// `newtau identify` lists other names, units and separators that are understood. A row in which all positions, or all torques, are empty is left
+    /// out. Other columns are ignored.
     ///
     /// # Errors
-    /// [`BadLog`] names the line and the column: a column that is missing or there twice, two columns that could be meant, an unknown
-    /// unit, a field that is no number, time that runs back or has a gap, units that cannot be, a joint that never moves, clipped
-    /// torques, columns of two joints exchanged, too few samples.
+    /// [`BadLog`] names the line and the column of: a column that is missing or duplicated, two columns that fit equally well, an unknown unit, a
+    /// field that is no number, time that runs backwards or has a gap, impossible units, a joint that never moves, clipped torques, columns of two
+    /// joints exchanged, too few samples.
     pub fn read_noted(bytes: &[u8], file: &str, reading: &Reading) -> Result<(Self, Vec<String>), BadLog> {
         let wrong = |place: String, (found, expected): (String, String)| BadLog {
             file: file.to_owned(),
@@ -35,7 +35,7 @@ impl Log {
             .rows
             .iter()
             .filter(|(_, row)| {
-                // A tick without a reading, or without a torque: a record has such before the arm is armed.
+                // A record contains ticks without a reading or a torque before the arm is armed.
                 let empty = |of: &[usize]| of.iter().all(|place| row.get(*place).is_some_and(fields::is_missing));
                 !empty(places.positions()) && !empty(places.torques())
             })
@@ -89,10 +89,10 @@ impl Log {
         Ok((table.checked(columns, reading)?, notes))
     }
 
-    /// As [`Log::read_noted`], without remarks.
+    /// Same as [`Log::read_noted`], without remarks.
     ///
     /// # Errors
-    /// See there.
+    /// As [`Log::read_noted`].
     pub fn read(bytes: &[u8], file: &str, reading: &Reading) -> Result<Self, BadLog> {
         Self::read_noted(bytes, file, reading).map(|(log, _)| log)
     }

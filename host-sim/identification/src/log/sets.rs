@@ -1,4 +1,4 @@
-//! Columns that belong together: one quantity of all joints.
+//! Sets of columns: one quantity of all joints.
 
 use super::fields::is_missing;
 use super::grid::{Grid, Problem};
@@ -14,20 +14,20 @@ pub(super) struct Column {
     pub(super) meaning: Meaning,
 }
 
-/// One quantity of joints, named in one way.
+/// One quantity of the joints, under one naming scheme.
 #[derive(Clone, Debug)]
 pub(super) struct Set {
     pub(super) role: Role,
     motor: bool,
-    /// Columns have the joints' names only.
+    /// True if the headings are only the joints' names.
     pub(super) bare: bool,
-    /// Column of each joint.
+    /// Index of each joint's column.
     pub(super) joints: Vec<Option<usize>>,
-    /// Columns of no joint of the robot.
+    /// Columns that belong to no joint of the robot.
     pub(super) extra: Vec<usize>,
     /// First number, if joints have numbers.
     pub(super) base: Option<u32>,
-    /// The log says the joints' names: columns are in their order.
+    /// The log contains the joints' names, so the columns are in their order.
     pub(super) ordered: bool,
 }
 
@@ -40,33 +40,33 @@ impl Set {
         (self.role, self.bare, self.motor)
     }
 
-    /// The columns, base first; those that are missing are left out.
+    /// Indices of the columns, base first, without missing ones.
     pub(super) fn places(&self) -> Vec<usize> {
         self.joints.iter().flatten().copied().collect()
     }
 }
 
-/// All columns of a table that mean something.
+/// All columns of a table that have a meaning.
 pub(super) struct Sets<'a> {
     pub(super) head: &'a [String],
     pub(super) columns: Vec<Column>,
     joints: usize,
-    /// Joints by number, of each group that names them; `None`: no joint of the robot.
+    /// Joint of each number, for each group that names its joints; `None` if the robot has no such joint.
     named: BTreeMap<String, BTreeMap<u32, Option<usize>>>,
 }
 
 /// Columns picked for a quantity.
 pub(super) struct Picked {
     pub(super) set: Set,
-    /// Complete sets that were passed over.
+    /// Complete sets that were not chosen.
     pub(super) passed: Vec<Set>,
 }
 
 impl<'a> Sets<'a> {
-    /// Finds the meaning of every column.
+    /// Determines the meaning of every column.
     ///
     /// # Errors
-    /// Two columns of one meaning; names of joints in the log that are not the robot's, or that change.
+    /// Two columns of the same meaning; joint names in the log that the robot does not have, or that change.
     pub(super) fn new(grid: &'a Grid, joints: &[String]) -> Result<Self, Problem> {
         let names = Names::new(joints);
         let head = &grid.head;
@@ -77,7 +77,7 @@ impl<'a> Sets<'a> {
                 let mut meaning = names.meaning(name)?;
                 let row = grid.units.get(place).and_then(|unit| Unit::parse(unit.trim_matches(['[', ']', '{', '}'])));
                 meaning.unit = meaning.unit.or(row);
-                // A unit says more than a word: "effort [A]".
+                // A unit is more reliable than a word: `effort [A]` is a current.
                 meaning.quantity = match (meaning.quantity, meaning.unit.map(|unit| unit.kind)) {
                     (Quantity::Torque, Some(super::unit::Kind::Current)) => Quantity::Current,
                     (Quantity::Current, Some(super::unit::Kind::Torque | super::unit::Kind::Force)) => Quantity::Torque,
@@ -105,7 +105,7 @@ impl<'a> Sets<'a> {
         Ok(sets)
     }
 
-    /// Joints by their names in the rows.
+    /// Joints from the names in the rows.
     fn names(
         &self,
         grid: &Grid,
@@ -155,7 +155,7 @@ impl<'a> Sets<'a> {
         if sets.iter().any(Set::is_whole) {
             return sets;
         }
-        // Joints of one quantity in several groups: a device for each.
+        // Joints of one quantity in several groups: one device per joint.
         let mut merged: BTreeMap<(Role, bool, bool), Vec<&Column>> = BTreeMap::new();
         for ((role, motor, _, _, by_name, _), columns) in &groups {
             merged.entry((*role, *motor, *by_name)).or_default().extend(columns);
@@ -215,7 +215,7 @@ impl<'a> Sets<'a> {
     /// The best complete set of a quantity, or none.
     ///
     /// # Errors
-    /// Two of the same rank.
+    /// Two sets of the same rank.
     pub(super) fn pick(&self, quantity: Quantity, key: &str) -> Result<Option<Picked>, Problem> {
         let mut whole: Vec<Set> = self.of(quantity).into_iter().filter(Set::is_whole).collect();
         whole.sort_by_key(Set::rank);

@@ -1,4 +1,4 @@
-//! The column of time.
+//! Selection of the time column.
 
 use super::clock::Clock;
 use super::grid::Problem;
@@ -26,7 +26,7 @@ impl Finder<'_> {
                 candidates.push((seconds.place, Clock::Stamp(nanos.place)));
             }
         }
-        // `sec` and `nanosec` by themselves.
+        // Columns `sec` and `nanosec` without a prefix.
         let nanos = of(Quantity::StampNanoseconds).next().map(|column| column.place);
         for column in of(Quantity::Time) {
             let whole = matches!(column.meaning.word.as_str(), "sec" | "secs" | "seconds");
@@ -43,7 +43,7 @@ impl Finder<'_> {
         let chosen = match (candidates.as_slice(), stamps.as_slice()) {
             ([], _) => None,
             ([one], _) => Some(*one),
-            // The time of the measurement, not that at which it was recorded.
+            // Prefer the time of measurement to the time of recording.
             (_, [stamp]) => Some(**stamp),
             (many, _) => {
                 if !self.alike(many) {
@@ -73,7 +73,7 @@ impl Finder<'_> {
         }
     }
 
-    /// True if columns of time differ by less than half a step, from their first rows on.
+    /// True if time columns differ by less than half a step, relative to their first rows.
     fn alike(&self, candidates: &[(usize, Clock)]) -> bool {
         let all: Option<Vec<Vec<f64>>> = candidates.iter().map(|(place, clock)| self.seconds(*place, *clock)).collect();
         let Some(all) = all else { return false };

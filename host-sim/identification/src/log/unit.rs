@@ -1,4 +1,4 @@
-//! Units that a header can name.
+//! Units in headings.
 
 /// Kind of quantity that a unit measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,29 +11,29 @@ pub(super) enum Kind {
     Torque,
     Force,
     Current,
-    /// A unit that is known and cannot be converted, for example counts of an encoder.
+    /// A known unit that cannot be converted, for example encoder counts.
     Unusable,
 }
 
-/// A unit: `factor` times a number in it is the number in s, rad, m, rad/s, m/s, N m, N or A.
+/// A unit. A number in it times `factor` is the number in s, rad, m, rad/s, m/s, N m, N or A.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Unit {
     pub(super) kind: Kind,
     pub(super) factor: f64,
-    /// The unit as messages write it.
+    /// Spelling of the unit in messages.
     pub(super) name: &'static str,
 }
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const TURN: f64 = std::f64::consts::TAU;
-/// Standard gravity, m/s^2: kilogram-force.
+/// Standard gravity, m/s^2, for kilogram-force.
 const G: f64 = 9.80665;
 /// Pound-force in N, inch and foot in m.
 const POUND: f64 = 4.448_221_615_260_5;
 const INCH: f64 = 0.0254;
 const FOOT: f64 = 0.3048;
 
-/// Kind, factor, name, and spellings without case, blanks, points, asterisks, hyphens, circumflexes and underscores.
+/// Kind, factor, name, and spellings, in lower case without blanks, points, asterisks, hyphens, circumflexes and underscores.
 const UNITS: &[(Kind, f64, &str, &[&str])] = &[
     (Kind::Time, 1.0, "s", &["s", "sec", "secs", "second", "seconds"]),
     (Kind::Time, 1e-3, "ms", &["ms", "msec", "msecs", "millis", "millisecond", "milliseconds"]),
@@ -88,9 +88,9 @@ const UNITS: &[(Kind, f64, &str, &[&str])] = &[
 ];
 
 impl Unit {
-    /// The unit of this text, if it is one.
+    /// Parses a unit; `None` if the text is not one.
     pub(super) fn parse(text: &str) -> Option<Self> {
-        // "rad_s": a slash cannot be part of a variable's name.
+        // `rad_s` is accepted because a variable's name cannot contain a slash.
         let text = text.trim();
         let per_second = ["_s", "_sec"]
             .iter()
@@ -146,7 +146,7 @@ mod tests {
             let unit = Unit::parse(text).unwrap_or_else(|| panic!("{text}"));
             assert!(unit.kind == kind && (unit.factor / factor - 1.0).abs() < 1e-8, "{text}: {unit:?}");
         }
-        // A gon or a degree: nobody can say.
+        // `grad` is ambiguous: gon, or German for degree.
         for text in ["grad", "furlong", "", "q", "1", "joint"] {
             assert_eq!(Unit::parse(text), None, "{text}");
         }

@@ -1,10 +1,10 @@
-//! Words of columns' names, and the quantities that they name.
+//! Words in column names, and the quantities that they mean.
 
 /// Quantity of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Quantity {
     Time,
-    /// Whole seconds of a stamp, and nanoseconds beside them.
+    /// Whole seconds of a stamp, and its nanoseconds in a second column.
     StampSeconds,
     StampNanoseconds,
     Tick,
@@ -12,7 +12,7 @@ pub(super) enum Quantity {
     Velocity,
     Torque,
     Current,
-    /// Text: name of the joint whose readings have the same index.
+    /// Text: name of the joint for the readings with the same index.
     Name,
 }
 
@@ -40,13 +40,13 @@ pub(super) const COMMANDED: &[&str] = &[
     "request",
     "requested",
 ];
-/// Words that say nothing about the quantity.
+/// Words without information about the quantity.
 pub(super) const FILLERS: &[&str] = &[
     "joint", "joints", "jnt", "j", "axis", "axes", "state", "states", "data", "field", "msg", "value", "val", "link",
     "arm", "robot",
 ];
 pub(super) const MOTOR: &[&str] = &["motor", "motors", "drive", "drives", "actuator", "servo", "rotor"];
-/// Topics with these words hold something else.
+/// Words of topics that contain other quantities.
 pub(super) const OTHER: &[&str] =
     &["error", "errors", "wrench", "temperature", "voltage", "acceleration", "accelerations", "limit", "limits"];
 

@@ -7,15 +7,16 @@ use crate::consistent::Maker;
 use dynamics_core::regressor::PARAMETERS;
 use nalgebra::{DMatrix, DVector};
 
-/// Deviation of the maker's masses as a share, and of mass centres, m, where they judge the scale of torques.
+/// Uncertainty of the maker's masses (relative) and centres of mass (m) when they judge the scale of torques.
 const MAKER: (f64, f64) = (0.2, 0.05);
-/// The scale of torques is looked for between these.
+/// Range in which the scale is searched.
 const SCALES: (f64, f64) = (0.7, 1.4);
 
-/// Measured torque over true torque, and its deviation, from the maker's masses and from how far a torque constant is trusted.
+/// Estimates measured over true torque and its standard deviation, from the maker's masses. `deviation` is the relative standard deviation of the
+/// torque constant.
 ///
-/// With `s` the scale, gravity's base parameters are `g ~ N(s g_maker, C + s^2 S)`, `S` from masses known to 20 % and mass centres to
-/// 5 cm, and `s ~ N(1, deviation)`: the mean and the deviation of what is left of `s`.
+/// With `s` the scale, gravity's base parameters are `g ~ N(s g_maker, C + s^2 S)`, where `S` assumes masses known to 20 % and centres of mass to 5
+/// cm, and `s ~ N(1, deviation)`. Returns the posterior mean and standard deviation of `s`.
 #[must_use]
 pub fn torque_scale(arm: &dyn Arm, known: &Known, maker: &Maker, deviation: f64) -> (f64, f64) {
     let directions = gravity_directions(arm, &known.base);
@@ -62,7 +63,7 @@ pub fn torque_scale(arm: &dyn Arm, known: &Known, maker: &Maker, deviation: f64)
     (mean, (moment(2, mean) / moment(0, 0.0)).sqrt())
 }
 
-/// Directions among the base parameters that gravity's torques depend on.
+/// Directions among the base parameters on which gravity torques depend.
 fn gravity_directions(arm: &dyn Arm, base: &Base) -> DMatrix<f64> {
     let n = base.joints;
     let zero = vec![0.0; n];

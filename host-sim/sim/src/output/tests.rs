@@ -30,7 +30,7 @@ fn a_file_of_the_user_is_overwritten_by_force_only() {
     assert_eq!(fs::read_to_string(&path).unwrap(), "mine");
     write(true, &path, "new").unwrap();
     assert_eq!(fs::read_to_string(&path).unwrap(), "new");
-    // No marker in a folder that we did not make: the same file is refused again.
+    // A folder that the program did not create gets no marker, so the same file is rejected again.
     assert!(!path.with_file_name(MARKER).exists());
     assert!(write(false, &path, "newer").is_err());
 }
@@ -98,13 +98,13 @@ fn a_folder_of_the_user_is_not_mixed_into_and_one_of_ours_is_used_again() {
     run(true).unwrap();
     run(false).unwrap();
     assert_eq!(fs::read_to_string(folder.join("thesis.tex")).unwrap(), "years");
-    // A file of the user under a name that would be written.
+    // A file of the user with the name of an output.
     fs::write(folder.join("summary.json"), "drawn by hand").unwrap();
     assert!(said(run(false)).contains("summary.json: the file exists"));
     fs::remove_file(folder.join("summary.json")).unwrap();
     fs::write(folder.join("log.csv"), "noted by hand").unwrap();
     assert!(said(run(false)).contains("log.csv: the file was changed"));
-    // An empty folder is taken.
+    // An empty folder is accepted.
     let empty = folder.join("empty");
     fs::create_dir(&empty).unwrap();
     Output::new(false).folder(&empty, &names).unwrap();

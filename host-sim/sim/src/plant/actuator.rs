@@ -1,4 +1,4 @@
-//! Actuators: transport delay, saturation, first-order lag, torque ripple; each only if the scene asks for it.
+//! Actuators of ideal drives: transport delay, saturation, first-order lag and torque ripple. Each effect is computed only if the scene asks for it.
 
 use dynamics_core::JointKind;
 use robot_compiler::scene::Ripple;
@@ -37,9 +37,9 @@ pub fn rippled<const N: usize>(ripple: Ripple, kinds: &[JointKind; N], torque: &
 pub(super) struct Actuators<const N: usize> {
     settings: ActuatorSettings,
     torque_max: [f64; N],
-    /// Commands on their way, oldest first.
+    /// Commands that are still delayed, oldest first.
     pipe: VecDeque<[f64; N]>,
-    /// Torque curve since the last command, in the time of the last tick.
+    /// Torque curve since the last command, in the last tick's time.
     last: Drive<N>,
 }
 
@@ -60,13 +60,13 @@ impl<const N: usize> Actuators<N> {
         Self { settings, torque_max, pipe, last }
     }
 
-    /// Forget all earlier commands, because the drives were off.
+    /// Discards all earlier commands, because the drives were off.
     pub(super) fn released(&mut self) {
         *self = Self::new(self.settings, self.torque_max);
     }
 
-    /// Torque over the next tick, of length `period` (s), for a new command that acts from `since` (s into the tick)
-    /// on. Returns the curve before that instant and the curve after it.
+    /// Returns the torque curves of the next tick, of length `period` (s), before and after `since` (s into the tick), when the new command takes
+    /// effect.
     pub(super) fn drive(&mut self, command: &[f64; N], period: f64, since: f64) -> (Drive<N>, Drive<N>) {
         let mut goal = if self.settings.delay > 0 {
             #[cfg(test)]

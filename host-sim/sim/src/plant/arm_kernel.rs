@@ -1,8 +1,9 @@
-//! Arm kernel: the equations of motion, traced and made into machine code, for one arm or for several of one shape side by side.
+//! Arm kernel: the equations of motion, traced and compiled to machine code, for one arm or for several arms of the same shape, one a lane.
 //!
-//! The source that is traced is [`Mechanism::solution`] itself, behind [`Polynomial::by_arithmetic`]. Zero, one and minus one stay in the code as what they are, so what they
-//! make superfluous is left out. Every other number of the arm is an input, so arms that differ in masses, lengths, payload or gravity
-//! share the code. Each arm's accelerations are equal (`==`) to those of [`Mechanism::acceleration`]; only a zero may have the other sign.
+//! The traced source is [`Mechanism::solution`] itself, with sines by [`Polynomial::by_arithmetic`]. Zero, one and minus one are constants in the
+//! code, so operations that they make superfluous are left out. Every other number of the arm is an input. So arms that differ in masses, lengths,
+//! payload or gravity share the code. Each arm's accelerations are equal (`==`) to those of [`Mechanism::acceleration`]; only a zero may have the
+//! other sign.
 
 use super::dynamics::{HeldSolution, Mechanism, Solution};
 use super::flow::Dry;
@@ -14,39 +15,39 @@ use robot_compiler::kernel::tape::{Arena, Expr, input, trace};
 use robot_compiler::kernel::{Precision, Program, RuleSet};
 use std::collections::HashMap;
 
-/// Groups of inputs with one number a joint: position, velocity, torque, and one or zero for a joint that is free or held.
+/// Groups of inputs with one number per joint: position, velocity, torque, and one for a free joint or zero for a held one.
 const GROUPS: usize = 4;
 const POSITION: usize = 0;
 const VELOCITY: usize = 1;
 const TORQUE: usize = 2;
 const FREE: usize = 3;
 
-/// Numbers of a wrench at the tip, which follow.
+/// Number of components of the wrench at the tip. These inputs follow the groups.
 const WRENCH: usize = 6;
 
-/// A number of an arm, as the code sees it.
+/// A number of an arm, as it appears in the code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Number {
     Zero,
     One,
     MinusOne,
-    /// The input with this place among the arm's own.
+    /// Input with this index among the arm's own numbers.
     Given(usize),
 }
 
-/// Properties in common of arms that share the code.
+/// Properties that arms must share to use the same code.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Shape {
-    /// True if revolute, and number of bodies moved, for each joint.
+    /// For each joint: true if revolute, and the number of bodies that it moves.
     joints: Vec<(bool, usize)>,
     numbers: Vec<Number>,
     wrench: bool,
-    /// Friction can hold a joint.
+    /// True if friction can hold a joint.
     dry: bool,
     rotor_coupling: bool,
 }
 
-/// The shape of an arm, and the numbers that the code is given.
+/// Splits an arm into its shape and the numbers that are inputs of the code.
 pub(super) fn take_apart<const N: usize>(mechanism: &Mechanism<N>, wrench: bool, dry: bool) -> (Shape, Vec<f64>) {
     let (mut numbers, mut given) = (Vec::new(), Vec::new());
     let mut known: HashMap<u64, usize> = HashMap::new();
@@ -57,7 +58,7 @@ pub(super) fn take_apart<const N: usize>(mechanism: &Mechanism<N>, wrench: bool,
                 0.0 => Number::Zero,
                 1.0 => Number::One,
                 -1.0 => Number::MinusOne,
-                // What is equal in every arm of this shape is computed once.
+                // A number that occurs several times in an arm is one input.
                 _ => Number::Given(*known.entry(x.to_bits()).or_insert_with(|| {
                     given.push(x);
                     given.len() - 1
@@ -71,21 +72,21 @@ pub(super) fn take_apart<const N: usize>(mechanism: &Mechanism<N>, wrench: bool,
     (Shape { joints, numbers, wrench, dry, rotor_coupling }, given)
 }
 
-/// The equations of motion of arms of one shape, with the states of as many arms as a kernel has lanes.
+/// The compiled equations of motion of arms of one shape, and the inputs of as many arms as a kernel has lanes.
 #[derive(Clone, Debug)]
 pub(super) struct ArmKernel<const N: usize> {
     kernel: Kernel,
     shape: Shape,
 }
 
-/// One for every lane of which something is true, zero for the others: as wide as the numbers that it is found from.
+/// A flag per lane: one if true, zero otherwise. As wide as the numbers from which it is computed.
 pub(super) type Flags = [u64; LANES];
 
-/// One number of every joint, for all lanes.
+/// One number per joint and lane.
 pub(super) type JointLanes<const N: usize> = [[f64; LANES]; N];
 
 impl<const N: usize> ArmKernel<N> {
-    /// The kernel of arms of this shape; `None` where this processor has none.
+    /// Compiles a kernel for arms of this shape; `None` if this processor is not supported.
     ///
     /// Cost: some 10 ms for six joints.
     pub(super) fn new(mechanism: &Mechanism<N>, wrench: bool, dry: bool) -> Option<Self> {
@@ -94,9 +95,9 @@ impl<const N: usize> ArmKernel<N> {
         Some(Self { kernel, shape })
     }
 
-    /// The kernel of this arm alone, in lane 0; `None` where this processor has none.
+    /// Compiles a kernel for this arm alone, in lane 0; `None` if this processor is not supported.
     ///
-    /// Cost: as that of several arms.
+    /// Cost: as [`ArmKernel::new`].
     pub(super) fn of_one(mechanism: &Mechanism<N>, dry: bool) -> Option<Self> {
         let wrench = mechanism.tip_wrench().is_some();
         let (shape, given) = take_apart(mechanism, wrench, dry);
@@ -106,13 +107,13 @@ impl<const N: usize> ArmKernel<N> {
         Some(kernel)
     }
 
-    /// Let an arm alone feel this wrench at its tip; false if its code knows of none.
+    /// Sets the wrench at the tip of a single arm. Returns false if the code has no input for a wrench.
     pub(super) fn feels(&mut self, wrench: Option<Wrench<f64>>) -> bool {
         self.push(0, wrench);
         wrench.is_none() || self.shape.wrench
     }
 
-    /// Place an arm of this shape in a lane; false if it has another shape.
+    /// Puts an arm into a lane. Returns false if the arm has another shape.
     pub(super) fn place(&mut self, lane: usize, mechanism: &Mechanism<N>, dry: bool) -> bool {
         let (shape, given) = take_apart(mechanism, self.shape.wrench, dry);
         if shape != self.shape {
@@ -124,7 +125,7 @@ impl<const N: usize> ArmKernel<N> {
         true
     }
 
-    /// Set the wrench at the tip of a lane's arm.
+    /// Sets the wrench at the tip of a lane's arm.
     pub(super) fn push(&mut self, lane: usize, wrench: Option<Wrench<f64>>) {
         if !self.shape.wrench {
             return;
@@ -136,13 +137,13 @@ impl<const N: usize> ArmKernel<N> {
         }
     }
 
-    /// Instructions that the kernel is made of.
+    /// Processor instruction set that the kernel uses.
     pub(super) const fn instructions(&self) -> Instructions {
         self.kernel.instructions()
     }
 
-    /// Write the accelerations of all lanes' arms to `qdd`, and what loads their held joints to `dry`. Returns the lanes whose inertia
-    /// matrix is positive definite.
+    /// Writes the accelerations of all lanes' arms to `qdd`, and the loads of held joints to `dry`. Returns the lanes whose inertia matrix is
+    /// positive definite.
     #[inline(always)]
     pub(super) fn solve(
         &mut self,
@@ -173,7 +174,7 @@ impl<const N: usize> ArmKernel<N> {
         definite
     }
 
-    /// Accelerations of an arm alone; `None` if its inertia matrix is not positive definite. What loads the held joints is written to `dry`.
+    /// Computes the accelerations of a single arm; `None` if its inertia matrix is not positive definite. Writes the loads of held joints to `dry`.
     pub(super) fn solve_one(
         &mut self,
         q: &[f64; N],
@@ -202,7 +203,7 @@ impl<const N: usize> ArmKernel<N> {
     }
 }
 
-/// The equations of motion on a tape: accelerations, then pivots, then the loads of held joints.
+/// Traces the equations of motion: accelerations, then pivots, then the loads of held joints.
 fn program<const N: usize>(mechanism: &Mechanism<N>, shape: &Shape) -> Program {
     let (outputs, arena) = trace(Arena::new(RuleSet::ALL, Precision::Double), || {
         let joints = |group: usize| -> [Expr; N] { core::array::from_fn(|i| input((group * N + i) as u32)) };

@@ -1,4 +1,4 @@
-//! Arms side by side: each passes its own stretch of time, all in the lanes of one [kernel](super::arm_kernel).
+//! Several arms in the lanes of one [kernel](super::arm_kernel). Each arm integrates its own interval of time.
 
 use super::actuator::{Drive, rippled};
 use super::arm_kernel::{ArmKernel, Flags, JointLanes, Shape, take_apart};
@@ -16,8 +16,8 @@ use machine_code::{Instructions, Work};
 use robot_compiler::scene::Ripple;
 
 impl<const N: usize> Plant<N> {
-    /// Shape that arms must share to pass their time beside this one; `None` for an arm that passes it alone: one with springs
-    /// in its joints, or with a ledger.
+    /// Shape that arms must share to be integrated together with this one. `None` for an arm that must be integrated alone, because it has springs in
+    /// its joints or an energy ledger.
     pub(crate) fn shape(&self) -> Option<Shape> {
         let alone = self.motors.is_some() || self.ledger.is_some();
         (!alone).then(|| take_apart(&self.body.mechanism, self.may_touch(), self.body.is_dry()).0)
@@ -29,7 +29,7 @@ impl<const N: usize> Plant<N> {
     }
 }
 
-/// Arms of one shape, one a lane.
+/// Arms of one shape, one per lane.
 #[derive(Clone, Debug)]
 pub(crate) struct ArmLanes<const N: usize> {
     kernel: RefCell<ArmKernel<N>>,
@@ -37,15 +37,15 @@ pub(crate) struct ArmLanes<const N: usize> {
     friction: Frictions<N>,
     ripple: [Option<Ripple>; LANES],
     kinds: [JointKind; N],
-    /// Torque curve of each lane, and the torques where none of the curves bends.
+    /// Torque curve of each lane, and the torques if all curves are constant.
     drives: [Drive<N>; LANES],
     constant: Option<JointLanes<N>>,
-    /// Solutions of the equations of motion by each lane, while it passes a stretch.
+    /// Number of solutions of the equations of motion by each lane, in the present interval.
     solved: Cell<[u64; LANES]>,
 }
 
 impl<const N: usize> ArmLanes<N> {
-    /// Lanes for arms of this plant's shape; `None` where this processor has no kernel.
+    /// Lanes for arms of this plant's shape; `None` if this processor has no kernel.
     pub(crate) fn new(plant: &Plant<N>) -> Option<Self> {
         let kernel = ArmKernel::new(&plant.body.mechanism, plant.may_touch(), plant.body.is_dry())?;
         Some(Self {
@@ -60,7 +60,7 @@ impl<const N: usize> ArmLanes<N> {
         })
     }
 
-    /// Place an arm of this shape in a lane; false if it has another shape.
+    /// Puts an arm into a lane. Returns false if the arm has another shape.
     pub(crate) fn place(&mut self, lane: usize, plant: &Plant<N>) -> bool {
         let LoadedArm { mechanism, friction, ripple, .. } = &plant.body;
         self.friction.place(lane, friction.as_ref());
@@ -68,12 +68,12 @@ impl<const N: usize> ArmLanes<N> {
         self.kernel.get_mut().place(lane, mechanism, plant.body.is_dry())
     }
 
-    /// Set the wrench at the tip of a lane's arm.
+    /// Sets the wrench at the tip of a lane's arm.
     pub(crate) fn push(&mut self, lane: usize, wrench: Option<Wrench<f64>>) {
         self.kernel.get_mut().push(lane, wrench);
     }
 
-    /// Let the arms that have a passage pass it. Returns for every lane why it could not be continued, and the number of solutions of the
+    /// Integrates the arms that have a request. Returns for every lane the error that stopped it, if any, and the number of solutions of the
     /// equations of motion.
     pub(crate) fn pass(
         &mut self,
@@ -118,7 +118,7 @@ impl<const N: usize> Flow<States<N, LANES>, N, LANES> for ArmLanes<N> {
     }
 }
 
-/// Arms that pass their stretches.
+/// Integration of the arms over their intervals.
 struct Pass<'a, const N: usize> {
     arms: &'a mut ArmLanes<N>,
     passages: &'a mut [Option<IntegrationRequest<N>>; LANES],
@@ -154,7 +154,7 @@ impl<const N: usize> Work for Pass<'_, N> {
     }
 }
 
-/// Arms' accelerations under their drives.
+/// Accelerations of the arms under their drives' torques.
 struct Slope<'a, const N: usize> {
     arms: &'a ArmLanes<N>,
     point: &'a States<N, LANES>,
@@ -191,7 +191,7 @@ impl<const N: usize> Work for Slope<'_, N> {
     }
 }
 
-/// Fail the lanes that are not fine; nearly always all are, and then no lane is looked at.
+/// Marks the lanes that are not fine as failed. Nearly always all are fine, and then no lane is examined.
 #[inline(always)]
 fn fail_others(fine: Flags, why: Diverged, lanes: &mut Lanes<LANES>) {
     if fine == [1; LANES] {
@@ -202,7 +202,7 @@ fn fail_others(fine: Flags, why: Diverged, lanes: &mut Lanes<LANES>) {
     }
 }
 
-/// Lanes whose state is finite and whose positions have sines: [`super::within`] of each.
+/// Lanes with a finite state and positions within the range of the sine: [`super::within`] for each lane.
 #[inline(always)]
 fn within<const N: usize>(point: &States<N, LANES>) -> Flags {
     let mut fine = [1_u64; LANES];
@@ -220,14 +220,14 @@ fn within<const N: usize>(point: &States<N, LANES>) -> Flags {
 struct Frictions<const N: usize> {
     viscous: JointLanes<N>,
     coulomb: JointLanes<N>,
-    /// One for a joint with dry friction, zero for others.
+    /// One for a joint with dry friction, zero for the others.
     rough: JointLanes<N>,
     is_dry: bool,
-    /// As each lane's arm has it; `None` without friction.
+    /// Friction of each lane's arm; `None` without friction.
     whole: [Option<[JointFriction; N]>; LANES],
     /// Torque that does not depend on the motion.
     constant: JointLanes<N>,
-    /// JointLanes of which some arm's level depends on torque or velocity.
+    /// True for a joint if the friction level depends on torque or velocity in some lane.
     special: [bool; N],
 }
 
@@ -252,7 +252,7 @@ impl<const N: usize> Frictions<N> {
         self.is_dry = self.rough.as_flattened().contains(&1.0);
     }
 
-    /// Take viscous friction at these velocities, and that of the joints that slide, off the torques of the drives.
+    /// Subtracts friction from the torques of the drives: viscous friction at these velocities, and the dry friction of sliding joints.
     #[inline(always)]
     fn oppose(&self, qd: &JointLanes<N>, dry: &mut Dry<N, LANES>, torque: &mut JointLanes<N>) {
         for joint in 0..N {

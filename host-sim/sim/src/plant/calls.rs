@@ -43,11 +43,11 @@ impl Effect {
 }
 
 thread_local! {
-    /// Counters of this thread alone: tests run side by side.
+    /// Counters per thread, because tests run in parallel.
     static CALLS: [Cell<u64>; Effect::ALL.len()] = const { [const { Cell::new(0) }; Effect::ALL.len()] };
 }
 
-/// Count a call.
+/// Counts a call.
 pub(crate) fn count(effect: Effect) {
     CALLS.with(|calls| calls[effect as usize].set(calls[effect as usize].get() + 1));
 }

@@ -1,11 +1,11 @@
-//! Interpolant of a step, from which the instant of an event and the state there are taken.
+//! Interpolant of a step. It gives the instant of an event, and the state at that instant.
 //!
 //! ```text
 //! x(s) = r0 + s (r1 + (1 - s) (r2 + s (r3 + (1 - s) r4)))        0 <= s <= 1, a part of the step
 //! ```
 //!
-//! Up to `r3` this is Hermite's cubic through both ends, with an error of fourth order in the step; `r4` adds one order to it. (E. Hairer,
-//! S. Norsett, G. Wanner, Solving ordinary differential equations I, 1993, section II.6.)
+//! Up to `r3` this is the cubic Hermite interpolant through both ends, with an error of fourth order in the step; `r4` raises the order by one. (E.
+//! Hairer, S. Norsett, G. Wanner, Solving ordinary differential equations I, 1993, section II.6.)
 
 use super::state::Point;
 
@@ -16,7 +16,7 @@ pub(super) struct Curve<'a, Y, const L: usize> {
     pub(super) end: &'a Y,
     /// Slope at the start.
     pub(super) first: &'a Y,
-    /// Slope at the end; `None` for semi-implicit Euler, of which a part of a step is a shorter step.
+    /// Slope at the end; `None` for semi-implicit Euler, where a part of a step is computed as a shorter step.
     pub(super) last: Option<&'a Y>,
     /// The last coefficient, if the method has one.
     pub(super) fourth: Option<&'a Y>,
@@ -24,7 +24,7 @@ pub(super) struct Curve<'a, Y, const L: usize> {
 }
 
 impl<Y, const L: usize> Curve<'_, Y, L> {
-    /// Points at these parts of the step.
+    /// Points at these fractions of the step, one per lane.
     pub(super) fn at<const N: usize>(&self, part: &[f64; L]) -> Y
     where
         Y: Point<N, L>,
@@ -47,7 +47,7 @@ impl<Y, const L: usize> Curve<'_, Y, L> {
         }
     }
 
-    /// Coefficients of the velocity of a joint that friction acts on.
+    /// Coefficients of the velocity of a joint, on the side on which friction acts.
     pub(super) fn velocity<const N: usize>(&self, joint: usize, lane: usize) -> [f64; 5]
     where
         Y: Point<N, L>,
@@ -64,14 +64,14 @@ impl<Y, const L: usize> Curve<'_, Y, L> {
     }
 }
 
-/// Coefficients of a component from its ends and from its slopes times the step.
+/// Coefficients of a component, from its values at both ends and from its slopes times the step.
 fn coefficients(ends: [f64; 2], slopes: [f64; 2], fourth: f64) -> [f64; 5] {
     let across = ends[1] - ends[0];
     let second = slopes[0] - across;
     [ends[0], across, second, across - slopes[1] - second, fourth]
 }
 
-/// Value of an interpolant at a part of its step.
+/// Value of an interpolant at a fraction of its step.
 pub(super) fn interpolated([r0, r1, r2, r3, r4]: &[f64; 5], part: f64) -> f64 {
     let left = 1.0 - part;
     r0 + part * (r1 + left * (r2 + part * (r3 + left * r4)))

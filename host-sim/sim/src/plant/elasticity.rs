@@ -1,4 +1,4 @@
-//! Elastic joints: a motor side and a link side, joined by a spring, a damper and, if asked for, play.
+//! Elastic joints: a motor side and a link side, connected by a spring, a damper and, optionally, backlash.
 //!
 //! With `theta` the motor's position on the joint side of its gear, `q` the link's position, `J` the rotor's reflected
 //! inertia, `D` the arm's inertia without rotors, and `x = theta - q` the twist:
@@ -6,13 +6,12 @@
 //! ```text
 //! J theta'' = tau - friction(theta') - s          the motor side: drive, friction, brake
 //! D(q) q'' + h + G = s + J^T w                    the link side
-//! s = k x + d x'                                  without play
-//! s = k b + d x', never against b; b = x less its part within -w/2 .. w/2          with play w
+//! s = k x + d x'                                  without backlash
+//! s = k b + d x', never against b; b = x less its part within -w/2 .. w/2          with backlash w
 //! ```
 //!
-//! A flank in play pushes and does not pull, hence "never against". As in a rigid joint, a rotor turns about its own
-//! joint only. (M. W. Spong, Modeling and control of elastic joint robots, 1987; M. Nordin, P.-O. Gutman, Controlling
-//! mechanical systems with backlash, 2002.)
+//! A gear flank pushes but does not pull, hence "never against". As in a rigid joint, a rotor turns only about its own joint. (M. W. Spong, Modeling
+//! and control of elastic joint robots, 1987; M. Nordin, P.-O. Gutman, Controlling mechanical systems with backlash, 2002.)
 
 use super::dynamics::{Arm, Mechanism};
 use super::state::{Point, State, States};
@@ -21,14 +20,14 @@ use dynamics_core::trig::Polynomial;
 use nalgebra::DMatrix;
 use robot_compiler::scene::Side;
 
-/// Springs, dampers and play between the two sides of every joint.
+/// Springs, dampers and backlash between the two sides of every joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Elasticity<const N: usize> {
     /// `k`, N m/rad or N/m, above zero.
     pub stiffness: [f64; N],
     /// `d`, N m s/rad or N s/m.
     pub damping: [f64; N],
-    /// Play `w`, from flank to flank, rad or m; `None`: the flanks always touch.
+    /// Backlash `w`, from flank to flank, rad or m; `None`: the flanks always touch.
     pub backlash: Option<[f64; N]>,
 }
 
@@ -39,7 +38,7 @@ pub(super) struct Motors<const N: usize> {
     /// Reflected rotor inertia, kg m^2 or kg.
     pub(super) inertia: [f64; N],
     pub(super) state: State<N>,
-    /// The side that the sensors measure.
+    /// The side of the joints that the sensors measure.
     pub(super) side: Side,
 }
 
@@ -112,7 +111,7 @@ impl<const N: usize> Elasticity<N> {
         (0..N).map(|i| 0.5 * self.stiffness[i] * stretch(i) * stretch(i)).sum()
     }
 
-    /// Twist under which the springs carry these torques, rad or m; the middle of the play for a zero torque.
+    /// Twist at which the springs carry these torques, rad or m; for zero torque, the middle of the backlash.
     fn twist(&self, torques: &[f64; N]) -> [f64; N] {
         core::array::from_fn(|i| {
             let side = if torques[i] == 0.0 { 0.0 } else { torques[i].signum() };
@@ -120,8 +119,8 @@ impl<const N: usize> Elasticity<N> {
         })
     }
 
-    /// Natural frequencies of the undriven, undamped arm about `q`, rad/s, in falling order: `2 N`. `N` of them are
-    /// zero, because the joints turn freely. `None` if the arm without its rotors has a joint that moves no mass.
+    /// Natural frequencies of the undriven, undamped arm about `q`, rad/s, in descending order: `2 N`. `N` of them are zero, because the joints turn
+    /// freely. `None` if a joint of the arm without rotors moves no mass.
     #[must_use]
     pub fn natural_frequencies(&self, arm: &Arm<N>, q: &[f64; N]) -> Option<Vec<f64>> {
         let mut found: Vec<f64> = spectrum(&self.stiffness, arm, q)?.iter().map(|x| libm::sqrt(x.max(0.0))).collect();
@@ -129,7 +128,7 @@ impl<const N: usize> Elasticity<N> {
         Some(found)
     }
 
-    /// Greatest rate at `q`, 1/s, of an oscillation or of the dampers' decay.
+    /// Highest rate at `q`, 1/s, of an oscillation or of a decay by the dampers.
     #[must_use]
     pub fn fastest(&self, arm: &Arm<N>, q: &[f64; N]) -> Option<f64> {
         let decay = spectrum(&self.damping, arm, q)?.into_iter().fold(0.0, f64::max);
@@ -137,7 +136,7 @@ impl<const N: usize> Elasticity<N> {
     }
 }
 
-/// Part of a twist beyond the play.
+/// Part of a twist beyond the backlash.
 fn beyond(backlash: f64, twist: f64) -> f64 {
     #[cfg(test)]
     super::calls::count(super::calls::Effect::Backlash);
@@ -145,7 +144,7 @@ fn beyond(backlash: f64, twist: f64) -> f64 {
     twist - twist.clamp(-half, half)
 }
 
-/// Eigenvalues of `M^-1 [[c, -c], [-c, c]]`, `M` the inertia of links and rotors, `c` on the diagonal.
+/// Eigenvalues of `M^-1 [[c, -c], [-c, c]]`, where `M` is the inertia of links and rotors and `c` is diagonal.
 fn spectrum<const N: usize>(c: &[f64; N], arm: &Arm<N>, q: &[f64; N]) -> Option<Vec<f64>> {
     let mut bare = arm.mechanism();
     let rotors = bare.take_rotors();
@@ -165,8 +164,7 @@ fn spectrum<const N: usize>(c: &[f64; N], arm: &Arm<N>, q: &[f64; N]) -> Option<
 }
 
 impl<const N: usize> Motors<N> {
-    /// The rotors, taken out of the arm, at rest. The springs hold the arm at `link` against gravity and the wrench at
-    /// the tip.
+    /// Motor sides at rest. The rotors are removed from the arm. The springs hold the arm at `link` against gravity and the wrench at the tip.
     pub(super) fn new(springs: Elasticity<N>, mechanism: &mut Mechanism<N>, link: &State<N>, side: Side) -> Self {
         let inertia = mechanism.take_rotors();
         let terms = mechanism.terms(&Polynomial.sin_cos_all(&link.q), &link.q, &link.qd);

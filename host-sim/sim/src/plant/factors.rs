@@ -1,7 +1,7 @@
-//! Solution of the equations of motion by Cholesky factors without square roots, with all joints free or some of them held.
+//! Solution of the equations of motion by a square-root-free Cholesky factorisation, with all joints free or some of them held.
 //!
-//! The source is generic in its scalar and has no data-dependent branch, so that it can be traced: a held joint is one whose pivot has no
-//! inverse. Its column then takes part in no elimination, and its acceleration is zero.
+//! The source is generic in its scalar and has no data-dependent branch, so it can be traced. A held joint is one whose inverse pivot is set to zero.
+//! Its column then takes part in no elimination, and its acceleration is zero.
 
 use dynamics_core::Field;
 use nalgebra::SMatrix;
@@ -15,14 +15,15 @@ pub struct Solution<S, const N: usize> {
     pub pivot: [S; N],
 }
 
-/// As [`Solution`], of an arm of which some joints are held.
+/// As [`Solution`], for an arm with held joints.
 #[derive(Clone, Copy, Debug)]
 pub struct HeldSolution<S, const N: usize> {
     /// Joint acceleration, rad/s^2 or m/s^2; zero for a held joint.
     pub qdd: [S; N],
     /// Inertia that the joint feels while the free joints before it are free, kg m^2 or kg.
     pub pivot: [S; N],
-    /// Of a held joint: the torque that drives it and that its holder must bear, N m or N. Of a free joint: what accelerates its pivot.
+    /// For a held joint: the torque that its holder must bear, N m or N. For a free joint: the right-hand side after elimination, which accelerates
+    /// its pivot.
     pub load: [S; N],
 }
 
@@ -38,7 +39,7 @@ struct Factors<S, const N: usize> {
 }
 
 impl<S: Field, const N: usize> Factors<S, N> {
-    /// Factors of `a`, whose lower triangle is read, with `b` eliminated. `free` is one for a joint that takes part, or zero.
+    /// Factorises `a`, of which only the lower triangle is read, and eliminates `b`. `free` is one for a joint that takes part, zero for a held one.
     fn new(a: &SMatrix<S, N, N>, b: &[S; N], free: &[S; N]) -> Self {
         let (mut ratio, mut whole) = (*a, *a);
         let mut inverse = [S::zero(); N];
@@ -83,7 +84,7 @@ pub(super) fn solve<S: Field, const N: usize>(a: &SMatrix<S, N, N>, b: &[S; N]) 
     Solution { qdd: x, pivot: factors.pivots() }
 }
 
-/// Solution of the rows of `A x = b` for which `free` is one, with `x` zero in the others, and what is left in those: `b - A x`.
+/// Solves the rows of `A x = b` for which `free` is one, with `x` zero in the others. For those, also returns the residual `b - A x`.
 pub(super) fn solve_held<S: Field, const N: usize>(
     a: &SMatrix<S, N, N>,
     b: &[S; N],

@@ -3,21 +3,20 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// Uniformly distributed random time between zero and a bound, new in every tick: its mean is half the bound, its
-/// standard deviation the bound over `sqrt(12)`.
+/// Uniformly distributed random time between zero and a bound, drawn anew in every tick. Its mean is half the bound, and its standard deviation is
+/// the bound over `sqrt(12)`.
 #[derive(Clone, Debug)]
 pub struct Jitter {
     most: f64,
     generator: ChaCha8Rng,
 }
 
-/// Instant that a jitter moves. Each has its own stream of random numbers, so it changes neither the other nor the
-/// sensors' noise.
+/// Instant that a jitter moves. Each has its own stream of random numbers, so neither affects the other or the sensors' noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Moved {
-    /// The instant of the measurement, to before the tick.
+    /// The instant of the measurement, moved to before the tick.
     Sampling = 1,
-    /// The instant at which the torque takes effect, to after the tick.
+    /// The instant at which the torque takes effect, moved to after the tick.
     Acting = 2,
 }
 

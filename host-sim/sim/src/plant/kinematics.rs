@@ -3,7 +3,7 @@
 use dynamics_core::{Body, Dh, Frame, JointKind, JointSpec, Scalar, SinCos, Tool};
 use nalgebra::{Matrix3, Matrix4, Vector3};
 
-/// Rotation and origin (m) of a frame, seen from another.
+/// Rotation and origin (m) of a frame, relative to another frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place<S> {
     pub(super) rotation: Matrix3<S>,
@@ -37,7 +37,7 @@ pub(super) struct Chain<S, const N: usize> {
 }
 
 impl<const N: usize> Chain<f64, N> {
-    /// Multiply out `base_from_link_i = base_from_link_{i-1} A_i(q_i)`, with `A_i` by the joint's own convention.
+    /// Multiplies out `base_from_link_i = base_from_link_{i-1} A_i(q_i)`, with `A_i` by the convention that the joint uses.
     pub(super) fn new(joints: &[JointSpec; N], tool: &Tool, payload: Option<&Body>) -> Self {
         // Transform from the frame that moves with a joint to the link frame, in which the link's data and the next
         // joint are given.
@@ -59,7 +59,7 @@ impl<const N: usize> Chain<f64, N> {
         Self { joints: chain, tip: place(&tip) }
     }
 
-    /// Every number of the chain through `f`, always in the same order.
+    /// The same chain with every number mapped by `f`, always in the same order.
     pub(super) fn map<S: Scalar>(&self, mut f: impl FnMut(f64) -> S) -> Chain<S, N> {
         let joints = self.joints.each_ref().map(|Joint { kind, place, bodies, rotor }| Joint {
             kind: *kind,
@@ -137,12 +137,12 @@ impl Solid<f64> {
 }
 
 impl<S: Scalar> Place<S> {
-    /// `next`, given in this frame, in the parent of this frame.
+    /// Transforms `next`, given in this frame, to the parent of this frame.
     pub(super) fn then(&self, next: &Self) -> Self {
         Self { rotation: self.rotation * next.rotation, origin: self.at(&next.origin) }
     }
 
-    /// A point of this frame in the parent of this frame.
+    /// Transforms a point of this frame to the parent of this frame.
     pub(super) fn at(&self, point: &Vector3<S>) -> Vector3<S> {
         self.rotation * point + self.origin
     }
@@ -190,7 +190,7 @@ fn homogeneous(rotation: &Matrix3<f64>, translation: &Vector3<f64>) -> Matrix4<f
     m
 }
 
-/// Rotation and origin of a homogeneous matrix; drops rounding errors in the zeros and ones of right angles.
+/// Rotation and origin of a homogeneous matrix. Rounds entries within 1e-15 of an integer, such as the zeros and ones of right angles.
 fn place(m: &Matrix4<f64>) -> Place<f64> {
     let whole = |x: f64| if (x - x.round()).abs() < 1e-15 { x.round() } else { x };
     Place { rotation: m.fixed_view::<3, 3>(0, 0).map(whole), origin: m.fixed_view::<3, 1>(0, 3).into_owned() }

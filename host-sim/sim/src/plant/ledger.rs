@@ -26,7 +26,7 @@ impl<const N: usize> Ledger<N> {
         Self { actuators: none, friction: none, contact: none, start, end: start }
     }
 
-    /// Add a step of `h` (s) between two states under their torques.
+    /// Adds a step of `h` (s) between two states under their torques.
     pub(super) fn step(
         &mut self,
         h: f64,

@@ -1,4 +1,4 @@
-//! An arm and what acts on it: accelerations under its actuators' torques, as the integrators ask for them.
+//! The simulated arm with friction, ripple and the wrench at the tip: accelerations under its actuators' torques, for the integrators.
 
 use super::actuator::{Drive, rippled};
 use super::arm_kernel::ArmKernel;
@@ -12,8 +12,8 @@ use dynamics_core::trig::Polynomial;
 use dynamics_core::{JointKind, Wrench};
 use robot_compiler::scene::Ripple;
 
-/// Solutions of the equations of motion after which an arm gets a kernel. Making one takes some milliseconds, about as long as so many
-/// solutions of a six-joint arm without it, so a run that ends just then has not lost much.
+/// Number of solutions of the equations of motion after which an arm gets a kernel. Compiling a kernel takes some milliseconds, about as long as this
+/// many solutions of a six-joint arm without it. So a run that ends right after the compilation has not lost much.
 const WORTH_A_KERNEL: u64 = 10_000;
 
 /// The arm's bodies, with gravity, wrench at the tip, friction and ripple, but without the torque.
@@ -27,13 +27,13 @@ pub(crate) struct LoadedArm<const N: usize> {
     pub(super) kinds: [JointKind; N],
     /// Number of solutions of the equations of motion.
     solved: Cell<u64>,
-    /// The equations of motion in machine code, once they are worth it; `None` in it where this processor has no kernel. From then on only
-    /// the wrench at the tip changes.
+    /// The equations of motion in machine code, once they are compiled; `None` inside if this processor has no kernel. After compilation, only the
+    /// wrench at the tip may change.
     kernel: OnceCell<Option<RefCell<ArmKernel<N>>>>,
 }
 
 impl<const N: usize> LoadedArm<N> {
-    /// These bodies, joints of these kinds, and what acts in them.
+    /// An arm of these bodies and kinds of joints, with friction and ripple.
     pub(super) fn new(
         mechanism: Mechanism<N>,
         friction: Option<[JointFriction; N]>,
@@ -50,12 +50,12 @@ impl<const N: usize> LoadedArm<N> {
         self.rough.is_some()
     }
 
-    /// Torques of the actuators after ripple, on the joints or their motors, at this state.
+    /// Torques of the actuators after ripple at this state, on the joints or their motors, N m or N.
     pub(super) fn acting(&self, torque: &[f64; N], state: &State<N>) -> [f64; N] {
         self.ripple.map_or(*torque, |ripple| rippled(ripple, &self.kinds, torque, &state.q))
     }
 
-    /// Torques of the actuators after ripple, less viscous friction and that of the joints that slide.
+    /// Torques of the actuators after ripple, minus viscous friction and the dry friction of sliding joints, N m or N.
     fn driving(&self, torque: &[f64; N], state: &State<N>, dry: &mut Dry<N, 1>) -> [f64; N] {
         let mut torque = self.acting(torque, state);
         if let Some(friction) = &self.friction {
@@ -78,12 +78,12 @@ impl<const N: usize> LoadedArm<N> {
         self.solved.get()
     }
 
-    /// Add to the number of solutions of the equations of motion.
+    /// Adds to the number of solutions of the equations of motion.
     pub(crate) fn count(&self, solutions: u64) {
         self.solved.set(self.solved.get() + solutions);
     }
 
-    /// `(qd, qdd)` under these torques. With `dry`, its joints may be held, and what loads them is written to it.
+    /// `(qd, qdd)` under these torques. With `dry`, joints may be held, and their loads are written to it.
     fn moved(&self, state: &State<N>, torque: &[f64; N], dry: Option<&mut Dry<N, 1>>) -> Result<State<N>, Diverged> {
         if !within(state) {
             return Err(Diverged::NotFinite);
@@ -113,7 +113,7 @@ impl<const N: usize> LoadedArm<N> {
     }
 }
 
-/// True if a state is finite, and its positions have sines.
+/// True if a state is finite and its positions are within the range of the sine.
 fn within<const N: usize>(state: &State<N>) -> bool {
     state.q.iter().all(|q| q.abs() <= Polynomial::LIMIT_F64) && state.qd.iter().all(|x| x.is_finite())
 }
@@ -183,7 +183,7 @@ impl<const N: usize> Flow<BothSides<N>, N, 1> for Elastic<'_, N> {
         let carried = self.motors.springs.torques(&motor, &link);
         match self.body.moved(&link, &carried, None) {
             Ok(link) => {
-                // Rotors are coupled by the links alone: each is held, or moves, by itself.
+                // Rotors are coupled only through the links, so each is held or moves independently.
                 dry.load = core::array::from_fn(|i| [driving[i] - carried[i]]);
                 let qdd = core::array::from_fn(|i| dry.free[i][0] * dry.load[i][0] / self.motors.inertia[i]);
                 let motor = State { q: motor.qd, qd: qdd };
@@ -219,7 +219,7 @@ mod tests {
         }
     }
 
-    /// A body that computes, and the same one that has computed often enough for a kernel.
+    /// A body without a kernel, and the same body after so many solutions that it gets one.
     fn bodies(arm: &Arm<6>) -> [LoadedArm<6>; 2] {
         let body = LoadedArm::new(arm.mechanism(), None, None, [JointKind::Revolute; 6]);
         let often = body.clone();

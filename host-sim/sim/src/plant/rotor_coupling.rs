@@ -1,15 +1,15 @@
-//! Coupling of the rotors' spin with the links that carry them (eq. 12.404, completed), as a term of the plant.
+//! Coupling between the spin of the rotors and the links that carry them (eq. 12.404, completed), as a term of the plant.
 //!
-//! The rotor of joint `m` rides on the link before and spins about the joint's axis `k`, `g` times as fast as the joint turns.
-//! With `I` its inertia about `k`, `w` and `a` the angular velocity of that link and its acceleration at `qdd = 0`, Lagrange's
-//! equation of the energy `g I qd_m (k . w)` adds
+//! The rotor of joint `m` is mounted on the link before the joint. It spins about the joint's axis `k`, `g` times as fast as the joint turns. Let `I`
+//! be its inertia about `k`, `w` the angular velocity of that link, and `a` the link's angular acceleration at `qdd = 0`. Lagrange's equation of the
+//! energy `g I qd_m (k . w)` adds
 //!
 //! ```text
 //! D_mi += g I (k . z_i),   h_m += g I (k . a),   h_i += g I qd_m k . (z_i x w)        revolute joints i before m
 //! ```
 //!
-//! `1/2 I (k . w)^2` is counted with the link, whose tensor has the rotor in it. Nothing here is shared with
-//! [`dynamics_core::chapter::rotor_coupling`], against which the tests hold it.
+//! `1/2 I (k . w)^2` is counted with the link, whose inertia tensor includes the rotor. Nothing here is shared with
+//! [`dynamics_core::chapter::rotor_coupling`]; the tests compare the two.
 
 use super::kinematics::Pose;
 use super::terms::Terms;
@@ -21,7 +21,7 @@ pub(super) fn gear_times_inertia<const N: usize>(joints: &[JointSpec; N]) -> [f6
     joints.each_ref().map(|joint| joint.rotor.gear * joint.rotor.inertia)
 }
 
-/// Add the coupling to the terms at a state.
+/// Adds the coupling to the terms at a state.
 pub(super) fn add<S: Scalar, const N: usize>(
     terms: &mut Terms<N, S>,
     pose: &[Pose<S>; N],

@@ -1,4 +1,4 @@
-//! Sensors: noise, quantisation to encoder counts, measurement delay; each only if the scene asks for it.
+//! Sensors: noise, quantisation to encoder counts, measurement delay. Each is computed only if the scene asks for it.
 
 use super::State;
 use super::jitter::uniform;
@@ -57,7 +57,7 @@ pub struct Reading<const N: usize> {
 pub struct Sensors<const N: usize> {
     settings: SensorSettings<N>,
     generator: ChaCha8Rng,
-    /// Samples on their way, oldest first, with the tick at which they were taken.
+    /// Samples that are still delayed, oldest first, with the tick at which they were taken.
     pipe: VecDeque<(u64, Sample<N>)>,
     tick: u64,
 }
@@ -69,9 +69,9 @@ impl<const N: usize> Sensors<N> {
         Self { settings, generator: ChaCha8Rng::seed_from_u64(seed), pipe: VecDeque::new(), tick: 0 }
     }
 
-    /// Sample the state, once per tick, and deliver the sample that arrives now.
+    /// Samples the state, once per tick, and delivers the sample that arrives now.
     ///
-    /// Before the first sample can have arrived, it is delivered early: the arm has not moved before it.
+    /// The first sample is delivered early, while none can have arrived: until then the arm has not moved.
     pub fn read(&mut self, state: &State<N>) -> Reading<N> {
         let sample = self.sample(state);
         if self.settings.delay == 0 {
@@ -89,7 +89,7 @@ impl<const N: usize> Sensors<N> {
         Reading { sample, age_ticks: u32::try_from(now - taken).unwrap_or(u32::MAX) }
     }
 
-    /// The state with the noise of one sample.
+    /// The state with noise added.
     pub fn disturbed(&mut self, state: &State<N>) -> State<N> {
         let SensorSettings { position_noise, velocity_noise, .. } = self.settings;
         State { q: self.with_noise(state.q, position_noise), qd: self.with_noise(state.qd, velocity_noise) }
@@ -108,11 +108,11 @@ impl<const N: usize> Sensors<N> {
         if rms > 0.0 { values.map(|x| x + rms * self.normal()) } else { values }
     }
 
-    /// A standard normal deviate, by Box and Muller; libm's functions give the same bits everywhere.
+    /// A standard normal random number, by the Box-Muller method; libm's functions give the same bits everywhere.
     fn normal(&mut self) -> f64 {
         #[cfg(test)]
         super::calls::count(super::calls::Effect::Noise);
-        // The offset keeps the first number off zero, for the logarithm.
+        // The offset keeps the first number above zero, for the logarithm.
         let radius = libm::sqrt(-2.0 * libm::log(uniform(&mut self.generator, 0.5)));
         radius * libm::cos(core::f64::consts::TAU * uniform(&mut self.generator, 0.0))
     }

@@ -1,8 +1,8 @@
-//! Solver: who lets the arm move while a run waits.
+//! Solver: the interface through which a run waits for the integration of its arm.
 //!
-//! A run is the same source whether it is alone or beside others. Its only question to the outside is where the arm is after a stretch of
-//! time under one torque curve, and there it may wait: [`AtOnce`] answers arm by arm, and [`crate::run::batch`] collects the questions of
-//! several runs and answers them together.
+//! A run has the same source whether it runs alone or with others. It asks only one question of the outside: the arm's state after an interval of
+//! time under one torque curve. There it may wait. [`AtOnce`] integrates each arm immediately; [`crate::run::batch`] collects the requests of several
+//! runs and integrates their arms together.
 
 use super::actuator::Drive;
 use super::integrator::{self, Plan, Step};
@@ -13,30 +13,30 @@ use core::future::Future;
 use core::pin::pin;
 use core::task::{Context, Poll, Waker};
 
-/// A stretch of time that an arm with rigid joints passes under one torque curve.
+/// A request to integrate an arm with rigid joints over an interval of time under one torque curve.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct IntegrationRequest<const N: usize> {
-    /// State at its start; at its end when it has been passed.
+    /// State at the start of the interval; after the integration, state at its end.
     pub(super) state: State<N>,
     pub(super) drive: Drive<N>,
     pub(super) plan: Plan,
 }
 
 impl<const N: usize> IntegrationRequest<N> {
-    /// Stand where this stretch has been passed; its torques stay as they were, and to copy them costs as much as the rest.
+    /// Takes over state and plan of the completed request. The torques have not changed, and copying them too would take as long as the rest.
     pub(crate) fn arrive(&mut self, passed: &Self) {
         (self.state, self.plan) = (passed.state, passed.plan);
     }
 }
 
-/// Who lets the arm move.
+/// Integration of the arm.
 pub(crate) trait Solver<const N: usize> {
-    /// True if a run has the time to itself, so that it can say how long it took.
+    /// True if a run does not share its time with others, so that it can report how long it took.
     fn alone(&self) -> bool {
         false
     }
 
-    /// Pass a stretch; after an error, the state is the last good one.
+    /// Integrates over an interval. After an error, the state is the last good one.
     async fn pass(
         &self,
         body: &LoadedArm<N>,
@@ -45,7 +45,7 @@ pub(crate) trait Solver<const N: usize> {
     ) -> Result<(), Diverged>;
 }
 
-/// Lets each arm move when it is asked, without waiting.
+/// Integrates each arm immediately, without waiting.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AtOnce;
 
@@ -81,7 +81,7 @@ impl<const N: usize> Solver<N> for AtOnce {
     }
 }
 
-/// Result of a future that waits for nothing, as everything under [`AtOnce`] does.
+/// Result of a future that never waits, such as everything with [`AtOnce`].
 pub(crate) fn now<T>(future: impl Future<Output = T>) -> T {
     let mut future = pin!(future);
     let mut context = Context::from_waker(Waker::noop());

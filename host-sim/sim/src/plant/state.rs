@@ -1,4 +1,4 @@
-//! States of the simulated arm, of one or of several side by side.
+//! States of the simulated arm, or of several arms, one per lane.
 
 /// Position and velocity of every joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,15 +15,15 @@ pub enum Diverged {
     /// The joint-space inertia matrix has a pivot that is not above zero.
     #[error("the plant's inertia matrix is not positive definite: a joint moves no mass")]
     SingularInertia,
-    /// A position or velocity is infinite or NaN, or a position is too large for the sine.
+    /// A position or velocity is infinite or NaN, or a position is beyond the range of the sine.
     #[error("the plant's motion has grown beyond all bounds: the loop is unstable, or the step too long")]
     NotFinite,
-    /// The adaptive integrator has tried a hundred thousand steps in a tick without reaching its end.
+    /// The adaptive integrator has tried a hundred thousand steps in a tick without reaching the tick's end.
     #[error("the plant's integrator cannot keep its tolerance: something acts too suddenly or too fast")]
     ToleranceOutOfReach,
 }
 
-/// States of several arms side by side, one a lane.
+/// States of several arms, one per lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct States<const N: usize, const L: usize> {
     pub(super) q: [[f64; L]; N],
@@ -31,42 +31,42 @@ pub(super) struct States<const N: usize, const L: usize> {
 }
 
 impl<const N: usize> States<N, 1> {
-    /// One arm alone.
+    /// The state of a single arm.
     pub(super) fn alone(state: &State<N>) -> Self {
         Self { q: state.q.map(|x| [x]), qd: state.qd.map(|x| [x]) }
     }
 }
 
 impl<const N: usize, const L: usize> States<N, L> {
-    /// The arm in a lane.
+    /// The state of the arm in a lane.
     pub(super) fn lane(&self, lane: usize) -> State<N> {
         State { q: self.q.map(|x| x[lane]), qd: self.qd.map(|x| x[lane]) }
     }
 }
 
-/// Points of the state space, one a lane, each with positions and velocities.
+/// Points of the state space, one per lane, each with positions and velocities.
 pub(super) trait Point<const N: usize, const L: usize>: Copy {
-    /// Apply `f` to the lane, every component, and the same components of the others.
+    /// Applies `f` to every component: to the lane, the component, and the same component of the other points.
     fn combine<const K: usize>(&self, others: [&Self; K], f: impl Fn(usize, f64, [f64; K]) -> f64) -> Self;
 
-    /// Advance the velocities along the slope, then the positions along the new velocities.
+    /// Advances the velocities along the slope, then the positions along the new velocities.
     fn kicked(&self, slope: &Self, h: &[f64; L]) -> Self;
 
     /// Largest magnitude of a component; NaN if any is NaN.
     fn largest(&self) -> [f64; L];
 
-    /// Take over some lanes of another point.
+    /// Copies some lanes from another point.
     fn take(&mut self, other: &Self, lanes: &[bool; L]);
 
-    /// The side of the joints that friction acts on.
+    /// State of the side of the joints on which friction acts.
     fn friction_side(&self) -> &States<N, L>;
 
     /// As [`Point::friction_side`].
     fn friction_side_mut(&mut self) -> &mut States<N, L>;
 }
 
-/// A component of several lanes. A compiler that knew its number would make vectors of components, which lie apart, and gather them; lanes
-/// lie side by side.
+/// Hides a component's index from the compiler if there are several lanes. If the compiler knew the index, it would build vectors of components,
+/// which are not adjacent in memory, instead of vectors of lanes, which are.
 #[inline(always)]
 fn component<const L: usize>(i: usize) -> usize {
     if L > 1 { core::hint::black_box(i) } else { i }
@@ -149,27 +149,27 @@ impl<const N: usize, const L: usize> Point<N, L> for States<N, L> {
     }
 }
 
-/// Lanes on their way.
+/// Status of the lanes during a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lanes<const L: usize> {
-    /// Those that take part in the step at hand.
+    /// True for lanes that take part in the present step.
     pub(super) active: [bool; L],
-    /// Why a lane cannot go on: the first reason.
+    /// For each lane, the first error that stopped it.
     pub(super) failed: [Option<Diverged>; L],
 }
 
 impl<const L: usize> Lanes<L> {
-    /// Lanes that take part and can go on.
+    /// True for lanes that take part and have not failed.
     pub(super) fn live(&self) -> [bool; L] {
         core::array::from_fn(|lane| self.active[lane] && self.failed[lane].is_none())
     }
 
-    /// No lane can go on.
+    /// True if no lane can go on.
     pub(super) fn over(&self) -> bool {
         !self.live().contains(&true)
     }
 
-    /// A reason why a lane that takes part cannot go on.
+    /// Marks a lane that takes part as failed; the first error is kept.
     pub(super) fn fail(&mut self, lane: usize, why: Diverged) {
         if self.active[lane] && self.failed[lane].is_none() {
             self.failed[lane] = Some(why);

@@ -1,18 +1,18 @@
 //! Dry friction over a step: which joints slide and which are held, and the instants at which that changes.
 //!
-//! In a step each joint either slides in one direction, under the whole level of its friction, or is held, and then has no acceleration.
-//! Within a step the equations of motion are smooth, so an integrator keeps its order. A step ends early, by an event, if
+//! In a step, each joint either slides in one direction under the full level of its friction, or is held and has no acceleration. So the equations of
+//! motion are smooth within a step, and an integrator keeps its order. An event ends a step early if
 //!
-//! - a sliding joint comes to rest: its velocity is zero from there on, to the last bit;
-//! - a held joint is loaded by more than the level of its friction.
+//! - a sliding joint comes to rest: from then on its velocity is exactly zero;
+//! - the load of a held joint exceeds the level of its friction.
 //!
-//! The instant is the root of the step's interpolant. At every start of a step the joints at rest are sorted by complementarity: a held joint is loaded
-//! by at most its level, and one that is let go accelerates in the direction of the load that tore it loose. Inertia couples the joints,
-//! so that letting one go changes the load of the others. The choice exists and is unique, because the inertia matrix is positive definite; it is found
-//! by exchanging all joints that violate it, and one by one after [`TOGETHER`] exchanges. (K. G. Murty, Linear complementarity, 1988;
-//! J. Judice, F. Pires, A block principal pivoting algorithm, 1994.)
+//! The instant is the root of the step's interpolant. At the start of every step, the joints at rest are sorted by complementarity: the load of a
+//! held joint is at most its level, and a joint that is let go accelerates in the direction of the load that tore it loose. Inertia couples the
+//! joints, so letting one go changes the load of the others. The choice exists and is unique, because the inertia matrix is positive definite. It is
+//! found by exchanging all joints that violate the conditions, and only one at a time after [`TOGETHER`] exchanges. (K. G. Murty, Linear
+//! complementarity, 1988; J. Judice, F. Pires, A block principal pivoting algorithm, 1994.)
 //!
-//! A state is enough to go on from: a joint is at rest if its velocity is exactly zero.
+//! A state contains all that is needed to continue: a joint is at rest if its velocity is exactly zero.
 
 use super::curve::{Curve, interpolated};
 use super::flow::{Dry, Flow};
@@ -21,29 +21,29 @@ use super::state::{Lanes, Point};
 /// Exchanges of all violating joints at once, after which only the first violating joint is exchanged.
 const TOGETHER: usize = 4;
 
-/// Limit on the exchanges at one instant. Six joints have 3^6 choices; more than ten exchanges have not been seen.
+/// Limit on the exchanges at one instant. Six joints have 3^6 choices; no more than ten exchanges have been seen.
 const EXCHANGES_MAX: usize = 64;
 
-/// Limit on the events of an arm in a stretch of time, so that joints that break loose and stop again without end do not stop the time.
+/// Limit on the events of an arm in an interval. Without it, joints that keep breaking loose and stopping again could stall the simulation.
 pub(super) const EVENTS_MAX: u32 = 200;
 
-/// Part of a step that is added to the instant at which a joint breaks loose, so that it has broken loose there.
+/// Fraction of the step that is added to the instant at which a joint breaks loose, so that its load is then beyond the level.
 const BEYOND: f64 = 1e-6;
 
-/// The latest event in a step: one that is as good as at its end still ends it.
+/// Latest event in a step, as a fraction of the step: an event practically at the end still ends the step.
 const WITHIN: f64 = 1.0 - 1e-12;
 
 /// Changes within a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Events<const N: usize, const L: usize> {
-    /// Part of the step after which the first change occurs; 1 in a lane without any.
+    /// Fraction of the step after which the first change occurs; 1 in a lane without a change.
     pub(super) part: [f64; L],
-    /// Joints that come to rest then.
+    /// Joints that come to rest at that instant.
     stops: [[bool; L]; N],
 }
 
 impl<const N: usize, const L: usize> Dry<N, L> {
-    /// Start a step of the active lanes from `point`: sorts the joints at rest and writes the slope there.
+    /// Starts a step of the active lanes from `point`: sorts the joints at rest and writes the slope there.
     #[inline(always)]
     pub(super) fn begin<Y: Point<N, L>, F: Flow<Y, N, L>>(
         &mut self,
@@ -66,7 +66,7 @@ impl<const N: usize, const L: usize> Dry<N, L> {
         }
     }
 
-    /// Directions of the active lanes by their velocities. A joint at rest is held for the time being.
+    /// Sets the directions of the active lanes' joints from their velocities. A joint at rest counts as held for now.
     #[inline(always)]
     fn look(&mut self, rough: &[[f64; L]; N], qd: &[[f64; L]; N], active: [bool; L]) {
         let mut moves = 1_u64;
@@ -82,7 +82,7 @@ impl<const N: usize, const L: usize> Dry<N, L> {
         self.rests = moves == 0;
     }
 
-    /// Let go the joints at rest that friction cannot hold.
+    /// Frees the joints at rest that friction cannot hold.
     #[inline(never)]
     fn sort<Y: Point<N, L>, F: Flow<Y, N, L>>(
         &mut self,
@@ -103,7 +103,7 @@ impl<const N: usize, const L: usize> Dry<N, L> {
         lanes.active = active;
     }
 
-    /// Exchange at most so many joints of each live lane that violate complementarity. Returns the lanes with any.
+    /// Exchanges at most this many joints of each live lane that violate complementarity. Returns the lanes in which some did.
     fn exchange(&mut self, qd: &[[f64; L]; N], qdd: &[[f64; L]; N], most: usize, live: [bool; L]) -> [bool; L] {
         let mut exchanged = [0; L];
         for i in 0..N {
@@ -125,7 +125,7 @@ impl<const N: usize, const L: usize> Dry<N, L> {
         exchanged.map(|joints| joints > 0)
     }
 
-    /// Keep what the held joints of these lanes can still bear, at the start of the step that follows.
+    /// Stores the margin of the held joints of these lanes, for the start of the next step.
     pub(super) fn keep_margin(&mut self, lanes: [bool; L]) {
         if !self.rests {
             return;
@@ -138,7 +138,8 @@ impl<const N: usize, const L: usize> Dry<N, L> {
         }
     }
 
-    /// True if a joint of some lane has turned its direction, or is loaded beyond its level at the last slope if that is the `end`'s.
+    /// True if a joint in some lane has reversed its direction, or is held under a load beyond its level. Loads are compared only if `end` is true:
+    /// they were then computed at the end of the step.
     #[inline(always)]
     fn is_disturbed(&self, qd: &[[f64; L]; N], end: bool) -> bool {
         let mut disturbed = 0_u64;
@@ -158,7 +159,7 @@ impl<const N: usize, const L: usize> Dry<N, L> {
         disturbed != 0
     }
 
-    /// The first change of each of these lanes in a step along a curve; `None` if no lane has any.
+    /// Finds the first change in a step along a curve, for each of these lanes; `None` if no lane has any.
     #[inline(always)]
     pub(super) fn events<Y: Point<N, L>>(&self, curve: &Curve<'_, Y, L>, among: [bool; L]) -> Option<Events<N, L>> {
         let qd = &curve.end.friction_side().qd;
@@ -197,7 +198,7 @@ impl<const N: usize, const L: usize> Dry<N, L> {
         any.then_some(Events { part, stops })
     }
 
-    /// Part of the step after which a held joint breaks loose, if it does by the end.
+    /// Fraction of the step after which a held joint breaks loose, if it does by the end.
     fn torn(&self, i: usize, lane: usize, end: bool) -> Option<f64> {
         let left = self.level[i][lane] - self.load[i][lane].abs();
         if !end || self.free[i][lane] != 0.0 || left >= 0.0 {
@@ -210,7 +211,7 @@ impl<const N: usize, const L: usize> Dry<N, L> {
 }
 
 impl<const N: usize, const L: usize> Events<N, L> {
-    /// Bring `end` to the first change of every lane that has one.
+    /// Moves `end` to the first change of every lane that has one.
     pub(super) fn cut<Y: Point<N, L>>(&self, curve: &Curve<'_, Y, L>) -> Y {
         let (mut end, has) = (*curve.end, self.part.map(|part| part < 1.0));
         end.take(&curve.at(&self.part), &has);
@@ -224,8 +225,8 @@ impl<const N: usize, const L: usize> Events<N, L> {
     }
 }
 
-/// Where a velocity falls below zero, as a part of the step at whose end it is below: by halving, so that a velocity that starts at zero
-/// and rises first is followed to its fall.
+/// Fraction of the step at which a velocity falls below zero; it must be below zero at the end. Bisection is used, so that a velocity that starts at
+/// zero and rises first is followed to its fall.
 fn first_zero(velocity: &[f64; 5]) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..50 {

@@ -1,8 +1,8 @@
-//! Runs side by side: each at its own pace, their arms moved together.
+//! Several runs together: each at its own pace, with their arms integrated in the lanes of one kernel.
 //!
-//! A run waits only for its arm to pass a part of a tick. When every run of a batch waits, the lanes (`plant::arm_lanes`) pass all of
-//! them at once and the runs go on, whatever each is at: another tick, another integrator. A run that ends makes room for the next. Every
-//! run has the results that it has alone; only a zero may have the other sign.
+//! A run waits only for the integration of its arm over a part of a tick. When every run of a batch waits, the lanes (`plant::arm_lanes`) integrate
+//! all arms at once, and the runs go on. It does not matter at which tick each run is, or which integrator it has. A run that ends is replaced by the
+//! next one. Every run has the same results as alone; only a zero may have the other sign.
 
 use crate::plant::arm_kernel::Shape;
 use crate::plant::arm_lanes::{ArmLanes, LANES};
@@ -17,7 +17,7 @@ use std::any::Any;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
-/// A run that waits for its arm: whatever moves it, moves it with the solver that it is given.
+/// A run that waits for its arm: the solver that it is given integrates the arm.
 pub(crate) trait Job<const N: usize> {
     /// Result of the call.
     type Outcome;
@@ -25,7 +25,7 @@ pub(crate) trait Job<const N: usize> {
     /// The arm.
     fn plant(&self) -> &Plant<N>;
 
-    /// Run to the end.
+    /// Runs to the end.
     async fn run(self, solver: &impl Solver<N>) -> Self::Outcome;
 }
 
@@ -35,8 +35,8 @@ pub struct Batch<const N: usize> {
     lanes: HashMap<Shape, ArmLanes<N>>,
 }
 
-/// Kernels that threads share, whatever their arms' number of joints: each borrows a copy with a memory of its own and gives it back with
-/// what it has learnt.
+/// Kernels that threads share, for arms with any number of joints. Each thread borrows a copy with its own memory, and gives it back with the kernels
+/// that it has added.
 #[derive(Debug, Default)]
 pub struct Kernels(Mutex<Option<Box<dyn Any + Send>>>);
 
@@ -47,7 +47,7 @@ impl Kernels {
         known.as_ref().and_then(|known| known.downcast_ref::<Batch<N>>()).cloned().unwrap_or_default()
     }
 
-    /// Keep a copy's kernels if it has more of them.
+    /// Keeps a copy's kernels if it has more of them than are stored.
     pub fn give_back<const N: usize>(&self, batch: Batch<N>) {
         let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let held =
@@ -58,14 +58,14 @@ impl Kernels {
     }
 }
 
-/// Most shapes that are kept: a study has a few.
+/// Most shapes whose kernels are kept: a study has a few.
 const SHAPES_MAX: usize = 64;
 
-/// Fewest runs of a shape for which a kernel is made: it costs as much as some runs.
+/// Fewest runs of a shape for which a kernel is compiled, because compilation takes as long as some runs.
 const WORTH_A_KERNEL: usize = 4;
 
 impl<const N: usize> Batch<N> {
-    /// Run all jobs; the outcomes in their order, and in their places those of jobs that could not be.
+    /// Runs all jobs. Returns the outcomes in the order of the jobs; a job that could not be created has its error there.
     pub(crate) fn run<T, E, J>(&mut self, jobs: impl IntoIterator<Item = Result<J, E>>) -> Vec<Result<T, E>>
     where
         J: Job<N, Outcome = Result<T, E>>,
@@ -111,16 +111,16 @@ impl<const N: usize> Batch<N> {
 /// State that the runs of a batch share.
 struct BatchState<const N: usize> {
     arms: ArmLanes<N>,
-    /// Stretches that wait to be passed; afterwards, those that have been.
+    /// Requests that wait for integration; afterwards, the completed ones.
     passages: [Option<IntegrationRequest<N>>; LANES],
     failed: [Option<Diverged>; LANES],
     solved: [u64; LANES],
 }
 
-/// A run on its way, and the place of its outcome.
+/// A run under way, and the index of its outcome.
 type Waiting<'a, T> = (usize, Pin<Box<dyn Future<Output = T> + 'a>>);
 
-/// Run jobs of one shape in the lanes of their arms.
+/// Runs jobs of one shape, with an arm in each lane.
 fn side_by_side<J: Job<N>, const N: usize>(
     arms: ArmLanes<N>,
     jobs: Vec<(usize, J)>,
@@ -156,14 +156,14 @@ fn side_by_side<J: Job<N>, const N: usize>(
     }
 }
 
-/// A lane of a meeting.
+/// A lane of a batch.
 struct Lane<'a, const N: usize> {
     meeting: &'a RefCell<BatchState<N>>,
     lane: usize,
 }
 
 impl<const N: usize> Solver<N> for Lane<'_, N> {
-    /// An arm with a ledger has no lane.
+    /// There is no ledger here: an arm with a ledger is not put into a lane.
     async fn pass(
         &self,
         body: &LoadedArm<N>,

@@ -44,11 +44,11 @@ pub struct Timing {
     pub ticks: Duration,
 }
 
-/// Run `ticks` control periods, or until `stop` is set. Calls `after_tick` with the number of ticks done.
+/// Runs `ticks` control periods, or until `stop` is set. Calls `after_tick` with the number of completed ticks.
 ///
-/// Simulated drives are on when the run begins, and have replied. A fault of the controller or of a drive latches: the arm brakes, or
-/// simulated drives do the safe action, and the run goes on to its end, because that motion is part of the result. A target
-/// that fails ends the run; `record` keeps all ticks before the failure.
+/// Simulated drives are on and have replied when the run begins. A fault of the controller or of a drive latches: the arm brakes, or simulated drives
+/// do the safe action. The run then goes on to its end, because that motion is part of the result. A target that fails ends the run; `record` keeps
+/// all ticks before the failure.
 pub fn run<S: Real, const N: usize>(
     world: &mut World<N>,
     controller: &mut impl Torques<S, N>,

@@ -9,28 +9,28 @@ use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-/// A name that is one safe part of a path.
+/// Makes a name safe as one part of a path.
 pub fn file_name(name: &str) -> String {
     let safe = |c: char| if c.is_alphanumeric() || matches!(c, '-' | '_') { c } else { '_' };
     let name: String = name.chars().map(safe).collect();
     if name.is_empty() { "scene".to_owned() } else { name }
 }
 
-/// A path as one word of a command that is shown for a shell.
+/// A path as one word for a shell.
 pub fn shell_word(path: &Path) -> String {
     let path = path.display().to_string();
     let plain = |c: char| c.is_alphanumeric() || matches!(c, '/' | '.' | '_' | '-' | '+' | ',' | ':' | '@' | '%');
     if !path.is_empty() && path.chars().all(plain) { path } else { format!("'{}'", path.replace('\'', "'\\''")) }
 }
 
-/// Write the report of a run; returns the file.
+/// Writes the report of a run. Returns the file.
 pub fn write_report(run: &Run, scene: &SceneFile, path: &Path) -> Result<PathBuf, Failure> {
     let page = report::page(run, scene)?;
     pages::write(path, &page)?;
     Ok(path.to_owned())
 }
 
-/// Write log and summary; returns the files.
+/// Writes log and summary. Returns the files.
 pub fn write(run: &Run, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     let log = folder.join("log.csv");
     let file = File::create(&log).map_err(|error| in_file(&log, &error))?;

@@ -1,4 +1,4 @@
-//! Waypoints and limits: what the charts of a run show beside its curves.
+//! Waypoints and limits, which the charts of a run show in addition to its curves.
 
 use crate::run::closed_loop::World;
 use dynamics_core::{Limits, Model};
@@ -8,7 +8,7 @@ use dynamics_core::{Limits, Model};
 pub struct Marks {
     /// Times at which the reference reaches a point, s.
     pub waypoints: Vec<f64>,
-    /// Limits of each joint; infinite where there is none.
+    /// Limits of each joint; infinite if there is none.
     pub limits: Vec<Limits<f64>>,
 }
 

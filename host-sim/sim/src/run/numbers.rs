@@ -1,6 +1,6 @@
 //! Numbers of a series, and their text.
 
-/// Root mean square of values; zero of none.
+/// Root mean square of the values; zero if there are none.
 pub fn rms(values: impl Iterator<Item = f64> + Clone) -> f64 {
     let count = values.clone().count();
     libm::sqrt(ratio(values.map(|x| x * x).sum(), count as f64))
@@ -10,20 +10,20 @@ pub(super) fn peak(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, |most, x| f64::max(most, x.abs()))
 }
 
-/// Quotient of the two; zero if `whole` is not positive.
+/// `part / whole`; zero if `whole` is not positive.
 pub(super) fn ratio(part: f64, whole: f64) -> f64 {
     if whole > 0.0 { part / whole } else { 0.0 }
 }
 
-/// Magnitude below which a number is rounding, in any unit.
+/// Magnitude below which a number is a rounding error, in any unit.
 pub(super) const NOISE: f64 = 1e-12;
 
-/// Three digits with a prefix from pico to kilo: `12.3 mrad`. A magnitude below 1e-12 is rounding: `< 1e-12 rad`.
+/// Formats a value with three digits and a prefix from pico to kilo: `12.3 mrad`. A magnitude below 1e-12 is a rounding error: `< 1e-12 rad`.
 #[must_use]
 pub fn engineering(value: f64, unit: &str) -> String {
     let scales = [(1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "\u{b5}"), (1e-9, "n"), (1e-12, "p")];
     let size = value.abs();
-    // Rounding to three digits comes first: 999.96e-6 is 1.00e-3.
+    // The value is rounded to three digits first: 999.96e-6 becomes 1.00e-3.
     let Some((scale, prefix)) = scales.iter().find(|(scale, _)| size >= 0.999_5 * scale) else {
         return if value == 0.0 { format!("0 {unit}") } else { format!("< {NOISE:e} {unit}") };
     };

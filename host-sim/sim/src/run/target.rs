@@ -1,4 +1,4 @@
-//! Targets that compute the torques: the desk, the chip, or both beside each other.
+//! Targets that compute the torques: the desk, the chip, or both for comparison.
 
 use dynamics_core::control::{ArmBuild, Protection as _};
 use dynamics_core::{Command, Controller, Live, Measurement, Real, Reference};
@@ -12,21 +12,21 @@ pub struct Ticked<S, const N: usize> {
     pub instructions: Option<u64>,
 }
 
-/// The one interface between the loop and a target: measurement in, command out.
+/// Interface between the loop and a target: measurement in, command out.
 pub trait Torques<S, const N: usize> {
-    /// Set the live inputs of the scene, which act on the arm from the next tick on.
+    /// Sets the live inputs of the scene, which act on the arm from the next tick on.
     ///
     /// # Errors
     /// As [`Torques::tick`].
     fn set_live(&mut self, live: &Live<S, N>) -> miette::Result<()>;
 
-    /// Compute one tick.
+    /// Computes one tick.
     ///
     /// # Errors
     /// The target cannot be reached or sends an invalid answer; the desk's own controller never fails.
     fn tick(&mut self, reference: &Reference<S, N>, measurement: &Measurement<S, N>) -> miette::Result<Ticked<S, N>>;
 
-    /// Estimate of the torque from outside on each joint, N m or N, where there is one.
+    /// Estimate of the external torque on each joint, N m or N; `None` if it is not estimated.
     fn external(&self) -> Option<[f64; N]> {
         None
     }
@@ -47,7 +47,7 @@ impl<S: Real, const N: usize, A: ArmBuild<S, N>> Torques<S, N> for Controller<S,
     }
 }
 
-/// The chip's commands, each compared with the command of the desk's own controller from the same inputs.
+/// The chip's commands, each compared with the command that the desk's controller computes from the same inputs.
 ///
 /// Torques, limits and faults must agree to the last bit.
 #[derive(Clone, Debug)]
@@ -68,7 +68,7 @@ pub struct Parity {
 }
 
 impl<C, D> CommandComparison<C, D> {
-    /// Let `chip` drive and `desk` check.
+    /// A comparison in which `chip` drives the arm and `desk` checks its commands.
     pub fn new(chip: C, desk: D) -> Self {
         Self { chip, desk, seen: Parity::default(), instructions: None }
     }
@@ -108,7 +108,7 @@ impl<const N: usize, C: Torques<f32, N>, D: Torques<f32, N>> Torques<f32, N> for
         Ok(chip)
     }
 
-    /// The desk's: the bench has no telemetry of it.
+    /// Returns the desk's estimate, because the chip does not send its own in lock step.
     fn external(&self) -> Option<[f64; N]> {
         self.desk.external()
     }

@@ -13,40 +13,40 @@ use session::readings::{JointFaults, Readings};
 
 /// Everything in the loop but the controller.
 ///
-/// Ideal drives give a commanded torque at once, whatever the sensors say of the arm is measured at the tick, and any safe action is
-/// the brakes'. Simulated drives measure by themselves, and the safe action is what they make of it.
+/// Ideal drives produce a commanded torque at once, the sensors measure at the tick, and any safe action is that of the brakes. Simulated drives
+/// measure themselves, and do the safe action as the board commands it.
 #[derive(Clone, Debug)]
 pub struct World<const N: usize> {
     /// The simulated arm.
     pub plant: Plant<N>,
-    /// Its sensors; with simulated drives, the noise of what they measure.
+    /// Its sensors; with simulated drives, only their noise is used.
     pub sensors: Sensors<N>,
     /// Simulated drives; `None` where they are ideal.
     pub drives: Option<Drives<N>>,
-    /// The safe action, where the drives are simulated.
+    /// The safe action, if the drives are simulated.
     pub safe_action: SafeAction,
     /// Lowest and highest temperature of simulated drives, degrees Celsius.
     pub temperature: (f64, f64),
     /// The motion that the arm should follow.
     pub motion: Motion<f64, N>,
-    /// Restart the motion each time it ends.
+    /// True if the motion restarts each time it ends.
     pub repeat: bool,
-    /// The arm is hand-guided: its reference is where it is.
+    /// True if the arm is hand-guided: its reference is its own position.
     pub hand_guided: bool,
-    /// Springs and dampers for the drives' own loops, beside every torque.
+    /// Springs and dampers for the drives' own loops, sent with every torque.
     pub springs: Option<[Spring<f32>; N]>,
     /// Control period, s.
     pub period: f64,
-    /// The arm as its robot file has it.
+    /// The arm's model from the robot file.
     pub model: Model<f64, N>,
 }
 
-/// Measurement at the start of a tick, and what drives report beside it.
+/// Measurement at the start of a tick, and further reports of the drives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensing<S, const N: usize> {
     /// Positions and velocities, or counts.
     pub measurement: Measurement<S, N>,
-    /// Joints whose drive is at fault.
+    /// Joints whose drive has a fault.
     pub drive_fault: [bool; N],
     /// Highest temperature that the drives report, degrees Celsius.
     pub temperature: Option<f32>,
@@ -63,7 +63,7 @@ impl<const N: usize> World<N> {
         self.motion.sample(if self.repeat { t % self.motion.duration() } else { t })
     }
 
-    /// Switch simulated drives on while something else holds the arm: they have replied, and take torque from the first tick on.
+    /// Switches simulated drives on while something else holds the arm. They have then replied, and accept torque from the first tick on.
     pub fn switch_on(&mut self) {
         self.ask();
         let Self { plant, sensors, drives, safe_action, .. } = self;
@@ -74,18 +74,18 @@ impl<const N: usize> World<N> {
         self.exchange(&Order::Torque([0.0; N], None));
     }
 
-    /// Ask simulated drives for a first reply, as a board does when it starts; they stay off.
+    /// Requests a first reply from simulated drives, as a board does when it starts. They stay off.
     pub fn ask(&mut self) {
         self.exchange(&Order::Safe(self.safe_action));
     }
 
-    /// Readings of sensors or drives at the start of a tick.
+    /// Reads the sensors or drives at the start of a tick.
     pub fn sense<S: Real>(&mut self) -> Sensing<S, N> {
         let Some((readings, temperature)) = self.drives.as_mut().map(Drives::measure) else {
             let measurement = measurement(&self.sensors.read(self.plant.measured()));
             return Sensing { measurement, drive_fault: [false; N], temperature: None, fault_report: None };
         };
-        // These drives always give readings; without any, a measurement is as old as can be.
+        // These drives always give readings. If there were none, the measurement would have the greatest age.
         let never = Sensed::State { q: [S::zero(); N], qd: [S::zero(); N] };
         let fault_report = readings.as_ref().and_then(Readings::drive_fault);
         let (sensed, age_ticks, faults) = readings.map_or((never, u32::MAX, [JointFaults::NONE; N]), |readings| {
@@ -100,19 +100,20 @@ impl<const N: usize> World<N> {
         }
     }
 
-    /// Fault that the firmware's state machine sees in what the drives report: the first drive's, then the temperature's.
+    /// Fault that the firmware's state machine would detect in the drives' reports: that of the first drive at fault, otherwise that of the
+    /// temperature.
     #[must_use]
     pub fn fault<S>(&self, sensing: &Sensing<S, N>) -> Option<Fault> {
         if let Some(joint) = sensing.drive_fault.iter().position(|fault| *fault) {
             return Some(Fault::DriveFault { joint: joint as u8 });
         }
         let (lowest, highest) = (self.temperature.0 as f32, self.temperature.1 as f32);
-        // False for NaN.
+        // The comparison is false for NaN.
         let inside = sensing.temperature.is_none_or(|it| it >= lowest && it <= highest);
         (!inside).then_some(Fault::TemperatureOutOfBounds)
     }
 
-    /// Simulate one control period with these commanded torques, N m or N.
+    /// Simulates one control period with these commanded torques, N m or N.
     ///
     /// # Errors
     /// As [`Plant::drive`].
@@ -135,7 +136,7 @@ impl<const N: usize> World<N> {
         }
     }
 
-    /// Simulate one control period of the safe action.
+    /// Simulates one control period of the safe action.
     ///
     /// # Errors
     /// As [`Plant::drive`].
@@ -148,7 +149,7 @@ impl<const N: usize> World<N> {
         self.rest_with(solver, &Order::Safe(self.safe_action)).await
     }
 
-    /// Simulate one control period in which the drives are switched on, brakes engaged.
+    /// Simulates one control period in which the drives are switched on with engaged brakes.
     ///
     /// # Errors
     /// As [`Plant::drive`].
@@ -156,7 +157,7 @@ impl<const N: usize> World<N> {
         now(self.rest_with(&AtOnce, &Order::Enable(action)))
     }
 
-    /// Simulate one control period with these torques, N m or N, against engaged brakes.
+    /// Simulates one control period with these torques, N m or N, against engaged brakes.
     ///
     /// # Errors
     /// As [`Plant::drive`].
@@ -164,7 +165,7 @@ impl<const N: usize> World<N> {
         now(self.rest_with(&AtOnce, &Order::Preload(*torque)))
     }
 
-    /// A control period outside the ledger, in which brakes hold an arm that has some.
+    /// Simulates a control period that the ledger does not count, in which brakes, if there are any, hold the arm.
     async fn rest_with(&mut self, solver: &impl Solver<N>, order: &Order<N>) -> Result<(), Diverged> {
         self.begin_tick();
         self.exchange(order);
@@ -185,7 +186,7 @@ impl<const N: usize> World<N> {
         }
     }
 
-    /// Send commands to simulated drives, and let them measure.
+    /// Sends commands to simulated drives, and lets them measure.
     fn exchange(&mut self, order: &Order<N>) {
         let Self { plant, sensors, drives, .. } = self;
         if let Some(drives) = drives {
@@ -194,13 +195,13 @@ impl<const N: usize> World<N> {
     }
 }
 
-/// Simulate one control period under the brakes.
+/// Simulates one control period under the brakes.
 fn hold<const N: usize>(plant: &mut Plant<N>, drives: &mut Drives<N>) {
     drives.rest(plant.measured());
     plant.brake();
 }
 
-/// The sensors' reading in the controller's scalar.
+/// Converts the sensors' reading to the controller's scalar.
 pub fn measurement<S: Real, const N: usize>(reading: &Reading<N>) -> Measurement<S, N> {
     let sensed = match &reading.sample {
         Sample::State(state) => Sensed::State { q: state.q.map(S::literal), qd: state.qd.map(S::literal) },
@@ -209,7 +210,7 @@ pub fn measurement<S: Real, const N: usize>(reading: &Reading<N>) -> Measurement
     Measurement { sensed, age_ticks: reading.age_ticks }
 }
 
-/// The drives' reading in the controller's scalar.
+/// Converts the drives' reading to the controller's scalar.
 fn cast<S: Real, const N: usize>(sensed: &Sensed<f32, N>) -> Sensed<S, N> {
     let literal = |values: &[f32; N]| values.map(|x| S::literal(f64::from(x)));
     match sensed {

@@ -1,4 +1,4 @@
-//! From torques of the joints to a wrench at the tip.
+//! Conversion of joint torques to an equivalent wrench at the tip.
 
 use dynamics_core::chapter::lagrange::tip_jacobian;
 use dynamics_core::chapter::posture::Chain;
@@ -6,12 +6,12 @@ use dynamics_core::trig::Libm;
 use dynamics_core::{Inertia, Model, Trig as _};
 use nalgebra::{SMatrix, SVector};
 
-/// Least share of the largest pivot of `J^T J`: below, the arm is singular.
+/// Least pivot of `J^T J` relative to the largest: below it, the arm counts as singular.
 const PIVOT_MIN: f64 = 1e-6;
 
 /// The smallest wrench at the tip with `J^T w = tau`: `w = J (J^T J)^-1 tau`, force (N) and moment (N m) in base axes.
 ///
-/// `None` where the arm is singular: there some wrench moves no joint, and torques of others are without bound.
+/// `None` if the arm is singular: there some torques have no equivalent wrench, and near it the wrench grows without bound.
 pub fn tip_wrench<const N: usize>(model: &Model<f64, N>, q: &[f64; N], torque: &[f64; N]) -> Option<[f64; 6]> {
     let jacobian = tip_jacobian(&Chain::new(model, &Inertia::zero()).posture(&Libm.sin_cos_all(q), q));
     let column = |i: usize| {
@@ -55,7 +55,7 @@ mod tests {
         for (found, told) in found.iter().zip(told) {
             assert!((found - told).abs() < 1e-9, "{found} {told}");
         }
-        // The wrist's axes 4 and 6 in one line.
+        // A straight wrist: the axes 4 and 6 coincide.
         let straight = [0.3, -0.6, 0.9, 0.4, 0.0, -0.2];
         assert_eq!(tip_wrench(&model, &straight, &torque), None);
     }

@@ -1,4 +1,4 @@
-//! Runs side by side have the results that each has alone.
+//! Runs that are computed together have the same results as alone.
 
 use core::sync::atomic::AtomicBool;
 use indicatif::ProgressBar;
@@ -36,7 +36,7 @@ fn side_by_side(scenes: &[SceneFile]) -> Vec<Result<Run, Failure>> {
     })
 }
 
-/// Every record, end and number that a run has alone.
+/// Checks that every record, end and number equals that of a run alone.
 fn hold(scenes: &[SceneFile]) {
     let together = side_by_side(scenes);
     assert_eq!(together.len(), scenes.len());
@@ -117,7 +117,7 @@ fn runs_of_different_integrators_ends_and_effects_share_a_batch() {
 fn a_run_that_diverges_or_faults_leaves_its_neighbours_alone() {
     let good = scene("puma560_pick.toml", 0.2);
     let (mut wild, mut shaken) = (good.clone(), good.clone());
-    // Far too soft a tolerance for its own good: a step in which friction is stiff.
+    // With almost no mass, friction is too stiff for this step.
     (wild.plant.integrator, wild.plant.step) = (Integrator::SemiImplicitEuler, 1e-3);
     wild.plant.masses.iter_mut().for_each(|factor| *factor = 1e-9);
     shaken.sensors.position_noise = 0.5;

@@ -51,8 +51,8 @@ fn at_rate(rate: f64) -> f64 {
 
 #[test]
 fn with_an_exact_model_only_the_error_of_holding_the_torque_is_left() {
-    // The torque is held for a tick while the arm moves on: an error of first order in the period at any gains.
-    // Measured: 1.54e-4 rad at 1 kHz, 3.86e-5 rad at 4 kHz, for a swing of 0.8 rad in half a second.
+    // The torque is constant over a tick while the arm moves on: an error of first order in the period, whatever the gains. Measured: 1.54e-4 rad at
+    // 1 kHz, 3.86e-5 rad at 4 kHz, for a swing of 0.8 rad in half a second.
     let (slow, fast) = (at_rate(1000.0), at_rate(4000.0));
     assert!((1.4e-4..1.7e-4).contains(&slow), "{slow:e} rad");
     assert!((3.8..4.2).contains(&(slow / fast)), "{slow:e} rad at 1 kHz, {fast:e} rad at 4 kHz");
@@ -67,7 +67,7 @@ fn the_scene_chooses_sine_and_cosine_in_either_precision() {
             run(&scene)
         });
         assert_eq!((ours.summary.setting.trig.as_str(), libms.summary.setting.trig.as_str()), ("polynomial", "libm"));
-        // The two loops differ only in their last bits, and this proves that two different methods ran.
+        // The two runs differ only in their last bits, which proves that two different methods were used.
         let [one, other] = [&ours, &libms].map(|run| largest(&run.summary.tracking_max));
         assert!((one - other).abs() < 1e-3 * one, "{one:e} and {other:e} rad");
         assert_ne!(csv(&ours.record), csv(&libms.record), "{scalar:?}");
@@ -126,9 +126,9 @@ fn every_law_drives_every_robot_without_a_fault() {
             let name = format!("{} with {law:?}", path.display());
             assert_eq!((done.end, done.summary.faults), (End::Complete, vec![]), "{name}");
             assert_eq!(done.summary.ticks, 250, "{name}");
-            // Measured: at most 7.8e-4 (Puma, from the smoothed friction model) with a model of the motion, at most
-            // 0.032 without one in the loop, because an arm sags under its weight by G / (M0 omega^2). Light joints behind simulated
-            // drives sag further, 0.069, and their frames round and delay.
+            // Measured: at most 7.8e-4 rad (Puma, from the smoothed friction model) with a law that models the motion. At most 0.032 rad without,
+            // because an arm sags under its weight by G / (M0 omega^2). Light joints with simulated drives sag further, by 0.069 rad, and their
+            // frames round and delay.
             let models_the_motion =
                 [ControlLaw::ComputedTorque, ControlLaw::Feedforward, ControlLaw::Impedance, ControlLaw::Split]
                     .contains(&law);
@@ -162,7 +162,7 @@ fn every_shipped_scene_runs_to_its_end_without_a_fault_but_the_one_that_is_hit()
                     "{}",
                     path.display()
                 );
-                // Measured: at most 20 mrad, for scenes that start off their reference on purpose.
+                // Measured: at most 20 mrad, in scenes that intentionally start off their reference.
                 assert!(largest(&done.summary.tracking_max) < 0.03, "{}", path.display());
             });
         }
@@ -189,7 +189,7 @@ fn effects_that_are_not_there_change_no_bit() {
         change(&mut scene);
         csv(&run(&scene).record)
     };
-    // The torque limits are never reached, so clipping has no effect; a seed without noise has none either.
+    // The torque limits are never reached, so saturation has no effect. A seed without noise has none either.
     assert!(plain.summary.limits.iter().all(|limits| limits.torque == 0));
     assert_eq!(log, changed(&|scene| scene.actuators.saturation = true));
     assert_eq!(log, changed(&|scene| scene.seed = 99));
@@ -390,7 +390,7 @@ fn integral_action_brings_the_puma_to_rest_within_a_count_whatever_it_holds_and_
     }
 }
 
-/// Error of the elbow, rad, twelve seconds after the arm has come to a place under a steady wrench, in the tip's axes, that no model knows.
+/// Error of the elbow, rad, twelve seconds after the arm has reached a position under a constant wrench, in tip axes, that no model includes.
 fn elbow_pushed(law: ControlLaw, place: [f64; 2], stiffness: Option<f64>) -> f64 {
     let mut scene = swing();
     let MotionSpec::Quintic { points, .. } = &mut scene.motion else { panic!("a quintic") };
@@ -408,8 +408,8 @@ fn elbow_pushed(law: ControlLaw, place: [f64; 2], stiffness: Option<f64>) -> f64
 /// Force across the last link, N.
 const PUSH: f64 = 2.0;
 
-/// Swing of the shoulder past its reference when a push on the stretched arm ends, a share of what it was pushed off; its gains
-/// are for the motion's start, which is folded.
+/// Overshoot of the shoulder past its reference when a push on the stretched arm ends, relative to the deflection by the push. The gains are chosen
+/// for the start of the motion, where the arm is folded.
 fn swing_back(damping_at: DampingAt) -> f64 {
     let mut scene = swing();
     let MotionSpec::Quintic { points, .. } = &mut scene.motion else { panic!("a quintic") };
@@ -425,7 +425,7 @@ fn swing_back(damping_at: DampingAt) -> f64 {
     assert_eq!((done.end, done.summary.faults), (End::Complete, vec![]));
     let errors: Vec<f64> = done.record.joint(0).skip(3000).map(|sample| sample.error()).collect();
     let (low, high) = errors.iter().fold((0.0, 0.0), |(low, high): (f64, f64), e| (low.min(*e), high.max(*e)));
-    // It is pushed to one side, and swings to the other.
+    // The arm is pushed to one side and swings to the other.
     low.abs().min(high.abs()) / low.abs().max(high.abs())
 }
 
@@ -446,7 +446,7 @@ fn an_impedance_gives_way_by_the_torque_over_its_stiffness_in_every_posture_and_
             assert!((error - expected).abs() < 1e-4 * expected.abs(), "{place:?}: {error}, by hand {expected}");
         }
     }
-    // A spring in acceleration is as stiff as the inertia that it moves.
+    // A spring in acceleration has a stiffness proportional to the inertia that it moves.
     let [one, _, other] = places.map(|place| elbow_pushed(ControlLaw::ComputedTorque, place, None));
     assert!((one / other - 1.0).abs() > 0.1, "{one} and {other}");
 }

@@ -1,5 +1,4 @@
-//! Collisions of the Puma: the observer's residuals in free motion, the delay until it detects a push, and the
-//! reaction.
+//! Collisions of the Puma: the observer's residuals in free motion, the delay until it detects a push, and the reaction.
 
 use dynamics_core::control::{CollisionReaction, LimitFlags};
 use dynamics_core::{Command, Fault, Live, Measurement, Reference, Wrench};
@@ -61,14 +60,13 @@ fn run(scene: &SceneFile) -> (Watched, Run) {
     (target, run)
 }
 
-/// Assert that a value is within a share of the measured one, in either direction.
+/// Asserts that a value is within a relative tolerance of the measured one.
 fn assert_near(found: f64, measured: f64, share: f64, what: &str) {
     println!("{what}: {found:.4e}");
     assert!((found / measured - 1.0).abs() <= share, "{what}: {found:.4e}, measured before: {measured:.4e}");
 }
 
-/// Largest residual of each joint without a push, as a share of its threshold in `puma560_collision.toml`. The watch
-/// must detect nothing.
+/// Largest residual of each joint without a push, relative to its threshold in `puma560_collision.toml`. The observer must detect nothing.
 fn free(name: &str) -> [f64; 6] {
     let mut scene = scene(name);
     scene.collision = self::scene("puma560_collision").collision;
@@ -84,7 +82,7 @@ fn free(name: &str) -> [f64; 6] {
 fn free_motion_of_the_shipped_puma_scenes_is_no_collision() {
     let measured = [
         ("puma560_pick", [0.57, 0.50, 0.51, 0.52, 0.52, 0.53]),
-        // Without friction and encoder counts only rounding and sampling remain.
+        // Without friction and encoder counts, only rounding and sampling errors remain.
         ("puma560_ideal", [0.00, 0.00, 0.00, 0.00, 0.00, 0.00]),
         ("puma560_pd_gravity", [0.50, 0.26, 0.37, 0.49, 0.42, 0.28]),
         ("puma560_slow_model", [0.58, 0.50, 0.49, 0.53, 0.54, 0.54]),
@@ -105,12 +103,11 @@ fn free_motion_of_the_shipped_puma_scenes_is_no_collision() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:?}");
-    // The margin with which the thresholds were chosen.
+    // The margin for which the thresholds were chosen.
     assert!(largest.iter().all(|share| (0.5..0.63).contains(share)), "{largest:?}");
 }
 
-/// `puma560_collision.toml`, slowed down, with a push at the tip (force in N, tip axes) that starts at a share of the
-/// motion.
+/// `puma560_collision.toml`, slowed down, with a push at the tip (force in N, tip axes) that starts at this fraction of the motion.
 fn pushed(slower: f64, share: f64, force: Vector3<f64>, reaction: CollisionReaction) -> SceneFile {
     let mut scene = scene("puma560_collision");
     if let MotionSpec::Quintic { points, .. } = &mut scene.motion {
@@ -163,7 +160,7 @@ fn pushes_are_detected_in_the_times_that_are_documented() {
         };
         let (found, number) = (ends(&found), found.len());
         println!("(\"{motion}\", {slower:.1}, {newtons:.1}, {number}, {found:?}),");
-        // Within a millisecond or a tenth, because other roundings may shift a tick.
+        // Within a millisecond or a tenth, because different rounding may shift a tick.
         let near = found.iter().zip(times).all(|(&a, b)| a.abs_diff(b) <= 1 + b / 10);
         wrong += usize::from(number != count || !near);
     }

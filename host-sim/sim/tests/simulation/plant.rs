@@ -43,8 +43,7 @@ fn worst<const N: usize>(arm: &Arm<N>, states: &[Reference]) -> (f64, f64) {
         terms_off = terms_off.max((rotation - matrix(&state.tip_rotation)).amax());
         terms_off = terms_off.max(relative(origin.as_slice(), &state.tip_p));
         terms_off = terms_off.max(relative(&[arm.kinetic(&q, &qd)], &[state.kinetic]));
-        // Nearly balanced masses have a small potential, so the difference is relative to the energy of one metre of
-        // height.
+        // Nearly balanced masses have a small potential, so the difference is relative to the energy of one metre of height.
         terms_off = terms_off.max((arm.potential(&q) - state.potential).abs() / 100.0);
 
         let drive = array(&state.tau_in);
@@ -68,14 +67,14 @@ fn equations_of_motion_agree_with_pinocchio() {
         ("random 6R/P", worst::<6>(&random.placed(), &random.states)),
     ];
     for (robot, (terms, forward)) in found {
-        // Measured: terms at most 2.8e-15; accelerations 2.6e-14 on the Puma, whose inertia matrix without rotors has a
-        // condition number of about 1e5, and below 1e-14 on the others.
+        // Measured: terms at most 2.8e-15. Accelerations: 2.6e-14 on the Puma, whose inertia matrix without rotors has a condition number of about
+        // 1e5, and below 1e-14 on the others.
         assert!(terms < 1e-14, "{robot}: terms off by {terms:e}");
         assert!(forward < 1e-13, "{robot}: forward dynamics off by {forward:e}");
     }
 }
 
-/// The plant's source traced on a tape, as a program of sines, cosines, positions, velocities and torques.
+/// Traces the plant's source as a program of sines, cosines, positions, velocities and torques.
 fn traced<const N: usize>(mechanism: &Mechanism<N>) -> Program {
     let (outputs, tape) = trace(Arena::new(RuleSet::ALL, Precision::Double), || {
         let joints = |group: usize| -> [Expr; N] { core::array::from_fn(|i| input((group * N + i) as u32)) };
@@ -118,7 +117,7 @@ fn an_arm_that_moves_no_mass_has_no_acceleration() {
     assert!(arm.acceleration(&[0.3, 0.5], &[0.0; 2], &[1.0; 2]).is_some());
     arm.joints[1].body = Body::massless();
     assert_eq!(arm.acceleration(&[0.3, 0.5], &[0.0; 2], &[1.0; 2]), None);
-    // A position without a sine has no acceleration either.
+    // A position beyond the range of the sine has no acceleration.
     let arm: Arm<2> = Golden::load("planar2r").classical(false);
     assert_eq!(arm.acceleration(&[2e6, 0.5], &[0.0; 2], &[1.0; 2]), None);
 }
@@ -153,7 +152,7 @@ fn modified_dh_is_the_same_arm_as_its_placements() {
     let tool = puma.tool;
     let base = Arm { joints: [puma.joints[1]; 3], tool, payload: None, gravity: puma.gravity, tip_wrench: None };
     let (mut modified, mut placed) = (base.clone(), base.clone());
-    // The placed arm's link frames end before Rz(theta) Tz(d): the next placement and the body begin with it.
+    // The link frames of the robot with placements end before Rz(theta) Tz(d): the next placement and the body begin with it.
     let (mut turn, mut shift) = (Matrix3::identity(), Vector3::zeros());
     for (i, row) in rows.iter().enumerate() {
         modified.joints[i].frame = Frame::ModifiedDh(*row);
@@ -252,7 +251,7 @@ fn work_done_by_torques_less_friction_is_the_energy_gained() {
     }
     let gained = energy(&arm, plant.state()) - before;
     assert!(spent > 10.0, "the arm should have moved: {spent} J");
-    // Measured: 5.4e-5 J of 103 J, Simpson's error at the onset of friction.
+    // Measured: 5.4e-5 J of 103 J, the error of Simpson's rule when friction starts to act.
     assert!((gained - work).abs() < 2e-6 * spent, "gained {gained} J for {work} J of work");
 }
 
@@ -268,7 +267,7 @@ fn coulomb_friction_holds_what_it_can_and_opposes_motion() {
         held.drive(&[0.0; 2]).unwrap();
     }
     (0..20).for_each(|_| free.drive(&[0.0; 2]).unwrap());
-    // Ten seconds, and not a bit of motion.
+    // Ten seconds without any motion, to the last bit.
     assert_eq!((held.state().q[0], held.state().qd[0]), (start[0], 0.0));
     assert!((free.state().q[0] - start[0]).abs() > 1e-3);
     assert_eq!((friction[0].torque(1e-9), friction[0].torque(-1e-9), friction[0].torque(0.0)), (5.0, -5.0, 0.0));
@@ -285,9 +284,9 @@ fn sticky(load: f64) -> [JointFriction; 2] {
 fn friction_falls_from_breakaway_to_coulomb_as_stribeck_has_it() {
     let [friction, _] = sticky(0.0);
     let curve = |qd: f64| friction.torque(qd) - 0.2 * qd;
-    // All of the breakaway level is reached next to rest.
+    // The full breakaway level applies at almost zero velocity.
     assert!((curve(1e-9) - 12.0).abs() < 1e-12 && friction.level(0.0, 0.0) == 12.0);
-    // At the Stribeck velocity the rise has fallen to 1/e; far above it only Coulomb friction remains.
+    // At the Stribeck velocity the excess has fallen to 1/e; far above it only Coulomb friction remains.
     assert!((curve(0.05) - (4.0 + 8.0 / 1.0_f64.exp())).abs() < 1e-6, "{}", curve(0.05));
     assert!((curve(0.5) - 4.0).abs() < 1e-12 && (curve(-0.5) + 4.0).abs() < 1e-12);
     // A load raises breakaway friction but not sliding friction.
@@ -306,12 +305,12 @@ fn a_joint_breaks_away_above_its_level_and_then_slides_on_less() {
         (0..30).for_each(|_| plant.drive(&[torque, 0.0]).unwrap());
         plant.state().q[0]
     };
-    // Up to the level, and to the last bit, the joint is held; above it is torn loose.
+    // Up to and including the level, the joint is held exactly; above it, it breaks loose.
     assert_eq!((moved(10.0, 0.0), moved(12.0, 0.0)), (0.0, 0.0));
-    // At first only the excess over the level drives it.
+    // At first, only the excess over the level accelerates it.
     let [barely, back, torn] = [12.01, -12.01, 13.0].map(|torque| moved(torque, 0.0));
     assert!(barely > 1e-5 && back < -1e-5 && torn > 0.1, "{barely} {back} {torn}");
-    // With half of the load added to breakaway friction, the joint holds 13 N m too.
+    // If half of the load is added to breakaway friction, the joint also holds 13 N m.
     assert_eq!(moved(13.0, 0.5), 0.0);
 }
 
@@ -319,13 +318,12 @@ fn a_joint_breaks_away_above_its_level_and_then_slides_on_less() {
 fn torque_ripple_swings_about_the_command_as_the_joint_turns() {
     let ripple = Ripple { share: 0.1, cycles: 6.0 };
     let kinds = [JointKind::Revolute, JointKind::Prismatic];
-    // A quarter of a cycle: pi / 12 of an angle, 1/24 m.
+    // A quarter of a ripple period: pi / 12 of an angle, 1/24 m.
     let quarter = [core::f64::consts::PI / 12.0, 1.0 / 24.0];
     let acting = rippled(ripple, &kinds, &[10.0, -20.0], &quarter);
     assert!((acting[0] - 11.0).abs() < 1e-12 && (acting[1] + 22.0).abs() < 1e-12, "{acting:?}");
     assert_eq!(rippled(ripple, &kinds, &[10.0, -20.0], &[0.0; 2]), [10.0, -20.0]);
-    // In the loop it does the work stated in the ledger, and no net work over whole turns, because the integral of the
-    // sine is zero.
+    // In the loop, the ripple does the work stated in the ledger. Over whole turns it does no net work, because the integral of the sine is zero.
     let mut arm: Arm<2> = Golden::load("planar2r").classical(false);
     arm.gravity = Vector3::zeros();
     let clock = Clock { period: 0.01, steps_per_tick: 40 };
@@ -372,7 +370,7 @@ fn the_clock_of_a_push_runs_while_the_brakes_hold() {
         wrench: Wrench { force: Vector3::new(0.0, 30.0, 0.0), moment: Vector3::zeros() },
     };
     let clock = Clock { period: 0.01, steps_per_tick: 10 };
-    // Held for so many ticks, then driven: the push begins at 0.05 s of the same clock.
+    // Held for this many ticks, then driven: the push begins at 0.05 s of the same clock.
     for held in [0, 3, 5, 6, 7] {
         let start = |push| Plant::new(&arm, None, ActuatorSettings::default(), clock, [0.3, 0.5]).with_push(push);
         let mut plants = [start(None), start(Some(push))];
@@ -407,7 +405,7 @@ fn brakes_bring_the_arm_to_rest_and_hold_it() {
     assert!((stopped.q[0] - (at.q[0] + at.qd[0] * 0.05)).abs() < 1e-12);
     plant.brake();
     assert_eq!(plant.state().q.map(f64::to_bits), stopped.q.map(f64::to_bits));
-    // A brake that is released and engaged again starts from the arm's state at that time.
+    // A brake that is released and engaged again starts from the arm's state at that instant.
     for _ in 0..20 {
         plant.drive(&[1.0, 0.0]).unwrap();
     }

@@ -47,7 +47,7 @@ fn natural_frequencies_are_those_of_the_closed_forms() {
     let found = springs(500.0, 0.0).natural_frequencies(&arm, &[0.4]).unwrap();
     let wanted = (500.0 * (1.0 / inertia + 1.0 / 0.3)).sqrt();
     assert!((found[0] / wanted - 1.0).abs() < 1e-12 && found[1].abs() < 1e-5 * wanted, "{found:?} and {wanted}");
-    // Motors too heavy to move: det(K - w^2 D) = 0, a quadratic for two joints.
+    // Rotors too heavy to move: det(K - w^2 D) = 0, a quadratic for two joints.
     let arm = rods(1e12);
     let q = [0.3, 0.9];
     let found = springs(500.0, 0.0).natural_frequencies(&arm, &q).unwrap();
@@ -82,7 +82,7 @@ fn oscillation(rotor: f64, damping: f64, steps: u32) -> f64 {
 
 #[test]
 fn a_pushed_motor_swings_against_its_link_as_the_closed_form_says() {
-    // Free, practically clamped, and damped to a tenth of the critical value.
+    // With free motor, with a practically clamped motor, and damped to a tenth of critical.
     for (name, rotor, damping, before) in
         [("free", 0.3, 0.0, 6.92e-7), ("clamped", 1e5, 0.0, 3.72e-8), ("damped", 0.3, 2.0, 1.83e-7)]
     {
@@ -102,7 +102,7 @@ fn energy(arm: &Arm<2>, rotor: f64, springs: &Elasticity<2>, plant: &Plant<2>) -
     bare.kinetic(&link.q, &link.qd) + bare.potential(&link.q) + rotors + springs.energy(motor, link)
 }
 
-/// Greatest change of energy while falling for half a second, J, and the change at the end.
+/// Greatest change of energy during a fall of half a second, J, and the change at its end, J.
 fn drift(damping: f64, backlash: Option<[f64; 2]>, integrator: Integrator, steps: u32) -> (f64, f64) {
     let arm = rods(0.3);
     let springs = Elasticity { backlash, ..springs(500.0, damping) };
@@ -165,10 +165,10 @@ fn flanks_in_play_meet_push_and_do_not_pull() {
     assert_eq!(torque(0.9e-3, &moved), 0.0);
     assert!((torque(3e-3, &state) - 1.0).abs() < 1e-12 && (torque(-3e-3, &state) + 1.0).abs() < 1e-12);
     assert!((torque(3e-3, &moved) - 6.0).abs() < 1e-12);
-    // A motor that moves away reduces the torque on the other flank, but not below zero.
+    // A motor that moves away reduces the torque on the flank, but not below zero.
     assert_eq!(torque(-3e-3, &moved), 0.0);
-    // The link stands still until the motor has crossed half of the backlash. Then it moves along: with 3 N m at J + D,
-    // less the torque that accelerates D.
+    // The link is at rest until the motor has crossed half of the backlash. Then it moves with the motor: with 3 N m at J + D, minus the torque that
+    // accelerates D.
     let mut plant = plant(&arm, springs, 8, [0.4]);
     let mut crossed = 0;
     while twist(&plant, 0) < 0.45 * PLAY {
@@ -198,7 +198,7 @@ fn an_elastic_arm_starts_where_its_springs_hold_it_and_stops_on_both_sides() {
     for i in 0..2 {
         assert!((twist(&plant, i) - weight[i] / 500.0 - 0.5e-3).abs() < 1e-12);
     }
-    // Motors that hold exactly that torque keep the arm there.
+    // Motors with exactly that torque keep the arm there.
     for _ in 0..200 {
         plant.drive(&weight).unwrap();
     }

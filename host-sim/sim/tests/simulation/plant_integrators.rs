@@ -1,4 +1,4 @@
-//! The plant's integrators: the order of each, and jitter at the given place.
+//! The plant's integrators: the order of each, and the instants that jitter moves.
 
 use crate::reference::Golden;
 use nalgebra::Vector3;
@@ -25,12 +25,12 @@ fn errors<const N: usize>(arm: &Arm<N>, start: [f64; N], by: &[(Integrator, u32)
     by.iter().map(error).collect()
 }
 
-/// True if a number is near the measured one.
+/// True if a number is within 5 % of the measured one.
 fn near(found: f64, before: f64) -> bool {
     (found / before - 1.0).abs() < 0.05
 }
 
-/// Check the order of every method; `euler` and `runge_kutta` are the errors measured before.
+/// Checks the order of every method; `euler` and `runge_kutta` are the errors measured before.
 fn every_order<const N: usize>(arm: &Arm<N>, start: [f64; N], euler: f64, runge_kutta: f64) {
     let mut by = vec![(Integrator::SemiImplicitEuler, 1000), (Integrator::SemiImplicitEuler, 2000)];
     by.extend([(Integrator::RungeKutta, 50), (Integrator::RungeKutta, 100)]);
@@ -74,7 +74,7 @@ fn a_jitter_moves_the_measurement_to_before_the_tick_and_the_torque_to_after_it(
     for integrator in [Integrator::RungeKutta, Integrator::SemiImplicitEuler, Integrator::Adaptive { tolerance: 1e-9 }]
     {
         let plant = || Plant::new(&arm, None, ActuatorSettings::default(), clock, [0.0; 2]).with_integrator(integrator);
-        // Distance of the arm since the measurement, over its speed: uniform from 0 to MOST.
+        // Distance that the arm has moved since the measurement, over its speed: a time uniform from 0 to MOST.
         let mut early = plant().with_jitter(Some(Jitter::new(MOST, 7, Moved::Sampling)), None);
         (0..50).for_each(|_| early.drive(&[0.2, 0.02]).unwrap());
         let times: Vec<f64> = (0..TICKS)
@@ -92,7 +92,7 @@ fn a_jitter_moves_the_measurement_to_before_the_tick_and_the_torque_to_after_it(
         let inside = |times: &[f64]| times.iter().all(|t| (-1e-6..1.01 * MOST).contains(t));
         let (mean, rms) = of(&times);
         assert!(inside(&times) && (mean - 0.5).abs() < 0.03 && (rms - 1.0).abs() < 0.03, "{mean} {rms}");
-        // From rest under the torque of one tick: the missing speed, over the acceleration.
+        // From rest under the torque of one tick: the missing speed over the acceleration is the delay.
         let speed = |plant: &mut Plant<2>| {
             plant.drive(&[1.0, 0.1]).unwrap();
             plant.state().qd[0]

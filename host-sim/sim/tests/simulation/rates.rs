@@ -1,4 +1,4 @@
-//! Loops with a simplified model: a fixed inertia, an evaluation in some ticks only, two precisions.
+//! Loops with a simplified model: a constant inertia, evaluation in some ticks only, two precisions.
 
 use dynamics_core::control::{Between, ControlLaw};
 use indicatif::ProgressBar;
@@ -39,7 +39,7 @@ fn csv(record: &Record) -> Vec<u8> {
     bytes
 }
 
-/// Assert that a number is within 3 % of the measured one, in either direction.
+/// Asserts that a number is within 3 % of the measured one.
 fn assert_near(found: f64, measured: f64, what: &str) {
     println!("{what}: {found:.3e}");
     assert!((found / measured - 1.0).abs() < 0.03, "{what}: {found:e}, measured before: {measured:e}");
@@ -94,7 +94,7 @@ fn the_shipped_scene_tracks_nearly_as_the_pick_does() {
     assert_near(error(&slow), 8.018e-4, "in every 4th tick, along a line");
     slow.control.model_between = Between::Hold;
     assert_near(error(&slow), 8.059e-4, "in every 4th tick, held");
-    // The same world: with its model in every tick it equals the pick, to the bit.
+    // The same world: with the model evaluated in every tick, it equals the pick scene bit for bit.
     slow.control.model_every = 1;
     assert_eq!(csv(&run(&slow).record), csv(&run(&load("../../scenes/puma560_pick.toml")).record));
 }
@@ -124,7 +124,7 @@ fn on_a_slow_course_smoothed_friction_is_the_error_and_coupled_feedback_gives_wa
     for (scene, measured) in with_friction {
         assert_near(error(scene), measured, &format!("{:?}, every {}", scene.control.law, scene.control.model_every));
     }
-    // What the feedforward lacks below its smoothing speed is most of it.
+    // Most of the error is the friction that the feedforward lacks below its smoothing speed.
     let sharp = |scene: &SceneFile| {
         let mut scene = scene.clone();
         scene.model.friction_smoothing = 0.005;
@@ -142,7 +142,7 @@ fn on_a_slow_course_smoothed_friction_is_the_error_and_coupled_feedback_gives_wa
     assert!(full < gravity && gravity < rarely, "{full} {gravity} {rarely}");
 }
 
-/// The planar arm `turns` turns from the origin, with an encoder of a million counts per turn.
+/// The planar arm, `turns` turns away from the origin, with an encoder of a million counts per turn.
 fn far(turns: f64, scalar: ScalarChoice) -> SceneFile {
     let mut scene = load("../tests/fixtures/swing.toml");
     scene.control.scalar = scalar;

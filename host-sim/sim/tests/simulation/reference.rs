@@ -84,7 +84,7 @@ pub(crate) struct WithRotor {
     pub(crate) qdd_fd: Vec<f64>,
 }
 
-/// Largest difference relative to the largest entry of the reference.
+/// Largest difference, relative to the largest entry of the reference.
 pub(crate) fn relative(found: &[f64], expected: &[f64]) -> f64 {
     assert_eq!(found.len(), expected.len());
     // f64::max drops a NaN, so it must be rejected here.
@@ -103,7 +103,7 @@ fn kind(letter: char) -> JointKind {
 
 impl Golden {
     pub(crate) fn load(robot: &str) -> Self {
-        // Two packages at different depths include this file.
+        // Two packages at different folder depths include this file.
         let above = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
         let folder = above.map(|folder| folder.join("robots/golden")).find(|folder| folder.is_dir()).unwrap();
         serde_json::from_str(&std::fs::read_to_string(folder.join(format!("{robot}.json"))).unwrap()).unwrap()

@@ -1,4 +1,4 @@
-//! Springs in the drives' own loops, beside the same springs over the bus: the YAM with simulated drives.
+//! Springs in the drives' own loops, compared with the same springs over the bus: the YAM with simulated drives.
 
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
@@ -28,7 +28,7 @@ fn worst(of: &[f64]) -> f64 {
     of.iter().fold(0.0, |worst, x| worst.max(x.abs()))
 }
 
-/// A step of a reply's position, rad.
+/// Resolution of a position in a reply, rad.
 const STEP: f64 = 25.0 / 65_535.0;
 
 #[test]
@@ -37,11 +37,11 @@ fn it_tracks_closer_than_the_same_spring_over_the_bus_and_parks_within_one_and_a
         ["split", "impedance"].map(|law| run(&scene(|text| text.replace("\"split\"", &format!("\"{law}\"")))));
     let (near, far) = (worst(&split.summary.tracking_rms), worst(&bus.summary.tracking_rms));
     assert!(near < 0.6 * far && near > 0.1 * far, "{near} rad and {far} rad");
-    // A reply cuts off what is below its step, and the integral ends half a step from there. The roll's breakaway takes 9 s to reach.
+    // A reply rounds down to a multiple of its step, so the integral term ends half a step away. The roll joint needs 9 s to reach breakaway torque.
     let split = run(&scene(|text| text.replace("duration = 4.0", "duration = 12.0")));
     let parked: Vec<f64> = split.summary.rest_error.iter().map(|error| error.unwrap()).collect();
     assert!(worst(&parked) < 1.5 * STEP + 2e-5 && worst(&parked) > 0.5 * STEP, "{parked:?} rad");
-    // Without a limit cycle: over the last half second nothing moves by a step.
+    // There is no limit cycle: over the last half second, nothing moves by a step.
     for joint in 0..6 {
         let last = split.record.joint(joint).skip(11_500).map(|sample| sample.q);
         let (low, high) = last.fold((f64::MAX, f64::MIN), |(low, high), q| (low.min(q), high.max(q)));

@@ -1,4 +1,4 @@
-//! Dry friction of the plant: where a joint stops, when it breaks loose, and what coupled joints do to each other.
+//! Dry friction of the plant: where a joint stops, when it breaks loose, and the effect of coupled joints on each other.
 #![allow(clippy::float_cmp, reason = "a joint that is held keeps every bit")]
 
 use crate::reference::Golden;
@@ -37,7 +37,7 @@ fn plant<const N: usize>(arm: &Arm<N>, friction: [JointFriction; N], integrator:
     Plant::new(arm, Some(friction), ActuatorSettings::default(), clock, [0.0; N]).with_integrator(integrator)
 }
 
-/// Position at which the link rests after 6 N m for 0.1 s, then nothing, rad; and where it is after two more seconds.
+/// Position at which the link rests after 6 N m for 0.1 s, then no torque, rad; and its state after two more seconds.
 fn stopped(friction: JointFriction, integrator: Integrator) -> (f64, State<1>) {
     let mut plant = plant(&link(), [friction], integrator);
     (0..10).for_each(|_| plant.drive(&[6.0]).unwrap());
@@ -67,7 +67,7 @@ fn a_sliding_joint_stops_where_the_formula_says_and_stays() {
         let (rest, later) = stopped(JointFriction::new(b, c), integrator);
         assert!((rest - place).abs() < error * place, "{integrator:?}: {rest} rad, expected {place} rad");
         assert_eq!((later.q, later.qd), ([rest], [0.0]), "{integrator:?}");
-        // With one hundredth more friction it stops elsewhere, by far more than that error.
+        // With 1 % more friction it stops elsewhere, farther away than that error.
         let (other, _) = stopped(JointFriction::new(b, 1.01 * c), integrator);
         assert!((other - place).abs() > 5.0 * error * place, "{integrator:?}: {other} rad");
     }
@@ -75,7 +75,7 @@ fn a_sliding_joint_stops_where_the_formula_says_and_stays() {
 
 #[test]
 fn a_joint_breaks_loose_at_its_level_whatever_the_direction() {
-    // Coulomb's torque is 3 N m with half a newton metre between the directions, and a constant torque drives it back.
+    // Coulomb friction is 3 N m with a difference of half a newton metre between the directions. A constant torque drives the joint back.
     let friction = JointFriction { asymmetry: 0.25, offset: 0.5, ..JointFriction::new(0.1, 3.0) };
     for (integrator, _) in METHODS {
         let after = |torque: f64| {
@@ -91,8 +91,8 @@ fn a_joint_breaks_loose_at_its_level_whatever_the_direction() {
     }
 }
 
-/// The motion of an arm with Coulomb friction, solved by trial of all states of all joints at the start of each short step. Nothing of it
-/// is the plant's but the terms of the equations of motion.
+/// The motion of an arm with Coulomb friction, by trying all states of all joints at the start of each short step. It shares only the terms of the
+/// equations of motion with the plant.
 struct Trial<'a> {
     arm: &'a Arm<2>,
     coulomb: [f64; 2],
@@ -100,7 +100,7 @@ struct Trial<'a> {
 }
 
 impl Trial<'_> {
-    /// Acceleration with the joints in these states (direction, or zero for one that is held), and what loads those that are held.
+    /// Acceleration with the joints in these states (direction, or zero for a held joint), and the loads of held joints.
     fn motion(&self, state: &State<2>, torque: [f64; 2], mode: [f64; 2]) -> ([f64; 2], [f64; 2]) {
         let terms = self.arm.terms(&state.q, &state.qd);
         let push: [f64; 2] = core::array::from_fn(|i| torque[i] - terms.coriolis[i] - mode[i] * self.coulomb[i]);
@@ -114,7 +114,7 @@ impl Trial<'_> {
         (qdd, core::array::from_fn(|i| push[i] - d[(i, 0)] * qdd[0] - d[(i, 1)] * qdd[1]))
     }
 
-    /// The one state of every joint that agrees with the motion that follows from it.
+    /// The only state of every joint that is consistent with the motion that follows from it.
     fn mode(&self, torque: [f64; 2]) -> [f64; 2] {
         let all = [-1.0, 0.0, 1.0].into_iter().flat_map(|a| [-1.0, 0.0, 1.0].map(|b| [a, b]));
         let mut agree = all.filter(|mode| {
@@ -148,7 +148,7 @@ impl Trial<'_> {
         along(&mean, h)
     }
 
-    /// Pass so long a time under a torque. Returns the number of joints that came to rest or broke loose within.
+    /// Simulates this time, s, under a torque. Returns the number of joints that came to rest or broke loose.
     fn pass(&mut self, torque: [f64; 2], time: f64) -> u32 {
         let (mut left, mut changes, mut last) = (time, 0, None);
         while left > 1e-13 {
@@ -163,7 +163,7 @@ impl Trial<'_> {
             let mut h = left.min(2e-5);
             let mut end = self.step(torque, mode, h);
             if over(&end) {
-                // The shortest step that is over, by halving.
+                // The shortest step that is too long, by bisection.
                 let mut low = 0.0;
                 for _ in 0..60 {
                     let middle = 0.5 * (low + h);
@@ -183,7 +183,7 @@ impl Trial<'_> {
     }
 }
 
-/// Torques of twelve tenths of a second, N m: they move one joint and let the other hold, tear it loose by the first one's motion, and turn both.
+/// Torques for twelve intervals of 0.1 s, N m: they move one joint while the other holds, tear it loose by the first one's motion, and reverse both.
 const TORQUES: [[f64; 2]; 12] = [
     [9.0, 0.0],
     [3.0, 0.3],
@@ -229,7 +229,7 @@ fn coupled_joints_move_as_the_trial_of_all_their_states_has_it() {
     println!("{changes} changes; {coarse:e} {fine:e} {finest:e}, adaptive {adaptive:e}");
     assert!(finest < 1e-8 && adaptive < 1e-7, "{finest:e}, adaptive {adaptive:e}");
     assert!(coarse < 1e-4 && fine < coarse / 4.0, "{coarse:e} {fine:e}");
-    // A thousandth more friction is another motion.
+    // With 0.1 % more friction the motion differs.
     assert!(worst([4.0, 1.001], Integrator::RungeKutta, 400) > 1e-5);
 }
 
@@ -252,7 +252,7 @@ fn tracking_errors_at_the_default_step_are_those_of_the_adaptive_integrator() {
         let worst = |found: &[f64]| found.iter().zip(&exact).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
         println!("{name}: {found:?} {exact:?} {}", worst(&found));
         assert!(worst(&found) < 0.05, "{name}: {found:?}, adaptive {exact:?}");
-        // Without dry friction in the world the errors are others.
+        // Without dry friction in the world, the errors differ.
         scene.plant.friction = false;
         let without = tracking(&scene);
         assert!(worst(&without) > 0.2, "{name}: {without:?}, with friction {exact:?}");

@@ -1,4 +1,4 @@
-//! `bound`: between what was found and what is proven, how wrong the torques of single precision are.
+//! `choose bound`: error of the torques in single precision, as the largest error found and a proven upper bound.
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::names::named;
@@ -41,7 +41,7 @@ a bound loses that takes every rounding at its worst.";
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct BoundArgs {
-    /// Robot files (TOML or URDF) or scene files (TOML); of a scene, what its model counts.
+    /// Robot files (TOML or URDF) or scene files (TOML). For a scene, the terms of its model.
     #[arg(required = true, value_name = "ROBOT|SCENE")]
     pub files: Vec<PathBuf>,
     /// The chain of every URDF robot.
@@ -50,33 +50,33 @@ pub struct BoundArgs {
     /// Difference allowed from the operations of the recursion.
     #[arg(long, value_parser = named::<Level>(), default_value = Level::Exact.name())]
     pub level: Level,
-    /// Random states; a tenth of them again for the bound of one state.
+    /// Number of random states for the largest error found; a tenth of them for the bound of single states.
     #[arg(long, value_name = "COUNT", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(1..))]
     pub samples: u32,
-    /// Boxes that are looked at for each joint.
+    /// Number of boxes of states for each joint's bound.
     #[arg(long, value_name = "COUNT", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..))]
     pub boxes: u32,
     /// Seed of the random states and climbs.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Greatest joint speeds, rad/s or m/s, one for each joint; the robot file's otherwise.
+    /// Greatest joint speeds, rad/s or m/s, one for each joint. Without it, the robot file's.
     #[arg(long, value_name = "QD1,QD2,..", value_delimiter = ',')]
     pub velocity: Option<Vec<f64>>,
-    /// Greatest joint accelerations, rad/s^2 or m/s^2, one for each joint; five times the speed a second otherwise.
+    /// Greatest joint accelerations, rad/s^2 or m/s^2, one for each joint. Without it, the speed limit in 0.2 s.
     #[arg(long, value_name = "QDD1,QDD2,..", value_delimiter = ',')]
     pub acceleration: Option<Vec<f64>>,
-    /// Print JSON, and nothing else: an object for each file, a line each.
+    /// Print JSON, and nothing else: an object for each file, one per line.
     #[arg(long)]
     pub json: bool,
-    /// Put the table between `<!-- measured: bound -->` and `<!-- end measured: bound -->` of this file.
+    /// Write the table between `<!-- measured: bound -->` and `<!-- end measured: bound -->` of this file.
     #[arg(long, value_name = "FILE", conflicts_with = "json")]
     pub write: Option<PathBuf>,
 }
 
-/// Print, or write into a document, what is known.
+/// Prints the errors, or writes them into a document.
 ///
 /// # Errors
-/// [`Failure::Input`] for a file or an option that is wrong; [`Failure::Output`] where a document cannot be written.
+/// [`Failure::Input`] for a wrong file or option; [`Failure::Output`] if a document cannot be written.
 pub fn run(args: &BoundArgs) -> Result<(), Failure> {
     let files: Vec<RobotOrScene> =
         args.files.iter().map(|path| load(path, args.chain.ends())).collect::<Result<_, _>>()?;

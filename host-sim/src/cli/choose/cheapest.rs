@@ -30,7 +30,7 @@ Examples:
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct ChooseArgs {
-    /// The scene file, or a robot file for a scene made up for it.
+    /// The scene file, or a robot file, for which a scene is made up.
     pub scene: PathBuf,
     /// The chain of a URDF robot.
     #[command(flatten)]
@@ -50,13 +50,13 @@ pub struct ChooseArgs {
     /// Choices to combine.
     #[command(flatten)]
     pub axes: AxisArgs,
-    /// Where the scene goes; out/trade/NAME/chosen.toml otherwise.
+    /// File for the scene. Without it, out/trade/NAME/chosen.toml.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// Overwriting.
     #[command(flatten)]
     pub force: ForceArgs,
-    /// Measure again what is known.
+    /// Repeat measurements whose results are stored.
     #[arg(long)]
     pub fresh: bool,
     /// Print JSON, and nothing else.
@@ -64,10 +64,10 @@ pub struct ChooseArgs {
     pub json: bool,
 }
 
-/// Choose the cheapest point that meets a request, and write its scene.
+/// Chooses the cheapest point that meets a request, and writes its scene.
 ///
 /// # Errors
-/// As [`run`](super::trade::run); a request that is none, or one that no choice meets.
+/// As [`run`](super::trade::run); also an empty request, or a request that no choice meets.
 pub fn run(args: &ChooseArgs, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), Failure> {
     if args.max_torque_error.is_none() && args.max_tracking_error.is_none() && args.budget.is_none() {
         return Err(Failure::Input(miette::miette!(
@@ -78,7 +78,7 @@ pub fn run(args: &ChooseArgs, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), 
     let mut output = args.force.output().reads(&args.scene);
     let work = folder(None, &base, &mut output)?;
     let path = args.out.clone().unwrap_or_else(|| work.join("chosen.toml"));
-    // Better now than after the measurements.
+    // An error here is better before the measurements than after them.
     output.file(&path)?;
     let rate = args.budget.map(|budget| budget.rate);
     let trade = measured(&base, &args.scene, &choices(&args.axes.axes(), &base, rate)?, chip, &work, args.fresh, stop)?;

@@ -1,4 +1,4 @@
-//! `choose margins`: how far each number of a scene may go before the arm is lost.
+//! `choose margins`: the margin of each number of a scene before the arm is lost.
 
 use clap::Args;
 use indicatif::ProgressBar;
@@ -39,10 +39,10 @@ pub struct MarginsArgs {
     pub json: bool,
 }
 
-/// Search the margins, and print them.
+/// Searches for the margins, and prints them.
 ///
 /// # Errors
-/// A scene that is wrong, or in which the arm is lost as it is; an interruption.
+/// A wrong scene, or one in which the arm is lost without any change; an interruption.
 pub fn run(args: &MarginsArgs, stop: &AtomicBool) -> Result<(), Failure> {
     let scene = SceneFile::load(&args.scene).map_err(Failure::input)?;
     let progress = if args.json { ProgressBar::hidden() } else { progress_bar(None, "runs") };

@@ -1,4 +1,4 @@
-//! `choose`: settings that are accurate enough, and what they cost.
+//! `choose`: settings that are accurate enough, and their costs.
 
 pub mod bound;
 pub mod cheapest;
@@ -17,17 +17,17 @@ pub type ChooseCommand = OrPart<cheapest::ChooseArgs, ChoosePart>;
 /// Parts of `choose`.
 #[derive(Clone, Debug, Subcommand)]
 pub enum ChoosePart {
-    /// Cost of every choice of accuracy on the chip: the ones that nothing beats.
+    /// Show accuracy and cost on the chip of many settings, and those that no other setting beats.
     Trade(trade::TradeArgs),
-    /// Error of torques in single precision: proven upper bound, and largest error found.
+    /// Bound the torque error of single precision: proven upper bound, and largest error found.
     Bound(bound::BoundArgs),
-    /// Margin of each number of a scene before the arm is lost.
+    /// Show how far each number of a scene may change before the arm is lost.
     Margins(margins::MarginsArgs),
 }
 
-/// Runs the command or its part; returns the exit code.
+/// Runs the command or its part. Returns the exit code.
 ///
-/// # Errors
+/// Errors of the command.
 /// Those of the command.
 pub fn run(command: &ChooseCommand, chip: &dyn Chip) -> Result<u8, Failure> {
     match command {

@@ -1,4 +1,4 @@
-//! `trade`: what every choice of accuracy costs.
+//! `choose trade`: the cost of every choice of accuracy.
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::force::ForceArgs;
@@ -61,7 +61,7 @@ Files, in the folder given by --out (out/trade/NAME otherwise):
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct TradeArgs {
-    /// The scene file, or a robot file for a scene made up for it.
+    /// The scene file, or a robot file, for which a scene is made up.
     pub scene: PathBuf,
     /// The chain of a URDF robot.
     #[command(flatten)]
@@ -75,10 +75,11 @@ pub struct TradeArgs {
     /// Overwriting.
     #[command(flatten)]
     pub force: ForceArgs,
-    /// Measure again what is known.
+    /// Repeat measurements whose results are stored.
     #[arg(long)]
     pub fresh: bool,
-    /// Put the tables between `<!-- measured: trade, NAME -->` and `<!-- end measured: trade, NAME -->` of this file, and the picture next to it.
+    /// Write the tables between `<!-- measured: trade, NAME -->` and `<!-- end measured: trade, NAME -->` of this file, and the picture next to
+    /// it.
     #[arg(long, value_name = "FILE")]
     pub write: Option<PathBuf>,
     /// Print JSON, and nothing else.
@@ -103,22 +104,22 @@ pub struct AxisArgs {
     /// Sets of terms.
     #[arg(long, value_enum, value_delimiter = ',', default_values = ["full", "no-coriolis", "diagonal", "gravity", "none"])]
     pub terms: Vec<TermSet>,
-    /// Friction fed forward, where the scene does it.
+    /// Friction feedforward, if the scene has it.
     #[arg(long, value_enum, value_delimiter = ',', default_values = ["on"])]
     pub friction: Vec<Switch>,
-    /// Rotors in the model, where the scene has them.
+    /// Rotors in the model, if the scene has them.
     #[arg(long, value_enum, value_delimiter = ',', default_values = ["on"])]
     pub rotors: Vec<Switch>,
-    /// When the model is evaluated.
+    /// Ticks in which the model is evaluated.
     #[arg(long, value_delimiter = ',', default_values = ["1", "4:extrapolate"], value_name = "TICKS[:BETWEEN]")]
     pub every: Vec<Every>,
     /// Levels of the arm's kernel.
     #[arg(long, value_parser = named::<Level>(), value_delimiter = ',', default_values = ["regrouped"])]
     pub kernel: Vec<Level>,
-    /// Control rates, Hz; the scene's otherwise.
+    /// Control rates, Hz. Without it, the scene's.
     #[arg(long, value_delimiter = ',', value_name = "HZ")]
     pub rate: Vec<f64>,
-    /// The product alone: without the scene's own choice and those that differ from it in one thing.
+    /// Only the combinations of the given options, without the scene's own settings and their single changes.
     #[arg(long)]
     pub alone: bool,
 }
@@ -133,7 +134,7 @@ pub enum Switch {
 }
 
 impl AxisArgs {
-    /// The same for the study.
+    /// The axes in the form that the study uses.
     pub(super) fn axes(&self) -> TradeAxes {
         let on = |switches: &[Switch]| switches.iter().map(|switch| *switch == Switch::On).collect();
         TradeAxes {
@@ -150,10 +151,10 @@ impl AxisArgs {
     }
 }
 
-/// Measure a trade-off, print and write it.
+/// Measures a trade-off, and prints and writes it.
 ///
 /// # Errors
-/// A scene that is wrong or a choice that it cannot have; a chip that cannot be built or run; an interruption.
+/// A wrong scene, or a choice that it does not allow; a program for the chip that cannot be built or run; an interruption.
 pub fn run(args: &TradeArgs, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), Failure> {
     let base = Baseline::load(&args.scene, args.chain.ends())?;
     let place = place_of(&base.file.name);
@@ -182,14 +183,14 @@ fn place_of(scene: &str) -> String {
     format!("trade, {scene}")
 }
 
-/// Where the files go, made if it is not there.
+/// The folder for the files. It is created if it does not exist.
 pub(super) fn folder(out: Option<&Path>, base: &Baseline, output: &mut Output) -> Result<PathBuf, Failure> {
     let folder = out.map_or_else(|| Path::new("out/trade").join(file_name(&base.file.name)), Path::to_owned);
     output.folder(&folder, &["trade.csv", "report.html"])?;
     Ok(folder)
 }
 
-/// Measure these choices, with a bar.
+/// Measures these choices, with a progress bar.
 pub(super) fn measured(
     base: &Baseline,
     scene: &Path,

@@ -1,4 +1,4 @@
-//! `connect`: operate an arm, and check records of that.
+//! `connect`: operates an arm, and checks records of such sessions.
 
 pub mod replay;
 pub mod session;
@@ -14,14 +14,14 @@ pub type ConnectCommand = OrPart<session::ConnectArgs, ConnectPart>;
 /// Parts of `connect`.
 #[derive(Clone, Debug, Subcommand)]
 pub enum ConnectPart {
-    /// Run a record of `connect` again on the desk, and demand the very same bits.
+    /// Replay a record of `connect` on the desk, and require the same bits.
     Replay(replay::ReplayArgs),
 }
 
-/// Runs the command or its part; returns the exit code.
+/// Runs the command or its part. Returns the exit code.
 ///
 /// # Errors
-/// Those of the command.
+/// Errors of the command.
 pub fn run(command: &ConnectCommand) -> Result<u8, Failure> {
     match command {
         OrPart::Itself(args) => session::run(args, presses()),

@@ -1,4 +1,4 @@
-//! `replay`: a record of `connect` through the same session on the desk.
+//! `connect replay`: replays a record of `connect` with the same session on the desk.
 
 use board::session::frame_log::{Head, Log};
 use board::session::replay::{Replay, replay};
@@ -26,7 +26,7 @@ Exit code 1: a tick differs, or the record cannot be replayed to its end; the me
 pub struct ReplayArgs {
     /// The record.
     pub log: PathBuf,
-    /// The scene file; the record's own otherwise.
+    /// The scene file. Without it, the scene in the record.
     #[arg(long, value_name = "FILE")]
     pub scene: Option<PathBuf>,
     /// Print the result as JSON.
@@ -34,10 +34,10 @@ pub struct ReplayArgs {
     pub json: bool,
 }
 
-/// Replay a record; returns the exit code.
+/// Replays a record. Returns the exit code.
 ///
 /// # Errors
-/// A file that cannot be read, a scene that is not the record's.
+/// A file that cannot be read, or a scene that differs from the record's.
 pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
     let in_log = |problem: &dyn std::fmt::Display| Failure::Input(miette::miette!("{}: {problem}", args.log.display()));
     let bytes = std::fs::read(&args.log).map_err(|error| in_log(&error))?;
@@ -56,7 +56,7 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
     Ok(if done.is_the_same() { 0 } else { failure::OUTSIDE })
 }
 
-/// Checks that the record is of this robot, scene and controller.
+/// Checks that the record was made with this robot, scene and controller.
 fn same(head: &Head, found: u64, args: &ReplayArgs) -> Result<(), Failure> {
     if head.hash == found {
         return Ok(());

@@ -1,4 +1,4 @@
-//! `doctor --bundle`: a text with what a bug report needs, and without keys.
+//! `doctor --bundle`: a text with the data that a bug report needs, without keys.
 
 use super::report::Report;
 use firmware_image::process;
@@ -8,10 +8,10 @@ use sim::terminal::json;
 use std::path::Path;
 use std::process::Command;
 
-/// Texts longer than this are cut: a report is read by people.
+/// A text longer than this is cut, because people read the report.
 const LONGEST: usize = 100_000;
 
-/// The text, Markdown: versions, the checks, the scene and its robot. Paths below the home folder begin with `~`.
+/// The text in Markdown: versions, the checks, the scene and its robot. Paths below the home folder begin with `~`.
 pub(super) fn text(report: &Report<'_>, scene: Option<&SceneFile>) -> Result<String, Failure> {
     let output = |program: &str, arguments: &[&str]| {
         process::output(Command::new(program).args(arguments).current_dir(process::root()))
@@ -52,7 +52,7 @@ fn cut(text: &str) -> String {
     }
 }
 
-/// A text without the name of the home folder, and without what looks like a key: 64 hexadecimal digits in a row.
+/// Removes the name of the home folder from a text, and anything that looks like a key: 64 hexadecimal digits in a row.
 fn private(text: &str, home: Option<&str>) -> String {
     let text = home
         .filter(|home| Path::new(home).components().count() > 1)
@@ -81,7 +81,7 @@ mod tests {
         let key = "00112233445566778899aabbccddeeff00112233445566778899AABBCCDDEEFF";
         let text = private(&format!("/home/ada/arm.key\n{key}\n0123 {key}ab."), Some("/home/ada"));
         assert_eq!(text, "~/arm.key\n[a key was here]\n0123 [a key was here].");
-        // The root folder is in every path, and 63 digits are no key.
+        // The root folder as the home folder is not replaced, and 63 digits are not a key.
         assert_eq!(private(&format!("/x {}", &key[1..]), Some("/")), format!("/x {}", &key[1..]));
     }
 }

@@ -1,4 +1,4 @@
-//! `doctor`: is everything there, and what to do about what is not.
+//! `doctor`: finds missing or wrong tools, and gives advice.
 
 mod bundle;
 mod report;
@@ -41,7 +41,7 @@ pub struct DoctorArgs {
     /// Intended uses.
     #[arg(long = "for", value_enum, value_delimiter = ',', value_name = "USE,..", default_value = "desk")]
     pub uses: Vec<Use>,
-    /// The serial port that the board's link is on; the firmware is asked who it is.
+    /// The serial port of the board's link. The firmware's protocol is checked, and with --scene its scene.
     #[arg(long)]
     pub port: Option<String>,
     /// The scene that the firmware should have been built from.
@@ -50,7 +50,7 @@ pub struct DoctorArgs {
     /// The key file of the board (`newtau firmware key new`); the board must prove that it has it.
     #[arg(long, value_name = "FILE", requires = "port")]
     pub key: Option<PathBuf>,
-    /// Write what a bug report needs: versions, these checks, the scene and its robot; no keys, no home folder.
+    /// Write a file for a bug report: versions, these checks, the scene and its robot. It contains no keys and not the name of the home folder.
     #[arg(long, value_name = "FILE")]
     pub bundle: Option<PathBuf>,
     /// Overwriting.
@@ -61,10 +61,10 @@ pub struct DoctorArgs {
     pub json: bool,
 }
 
-/// Look at everything and print it; returns the exit code.
+/// Performs all checks and prints them. Returns the exit code.
 ///
 /// # Errors
-/// A scene that is wrong; output that cannot be written.
+/// A wrong scene; output that cannot be written.
 pub fn run(args: &DoctorArgs) -> Result<u8, Failure> {
     let scene = args.scene.as_deref().map(SceneFile::load).transpose().map_err(Failure::input)?;
     let hello = scene.as_ref().map(hello).transpose()?;
@@ -89,7 +89,7 @@ pub fn run(args: &DoctorArgs) -> Result<u8, Failure> {
     }
 }
 
-/// Hello of firmware that was built from this scene.
+/// Hello that firmware built from this scene sends.
 fn hello(scene: &SceneFile) -> Result<Hello, Failure> {
     Ok(with_dof!(scene.robot.dof(), N => {
         let model = scene.robot.model::<N>().map_err(Failure::input)?;

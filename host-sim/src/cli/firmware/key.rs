@@ -20,7 +20,7 @@ pub struct KeyArgs {
 /// A task with a key.
 #[derive(Clone, Debug, Subcommand)]
 pub enum KeyAction {
-    /// Make a new key of 32 random bytes, in a file for its owner alone.
+    /// Make a new key of 32 random bytes, in a file that only its owner can read.
     #[command(after_help = "Example:\n  newtau firmware key new arm.key")]
     New {
         /// The file; it must not exist.
@@ -40,10 +40,10 @@ pub enum KeyAction {
     Write(flash::key::KeyOptions),
 }
 
-/// The key of a `--key` option, if there is one.
+/// Loads the key of a `--key` option, if there is one.
 ///
 /// # Errors
-/// A file that is no key, or that others can read.
+/// The file does not contain a key, or others can read it.
 pub(crate) fn given(file: Option<&Path>) -> Result<Option<Key>, Failure> {
     file.map(key::load).transpose().map_err(bad)
 }
@@ -52,10 +52,10 @@ fn bad(error: KeyError) -> Failure {
     Failure::Input(miette::miette!("{error}"))
 }
 
-/// Make a key, or the page of one.
+/// Creates a key, or a key page.
 ///
 /// # Errors
-/// A file that exists, cannot be written, or is no key.
+/// A file that exists, cannot be written, or does not contain a key.
 pub fn run(args: &KeyArgs) -> Result<u8, Failure> {
     match &args.action {
         KeyAction::New { file } => make(file),

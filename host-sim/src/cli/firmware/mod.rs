@@ -1,4 +1,4 @@
-//! `firmware`: build it, flash it, and the key that a host and a board share.
+//! `firmware`: builds and flashes the firmware, and manages the key that a host and a board share.
 
 mod failure;
 pub mod key;
@@ -23,9 +23,9 @@ pub struct FirmwareArgs {
 /// The task.
 #[derive(Clone, Debug, Subcommand)]
 pub enum FirmwareTask {
-    /// Build the firmware for a scene and a board, and print where the program lies.
+    /// Build the firmware for a scene and a board, and print the path of the program.
     Build(BuildArgs),
-    /// Build it, and write it to a real board with probe-rs.
+    /// Build the firmware, and write it to a real board with probe-rs.
     #[command(after_help = "Example:\n  newtau firmware flash --board f405-can --dry-run")]
     Flash(flash::FlashOptions),
     /// Make the key that a host and a board share, and write it to the board.
@@ -39,18 +39,18 @@ pub struct BuildArgs {
     /// The board.
     #[arg(long, value_enum, default_value_t = Board::Netduinoplus2)]
     pub board: Board,
-    /// The scene whose arm and controller are built in; without it, one that the board has drives for.
+    /// The scene whose arm and controller are built in. Without it, the board's example.
     #[arg(long)]
     pub scene: Option<PathBuf>,
-    /// Trust anybody on the wire, without a key: for the bench alone; the firmware says so to every host.
+    /// Accept every host, without a key. Only for the bench: the firmware reports this to every host.
     #[arg(long)]
     pub insecure: bool,
 }
 
-/// Does a task of the firmware; returns the exit code.
+/// Does a task of the firmware. Returns the exit code.
 ///
 /// # Errors
-/// Those of the task.
+/// Errors of the task.
 pub fn run(args: &FirmwareArgs) -> Result<u8, Failure> {
     match &args.task {
         FirmwareTask::Build(args) => build(args),

@@ -19,25 +19,25 @@ pub struct CorrectionArgs {
     /// Factor of the positions, one for each joint or one for all: 6.2832 for turns.
     #[arg(long, value_name = "K1,K2,..", value_delimiter = ',')]
     pub position_scale: Vec<f64>,
-    /// Of each joint, the joint in whose columns it is recorded: 3,2,1 for the reversed order.
+    /// For each joint, the number of the joint in whose columns its data is: 3,2,1 for the reversed order.
     #[arg(long, value_name = "JOINTS", value_delimiter = ',', conflicts_with_all = ["permute_torque", "permute_position"])]
     pub permute: Vec<usize>,
-    /// The same for torques alone.
+    /// The same, for torques only.
     #[arg(long, value_name = "JOINTS", value_delimiter = ',')]
     pub permute_torque: Vec<usize>,
-    /// The same for positions and velocities alone.
+    /// The same, for positions and velocities only.
     #[arg(long, value_name = "JOINTS", value_delimiter = ',')]
     pub permute_position: Vec<usize>,
-    /// Time by which the torques are recorded later than the positions, s, one for each joint or one for all; estimated otherwise.
+    /// Delay of the torques relative to the positions, s, one for each joint or one for all. Without it, estimated.
     #[arg(long, value_name = "S1,S2,..", value_delimiter = ',', allow_hyphen_values = true)]
     pub delay: Vec<f64>,
 }
 
 impl CorrectionArgs {
-    /// The correction of logs of so many joints.
+    /// The correction for logs of this many joints.
     ///
     /// # Errors
-    /// [`Failure::Input`]: a joint that does not exist, a count of numbers that is neither 1 nor that of the joints, a factor of 0.
+    /// [`Failure::Input`]: a joint that does not exist, a list whose length is neither 1 nor the number of joints, or a factor of 0.
     pub fn correction(&self, joints: usize) -> Result<Correction, Failure> {
         let mut correction = Correction::none(joints);
         correction.torque = factors("--torque-scale", &self.torque_scale, joints, 1.0)?;

@@ -1,4 +1,4 @@
-//! `excite`: a motion worth recording.
+//! `identify excite`: designs a motion for identification.
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::force::ForceArgs;
@@ -37,13 +37,13 @@ reference motion. It does not know cables, a gripper that the shapes do not cont
 pub struct ExciteArgs {
     /// A robot file (TOML or URDF) or a scene.
     pub file: PathBuf,
-    /// Slow sweeps at steady speeds instead, for friction.
+    /// Instead, slow sweeps at constant speeds, to identify friction.
     #[arg(long, conflicts_with = "static")]
     pub friction: bool,
-    /// Postures with rests instead, for gravity.
+    /// Instead, postures in which the arm rests, to identify gravity.
     #[arg(long = "static")]
     pub r#static: bool,
-    /// Where each joint swings about, rad or m; the middle of its range otherwise.
+    /// Position about which each joint swings, rad or m. Without it, the middle of its range.
     #[arg(long, value_name = "Q1,Q2,..", value_delimiter = ',', allow_hyphen_values = true)]
     pub centre: Option<Vec<f64>>,
     /// Widest swing to either side of a joint, rad or m.
@@ -52,7 +52,7 @@ pub struct ExciteArgs {
     /// Share of the speed limits.
     #[arg(long, value_name = "SHARE", default_value_t = 0.6, allow_negative_numbers = true)]
     pub speed: f64,
-    /// Greatest acceleration of every joint, rad/s^2 or m/s^2; the speed limit in 0.4 s otherwise.
+    /// Greatest acceleration of every joint, rad/s^2 or m/s^2. Without it, each joint reaches its speed limit in 0.4 s.
     #[arg(long, value_name = "ACCELERATION", allow_negative_numbers = true)]
     pub acceleration: Option<f64>,
     /// Share of the torque limits.
@@ -67,7 +67,7 @@ pub struct ExciteArgs {
     /// Smallest distance from the floor, from boxes, and between links, m.
     #[arg(long, value_name = "DISTANCE", default_value_t = 0.02, allow_hyphen_values = true)]
     pub clearance: f64,
-    /// Radius of links without collision shapes, one for all or one each, m; 6 % of the arm's length otherwise.
+    /// Radius of links without collision shapes, one for all or one for each, m. Without it, 6 % of the arm's length.
     #[arg(long, value_name = "R1,R2,..", value_delimiter = ',')]
     pub radius: Vec<f64>,
     /// Period of the first harmonic, s.
@@ -79,7 +79,7 @@ pub struct ExciteArgs {
     /// Harmonics, 1 to 8.
     #[arg(long, value_name = "NUMBER", default_value_t = 5)]
     pub harmonics: usize,
-    /// Expected deviation of the measured torque, as a share of each torque limit.
+    /// Expected standard deviation of the measured torque, as a share of each torque limit.
     #[arg(long, value_name = "SHARE", default_value_t = 0.005, allow_negative_numbers = true)]
     pub noise: f64,
     /// Motions to try.
@@ -88,7 +88,7 @@ pub struct ExciteArgs {
     /// Seed of the search.
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     pub seed: u64,
-    /// File for the motion; standard output otherwise.
+    /// Write the motion to this file. Without it, to standard output.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// Overwriting.
@@ -102,11 +102,10 @@ pub struct ExciteArgs {
     pub json: bool,
 }
 
-/// Design, write.
+/// Designs the motion and writes it.
 ///
 /// # Errors
-/// [`Failure::Input`] for a file or an option that is wrong, or if no motion keeps the limits; [`Failure::Output`] for a file that cannot be
-/// written.
+/// [`Failure::Input`] for a wrong file or option, or if no motion keeps the limits; [`Failure::Output`] for a file that cannot be written.
 pub fn run(args: &ExciteArgs) -> Result<(), Failure> {
     let wrong = |expected: &str, found: String| {
         Err(Failure::Input(miette::miette!(help = format!("expected {expected}"), "{found}")))
@@ -132,7 +131,7 @@ pub fn run(args: &ExciteArgs) -> Result<(), Failure> {
     }
     let around = surroundings(args)?;
     let given = RobotOrScene::load(&args.file, args.chain.ends())?;
-    // Better now than after the search.
+    // An error here is better before the search than after it.
     let mut output = args.force.output().reads(&args.file);
     args.out.as_deref().map_or(Ok(()), |path| output.file(path))?;
     let kind = match (args.friction, args.r#static) {
@@ -169,7 +168,7 @@ pub fn run(args: &ExciteArgs) -> Result<(), Failure> {
     }
 }
 
-/// Floor, boxes and radii of the options.
+/// Floor, boxes and radii from the options.
 fn surroundings(args: &ExciteArgs) -> Result<Surroundings, Failure> {
     let wrong = |expected: &str, found: String| {
         Failure::Input(miette::miette!(help = format!("expected {expected}"), "{found}"))

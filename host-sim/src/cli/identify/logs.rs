@@ -1,4 +1,4 @@
-//! `identify`: the model of an arm from logs of its motion.
+//! `identify`: estimates the model of an arm from logs of its motion.
 
 use super::corrections::CorrectionArgs;
 use crate::cli::chain::ChainArgs;
@@ -50,27 +50,28 @@ sign, a unit, the order of columns, or gravity explains a log that the arm does 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct IdentifyArgs {
-    /// The robot file (TOML or URDF): its geometry is used as it is, its masses are the start of the search.
+    /// The robot file (TOML or URDF). Its geometry is used unchanged; its masses are the starting values.
     pub robot: PathBuf,
     /// Logs to identify from.
     #[arg(long, value_name = "FILE", num_args = 1..)]
     pub log: Vec<PathBuf>,
-    /// Logs to judge the result on.
+    /// Logs to validate the result with.
     #[arg(long, value_name = "FILE", num_args = 1..)]
     pub validate: Vec<PathBuf>,
-    /// Logs with something held: its mass, centre and inertia. Without --log, the robot file's own numbers are the known arm.
+    /// Logs with a payload, to identify its mass, centre of mass and inertia. Without --log, the numbers of the robot file are used for the arm.
     #[arg(long, value_name = "FILE", num_args = 1..)]
     pub payload: Vec<PathBuf>,
-    /// Standard deviation of the measured torque's scale, as a share; 0.1 for currents, 0.02 otherwise.
+    /// Relative standard deviation of the scale of the measured torque. Default: 0.1 for currents, 0.02 for torques.
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     pub torque_deviation: Option<f64>,
-    /// A file for the robot with its new numbers.
+    /// Write the robot with the identified numbers to this file.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// A folder for the report: index.html.
+    /// Write the report (index.html) to this folder.
     #[arg(long, value_name = "FOLDER")]
     pub report: Option<PathBuf>,
-    /// A file for measured and predicted torque (after the same filter) of the first judged log, CSV.
+    /// Write the measured and the predicted torque of the first validation log (of the first log if there is none) to this CSV file, both after the
+    /// same filter.
     #[arg(long, value_name = "FILE")]
     pub predict: Option<PathBuf>,
     /// Overwriting.
@@ -79,28 +80,28 @@ pub struct IdentifyArgs {
     /// Torque per ampere of each joint, or one for all, N m/A.
     #[arg(long, value_name = "K1,K2,..", value_delimiter = ',')]
     pub torque_per_ampere: Option<Vec<f64>>,
-    /// Angles and their velocities are in degrees.
+    /// The log's angles are in degrees and its velocities in degrees/s.
     #[arg(long)]
     pub degrees: bool,
-    /// Columns of the logs by name: t, q, qd, tau or i (currents), each with a pattern, in which {} is a joint's number or name, or a list.
+    /// Names of the logs' columns. KEY is t, q, qd, tau or i (current). NAME is a list, or a pattern in which {} is the joint's number or name.
     #[arg(long, value_name = "KEY=NAME,..", value_parser = ColumnNames::parse)]
     pub columns: Option<ColumnNames>,
     /// Ticks a second, for a log that counts time in ticks.
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub tick_rate: Option<f64>,
-    /// Cut-off of the filter of torques, Hz; 8, or a fifth of the log's rate where that is less.
+    /// Cut-off frequency of the torque filter, Hz. Default: 8, or a fifth of the log's rate if that is less.
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub cutoff: Option<f64>,
-    /// Cut-off of the filter of motions, Hz; chosen by held-out error otherwise.
+    /// Cut-off frequency of the motion filter, Hz. Without it, chosen by the held-out error.
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub motion_cutoff: Option<f64>,
-    /// Offset, viscous and Coulomb friction only.
+    /// Use only offset, viscous and Coulomb friction.
     #[arg(long)]
     pub plain_friction: bool,
-    /// Uncertainty of the robot file's masses and second moments, as a share.
+    /// Relative uncertainty of the masses and second moments in the robot file.
     #[arg(long, value_name = "SHARE", default_value_t = 0.3, allow_negative_numbers = true)]
     pub trust: f64,
-    /// Write the robot file of a doubtful model, too, and exit with 0.
+    /// Also write the robot file if the verdict is `doubtful`, and exit with 0.
     #[arg(long)]
     pub accept_doubtful: bool,
     /// Corrections of the logs.
@@ -117,10 +118,10 @@ pub struct IdentifyArgs {
     pub json: bool,
 }
 
-/// Identify, print, write; returns the exit code: 0, or 3 for a model that is doubtful or refused.
+/// Identifies, prints and writes the model. Returns the exit code: 0, or 3 for a doubtful or rejected model.
 ///
 /// # Errors
-/// [`Failure::Input`] for a robot file, a log or an option that is wrong; [`Failure::Output`] for a file that cannot be written.
+/// [`Failure::Input`] for a wrong robot file, log or option; [`Failure::Output`] for a file that cannot be written.
 pub fn run(args: &IdentifyArgs) -> Result<u8, Failure> {
     let wrong = |expected: &str, found: String| {
         Err(Failure::Input(miette::miette!(help = format!("expected {expected}"), "{found}")))
@@ -144,12 +145,12 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Failure> {
         [x, y, z] if [x, y, z].iter().all(|g| g.is_finite()) => Vector3::new(*x, *y, *z),
         other => return wrong("three finite numbers gx,gy,gz", format!("--gravity {other:?}")),
     };
-    // Better now than after the work.
+    // An error here is better before the work than after it.
     let inputs = args.log.iter().chain(&args.validate).chain(&args.payload).chain([&args.robot]);
     let mut output = inputs.fold(args.force.output(), |output, path| output.reads(path));
     [&args.out, &args.predict].into_iter().flatten().try_for_each(|path| output.file(path))?;
     args.report.as_deref().map_or(Ok(()), |folder| output.folder(folder, &["index.html"]))?;
-    // Masses scale with the square of what the coordinates scale: half the deviation.
+    // Masses scale with the square of the coordinates' scale, so the coordinates have half the standard deviation.
     let subject = Subject::load(&args.robot, args.chain.ends(), gravity, 0.5 * args.trust)?;
     let options = LogOptions {
         degrees: args.degrees,
@@ -169,7 +170,7 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Failure> {
             }
             Err(failure) => failure,
         };
-        // Outside of what the arm can do: a sign or a scale may explain it.
+        // The log contains motions that the arm cannot make. A wrong sign or scale may be the reason.
         let Some(findings) = subject.explained(path, &options) else { return Err(failure) };
         let refused = Verdict { grade: Grade::Refused, reasons: vec![Reason::Explained(findings.explanations)] };
         if args.json {
@@ -240,7 +241,7 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Failure> {
     Ok(FAULT)
 }
 
-/// Logs for validation that are not among those to identify from; a remark for each that is.
+/// Returns the logs for validation that are not used for identification too. Adds a note for each log that is.
 fn held_out(logs: &[Log], validation: Vec<Log>, notes: &mut Vec<String>) -> Vec<Log> {
     let twin = |log: &Log| logs.iter().find(|other| other.is_same(log)).map(|other| other.file.clone());
     let (same, other): (Vec<Log>, Vec<Log>) = validation.into_iter().partition(|log| twin(log).is_some());
@@ -254,7 +255,7 @@ fn held_out(logs: &[Log], validation: Vec<Log>, notes: &mut Vec<String>) -> Vec<
     other
 }
 
-/// Remarks on how the logs were understood, a line each.
+/// Notes on how the logs were interpreted, a line each.
 fn noted(notes: &[String]) -> String {
     notes.iter().map(|note| format!("{:<20}{note}\n", "note")).collect()
 }

@@ -1,4 +1,4 @@
-//! `identify`: an arm from logs of its motion.
+//! `identify`: the model of an arm from logs of its motion.
 
 pub mod corrections;
 pub mod excite;
@@ -14,14 +14,14 @@ pub type IdentifyCommand = OrPart<logs::IdentifyArgs, IdentifyPart>;
 /// Parts of `identify`.
 #[derive(Clone, Debug, Subcommand)]
 pub enum IdentifyPart {
-    /// Design a motion worth recording, to identify an arm from.
+    /// Design a motion to record for the identification of an arm.
     Excite(excite::ExciteArgs),
 }
 
-/// Runs the command or its part; returns the exit code.
+/// Runs the command or its part. Returns the exit code.
 ///
 /// # Errors
-/// Those of the command.
+/// Errors of the command.
 pub fn run(command: &IdentifyCommand) -> Result<u8, Failure> {
     match command {
         OrPart::Itself(args) => logs::run(args),

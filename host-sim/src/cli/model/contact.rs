@@ -1,4 +1,4 @@
-//! `contact`: the wrench at the tip from that in the base, or the other way round.
+//! `model contact`: the wrench at the tip from a wrench measured in the base, or the reverse.
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::gravity::GravityArgs;
@@ -59,10 +59,10 @@ pub struct ContactArgs {
     pub json: bool,
 }
 
-/// Answer on standard output.
+/// Prints the answer.
 ///
 /// # Errors
-/// [`Failure::Input`] for a robot or an option that is wrong.
+/// [`Failure::Input`] for a wrong robot or option.
 pub fn run(args: &ContactArgs) -> Result<(), Failure> {
     let robot = Robot::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
     say_mounting(&robot);

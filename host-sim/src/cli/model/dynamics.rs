@@ -1,4 +1,4 @@
-//! `dynamics`: inverse and forward dynamics of states given as JSON lines.
+//! `model dynamics`: inverse and forward dynamics of states given as JSON lines.
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::names::{Presence, named};
@@ -50,15 +50,15 @@ pub struct DynamicsArgs {
     /// Floating-point type to compute in.
     #[arg(long, value_parser = named::<ScalarChoice>(), default_value = name(ScalarChoice::F64))]
     pub scalar: ScalarChoice,
-    /// Count or omit the rotors of the robot file.
+    /// Include or omit the rotors of the robot file.
     #[arg(long, value_enum, default_value_t = Presence::Present)]
     pub rotor: Presence,
 }
 
-/// Answer every line of the input on standard output.
+/// Prints the answer to every line of the input.
 ///
 /// # Errors
-/// [`Failure::Input`] for a robot or a line that is wrong; the lines before it have been answered.
+/// [`Failure::Input`] for a wrong robot or line; the lines before it have been answered.
 pub fn run(args: &DynamicsArgs) -> Result<(), Failure> {
     let robot = Robot::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
     say_mounting(&robot);
@@ -83,7 +83,7 @@ pub fn run(args: &DynamicsArgs) -> Result<(), Failure> {
         }
     });
     match (done, output.flush()) {
-        // Whoever reads has seen enough, as `head` has.
+        // The reader has closed the pipe because it needs no more, as `head` does.
         (Err(Failure::Output(error)), _) | (_, Err(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         (Err(failure), _) => Err(failure),
         (Ok(()), flushed) => flushed.map_err(Failure::Output),

@@ -1,4 +1,4 @@
-//! `energy`: run a scene and account for the energy.
+//! `model energy`: runs a scene and computes its energy balance.
 
 use crate::cli::force::ForceArgs;
 use crate::cli::output::files;
@@ -49,13 +49,13 @@ A fault ends the account: what the brakes take is not in it. Exit codes as those
 pub struct EnergyArgs {
     /// The scene file (TOML).
     pub scene: PathBuf,
-    /// Work along states given as JSON lines, instead of a run; - for standard input.
+    /// Work along states given as JSON lines, instead of a run. - is standard input.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["duration", "out"])]
     pub path: Option<PathBuf>,
-    /// Simulated time, s; the scene's otherwise.
+    /// Simulated time, s. Without it, the scene's.
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub duration: Option<f64>,
-    /// Folder for the files; the scene's name under out/ otherwise.
+    /// Folder for the files. Without it, out/NAME with the scene's name.
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
     /// Overwriting.
@@ -66,10 +66,10 @@ pub struct EnergyArgs {
     pub json: bool,
 }
 
-/// Run a scene and account for it; returns the exit code.
+/// Runs a scene and prints its energy balance. Returns the exit code.
 ///
 /// # Errors
-/// A scene that is wrong, a file that cannot be written.
+/// A wrong scene, or a file that cannot be written.
 pub fn run(args: &EnergyArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     let mut scene = SceneFile::load(&args.scene).map_err(Failure::input)?;
     if let Some(path) = &args.path {
@@ -77,7 +77,7 @@ pub fn run(args: &EnergyArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     }
     set_duration(&mut scene, args.duration)?;
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(file_name(&scene.name)));
-    // Better now than after the run.
+    // An error here is better before the run than after it.
     let mut output = args.force.output().reads(&args.scene);
     output.folder(&folder, &["energy.json", "report.html"])?;
     let (run, account) = account(&scene, stop)?;
@@ -95,7 +95,7 @@ fn show(as_json: bool, json: &str, account: &Account, written: &[PathBuf]) -> Re
     if as_json { print(&format!("{json}\n")) } else { print(&format!("{}\n{}", account.table(), files(written))) }
 }
 
-/// Print the work along a path.
+/// Prints the work along a path.
 fn along(scene: &SceneFile, path: &Path, as_json: bool) -> Result<(), Failure> {
     let (source, input): (String, Box<dyn BufRead>) = if path == Path::new("-") {
         ("standard input".to_owned(), Box::new(stdin().lock()))

@@ -1,4 +1,4 @@
-//! `export`: an arm in a format of other programs.
+//! `model export`: writes an arm in a format of other programs.
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::force::ForceArgs;
@@ -32,7 +32,7 @@ pub struct ExportArgs {
     /// The chain of a URDF robot.
     #[command(flatten)]
     pub chain: ChainArgs,
-    /// A file for the result; standard output otherwise.
+    /// File for the result. Without it, standard output.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// Overwriting.
@@ -40,10 +40,10 @@ pub struct ExportArgs {
     pub force: ForceArgs,
 }
 
-/// Write the arm.
+/// Writes the arm.
 ///
 /// # Errors
-/// [`Failure::Input`] for a robot file that is wrong; [`Failure::Output`] for a file that cannot be written.
+/// [`Failure::Input`] for a wrong robot file; [`Failure::Output`] for a file that cannot be written.
 pub fn run(args: &ExportArgs) -> Result<(), Failure> {
     let robot = Robot::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
     let text = urdf(&robot);

@@ -1,4 +1,4 @@
-//! `kernel`: the arm's dynamics as straight-line Rust, and what each rewrite and each term of the scene is worth.
+//! `model kernel`: the arm's dynamics as straight-line Rust, and the savings by each rewrite and each term of the scene.
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::names::named;
@@ -39,30 +39,30 @@ pub struct KernelArgs {
     /// The chain of a URDF robot.
     #[command(flatten)]
     pub chain: ChainArgs,
-    /// The scene file, about this robot: which terms act on it.
+    /// A scene of this robot, for the terms of its model.
     #[arg(long)]
     pub scene: Option<PathBuf>,
-    /// Difference allowed from the operations of the recursion; exact by default.
+    /// Difference allowed from the operations of the recursion. Default: exact.
     #[arg(long, value_parser = named::<Level>())]
     pub level: Option<Level>,
-    /// Function to compute; inverse-dynamics by default.
+    /// Function to compute. Default: inverse-dynamics.
     #[arg(long, value_parser = named::<Function>())]
     pub function: Option<Function>,
-    /// Floating-point type; the scene's otherwise.
+    /// Floating-point type. Without it, the scene's.
     #[arg(long, value_parser = named::<ScalarChoice>())]
     pub scalar: Option<ScalarChoice>,
     /// Print operation counts as JSON instead of the source.
     #[arg(long, conflicts_with = "table")]
     pub json: bool,
-    /// Print tables of what is saved, by what, instead of the source.
+    /// Print tables of the operations that each rule saves, instead of the source.
     #[arg(long)]
     pub table: bool,
 }
 
-/// Print the source, the counts or the tables.
+/// Prints the source, the counts or the tables.
 ///
 /// # Errors
-/// A robot or a scene file that is wrong; a scene about another robot.
+/// A wrong robot or scene file, or a scene with another robot.
 pub fn run(args: &KernelArgs) -> Result<(), Failure> {
     let file = scene_about(&args.robot, args.chain.ends(), args.scene.as_deref())?;
     let text = with_dof!(file.robot.dof(), N => {

@@ -1,4 +1,4 @@
-//! `linkage`: a closed loop driven round, or let run.
+//! `model linkage`: a closed loop whose crank is driven through a turn, or simulated under a moment.
 
 use crate::cli::force::ForceArgs;
 use crate::cli::names::named;
@@ -46,16 +46,16 @@ Units: SI, radians. Angles count from the ground or the guide; see docs/theory/l
 pub struct LinkageArgs {
     /// The linkage file (TOML).
     pub linkage: PathBuf,
-    /// Speed of the crank, rad/s: constant and 10 if nothing is said; with --simulate that of the start, else 0.
+    /// Speed of the crank, rad/s. Constant, and 10 by default. With --simulate it is the speed at the start, 0 by default.
     #[arg(long, value_name = "RAD/S", allow_negative_numbers = true)]
     pub speed: Option<f64>,
     /// Steps in a turn.
     #[arg(long, default_value_t = 360, value_parser = clap::value_parser!(u32).range(8..=100_000), conflicts_with = "simulate")]
     pub steps: u32,
-    /// Which way the loop is assembled.
+    /// Assembly of the loop.
     #[arg(long, value_parser = named::<Branch>(), default_value = name(Branch::Open))]
     pub branch: Branch,
-    /// Let it run under this moment on the crank, N m, instead of driving it.
+    /// Simulate the linkage under this moment on the crank, N m, instead of driving it.
     #[arg(long, value_name = "MOMENT", allow_negative_numbers = true)]
     pub simulate: Option<f64>,
     /// Simulated time, s.
@@ -64,10 +64,10 @@ pub struct LinkageArgs {
     /// Time step of the simulation, s.
     #[arg(long, value_name = "SECONDS", default_value_t = 1e-4, requires = "simulate", allow_negative_numbers = true)]
     pub time_step: f64,
-    /// Crank angle at which the simulation starts, rad; the middle of its range if nothing is said, 0 if that is a whole turn.
+    /// Crank angle at which the simulation starts, rad. Default: the middle of its range, or 0 if the range is a whole turn.
     #[arg(long, value_name = "RAD", allow_negative_numbers = true, requires = "simulate")]
     pub angle: Option<f64>,
-    /// Folder for table and report; the linkage's name under out/ otherwise.
+    /// Folder for table and report. Without it, out/NAME with the linkage's name.
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
     /// Overwriting.
@@ -78,21 +78,21 @@ pub struct LinkageArgs {
     pub json: bool,
 }
 
-/// Steps that a simulation may have: each is a line of the log.
+/// Most steps of a simulation: each is a line of the log.
 const STEPS_MAX: f64 = 1e6;
 
 /// Speed of a driven crank if none is given, rad/s.
 const SPEED: f64 = 10.0;
 
-/// Drive or simulate; returns the exit code.
+/// Drives or simulates the linkage. Returns the exit code.
 ///
 /// # Errors
-/// A file or an option that is wrong, a result that cannot be written.
+/// A wrong file or option, or a result that cannot be written.
 pub fn run(args: &LinkageArgs) -> Result<u8, Failure> {
     let linkage = LinkageFile::load(&args.linkage).map_err(Failure::input)?;
     let given = [("--speed", args.speed), ("--simulate", args.simulate), ("--angle", args.angle)];
     for (option, number) in given.into_iter().filter_map(|(option, number)| Some((option, number?))) {
-        // Squares of what is far beyond any machine still have to be numbers.
+        // The limit keeps the squares of all numbers finite; it is far beyond any machine.
         if number.is_nan() || number.abs() > 1e9 {
             return Err(Failure::Input(miette::miette!("{option} {number}: expected a number up to 1e9")));
         }
@@ -104,7 +104,7 @@ pub fn run(args: &LinkageArgs) -> Result<u8, Failure> {
     }
 }
 
-/// The folder, claimed.
+/// Claims the output folder.
 fn claimed(args: &LinkageArgs, folder: &Path) -> Result<Output, Failure> {
     let mut output = args.force.output().reads(&args.linkage);
     output.folder(folder, &["driven.csv", "free.csv", "summary.json", "report.html"])?;
@@ -159,7 +159,7 @@ fn simulate(args: &LinkageArgs, linkage: &LinkageFile, moment: f64, folder: &Pat
     Ok(if run.stopped.is_some() { failure::FAULT } else { 0 })
 }
 
-/// Failure to start a linkage: the reason, and where it could start.
+/// Failure to start a linkage: the reason, and angles at which it could start.
 fn no_start(args: &LinkageArgs, start: &Start, range: &Range, error: LinkageError<f64>) -> Failure {
     let (file, angle, branch) = (args.linkage.display(), start.angle, name(start.branch));
     let help = describe_range(range);

@@ -1,4 +1,4 @@
-//! `model`: what the equations of motion of an arm say.
+//! `model`: results of the arm's equations of motion.
 
 pub mod contact;
 pub mod dynamics;
@@ -35,17 +35,17 @@ pub enum Computation {
     Dynamics(dynamics::DynamicsArgs),
     /// The matrices of the equations of motion at one posture.
     Terms(terms::TermsArgs),
-    /// Torques that hold an arm at rest, what its joints carry, and the posture that takes least.
+    /// Torques that hold an arm at rest, loads of its joints, and the posture with the least torque.
     Statics(statics::StaticsArgs),
-    /// The wrench at the tip from a sensor in the base, or its reading for a known contact.
+    /// Wrench at the tip from a force sensor in the base, or the sensor's reading for a known contact.
     Contact(contact::ContactArgs),
-    /// Run a scene and account for the energy: work of every joint, friction, what is left over.
+    /// Run a scene and balance its energy: work of every joint, friction, remainder.
     Energy(energy::EnergyArgs),
-    /// Drive a four-bar linkage or a slider-crank round, or let it run.
+    /// Drive a four-bar linkage or a slider-crank through a turn, or simulate it.
     Linkage(linkage::LinkageArgs),
-    /// The arm's dynamics as straight-line Rust, or what that saves.
+    /// The arm's dynamics as straight-line Rust source, or tables of the saved operations.
     Kernel(kernel::KernelArgs),
-    /// A motion from the path that an arm was guided along by hand.
+    /// Turn the path of a hand-guided arm into a motion.
     Motion(motion::MotionArgs),
     /// Contents of a robot file.
     Info(info::InfoArgs),
@@ -54,10 +54,10 @@ pub enum Computation {
 }
 
 impl ModelArgs {
-    /// Computes, and prints or writes; returns the exit code.
+    /// Runs the computation, and prints or writes its result. Returns the exit code.
     ///
     /// # Errors
-    /// Those of the computation.
+    /// Errors of the computation.
     pub fn run(&self) -> Result<u8, Failure> {
         let done = match &self.computation {
             Computation::Energy(args) => return energy::run(args, &stop_on_interrupt()),

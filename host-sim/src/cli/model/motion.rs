@@ -1,4 +1,4 @@
-//! `motion`: a motion from the path that an arm was guided along by hand.
+//! `model motion`: a motion from the recorded path of a hand-guided arm.
 
 use crate::cli::force::ForceArgs;
 use clap::Args;
@@ -33,7 +33,7 @@ pub struct MotionArgs {
     /// Largest distance of a joint from the path, rad or m.
     #[arg(long, value_name = "DISTANCE", default_value_t = 0.01, allow_negative_numbers = true)]
     pub tolerance: f64,
-    /// File for the motion; standard output otherwise.
+    /// Write the motion to this file. Without it, to standard output.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// Overwriting.
@@ -41,10 +41,10 @@ pub struct MotionArgs {
     pub force: ForceArgs,
 }
 
-/// Write the motion.
+/// Writes the motion.
 ///
 /// # Errors
-/// [`Failure::Input`] for a scene or a path that is wrong; [`Failure::Output`] for a file that cannot be written.
+/// [`Failure::Input`] for a wrong scene or path; [`Failure::Output`] for a file that cannot be written.
 pub fn run(args: &MotionArgs) -> Result<(), Failure> {
     if !(args.tolerance > 0.0 && args.tolerance.is_finite()) {
         return Err(Failure::Input(miette::miette!(

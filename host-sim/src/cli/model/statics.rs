@@ -1,4 +1,4 @@
-//! `statics`: what holds an arm at rest, and the posture that takes least.
+//! `model statics`: torques that hold an arm at rest, and the posture that needs the least.
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::force::ForceArgs;
@@ -50,7 +50,7 @@ pub struct StaticsArgs {
     /// The chain of a URDF robot.
     #[command(flatten)]
     pub chain: ChainArgs,
-    /// Joint positions, rad or m; where the search begins with --minimise, which needs none.
+    /// Joint positions, rad or m. With --minimise they are the start of the search and may be left out.
     #[arg(
         long,
         value_name = "Q1,Q2,..",
@@ -62,22 +62,22 @@ pub struct StaticsArgs {
     /// Gravity.
     #[command(flatten)]
     pub gravity: GravityArgs,
-    /// A point mass held by the tip: kg, and where in the tip frame, m (its origin if left out).
+    /// A point mass at the tip: kg, and its position in the tip frame, m (the origin if left out).
     #[arg(long, value_name = "MASS[,X,Y,Z]", value_delimiter = ',', allow_hyphen_values = true)]
     pub load: Option<Vec<f64>>,
     /// Wrench of the environment on the arm at the tip, in tip axes, N and N m.
     #[arg(long, value_name = "FX,FY,FZ,MX,MY,MZ", value_delimiter = ',', allow_hyphen_values = true)]
     pub tip_wrench: Option<Vec<f64>>,
-    /// Find the posture of the least: torque of a joint (its name or number), total (sum of squares of all), potential (V).
+    /// Find the posture with the least torque of a joint (its name or number), sum of squared torques (total), or potential energy (potential).
     #[arg(long, value_name = "JOINT|total|potential")]
     pub minimise: Option<String>,
-    /// Joints (names or numbers) that stay at their --q in the search.
+    /// Joints (names or numbers) that stay at their --q during the search.
     #[arg(long, value_name = "JOINT,..", value_delimiter = ',', requires_all = ["q", "minimise"])]
     pub hold: Vec<String>,
-    /// Torques and V over the range of a joint (its name or number), the others at their --q; drawn into report.html.
+    /// Torques and potential energy over the range of a joint (its name or number), with the others at their --q; drawn in report.html.
     #[arg(long, value_name = "JOINT", requires = "q", conflicts_with = "minimise")]
     pub sweep: Option<String>,
-    /// Folder for the picture of --sweep; the robot's name under out/ otherwise.
+    /// Folder for the picture of --sweep. Without it, out/NAME with the robot's name.
     #[arg(long, value_name = "FOLDER", requires = "sweep")]
     pub out: Option<PathBuf>,
     /// Overwriting.
@@ -91,10 +91,10 @@ pub struct StaticsArgs {
     pub json: bool,
 }
 
-/// Answer on standard output.
+/// Prints the answer.
 ///
 /// # Errors
-/// [`Failure::Input`] for a robot or an option that is wrong.
+/// [`Failure::Input`] for a wrong robot or option.
 pub fn run(args: &StaticsArgs) -> Result<(), Failure> {
     let robot = Robot::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
     say_mounting(&robot);
@@ -115,7 +115,7 @@ pub fn run(args: &StaticsArgs) -> Result<(), Failure> {
     print(&format!("{text}\n"))
 }
 
-/// Draw and print a sweep.
+/// Prints a sweep, and draws it into a report.
 fn swept(args: &StaticsArgs, robot: &Robot, question: &StaticsRequest, joint: &str) -> Result<(), Failure> {
     let found = with_dof!(robot.dof(), N => sweep::<N>(robot, question, joint))?;
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(file_name(&robot.name)));

@@ -1,4 +1,4 @@
-//! `terms`: the matrices of the equations of motion at one posture.
+//! `model terms`: the matrices of the equations of motion at one posture.
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::names::Presence;
@@ -54,16 +54,16 @@ pub struct TermsArgs {
     /// Joint velocities, rad/s or m/s; zero if not given.
     #[arg(long, value_name = "QD1,QD2,..", value_delimiter = ',', allow_hyphen_values = true)]
     pub qd: Option<Vec<f64>>,
-    /// Gravitational acceleration in the base frame, m/s^2; the scene's otherwise.
+    /// Gravitational acceleration in the base frame, m/s^2. Without it, the scene's.
     #[arg(long, value_name = "GX,GY,GZ", value_delimiter = ',', allow_hyphen_values = true)]
     pub gravity: Option<Vec<f64>>,
-    /// The scene file, about this robot: gravity, payload, rotors.
+    /// A scene of this robot: gravity, payload, rotors.
     #[arg(long)]
     pub scene: Option<PathBuf>,
     /// Method of computation.
     #[arg(long, value_enum, default_value_t = Method::Lagrange)]
     pub method: Method,
-    /// Count or omit the rotors; as the scene otherwise.
+    /// Include or omit the rotors. Without it, as in the scene.
     #[arg(long, value_enum)]
     pub rotor: Option<Presence>,
     /// Print JSON, and nothing else.
@@ -71,10 +71,10 @@ pub struct TermsArgs {
     pub json: bool,
 }
 
-/// Print the terms.
+/// Prints the terms.
 ///
 /// # Errors
-/// A robot or a scene file that is wrong, a list of the wrong length, a posture outside the limits.
+/// A wrong robot or scene file, a list of the wrong length, or a posture outside the limits.
 pub fn run(args: &TermsArgs) -> Result<(), Failure> {
     let file = scene_about(&args.robot, args.chain.ends(), args.scene.as_deref())?;
     let question = TermsRequest {

@@ -1,4 +1,4 @@
-//! `merge`: the shards of a study, put together.
+//! `sweep merge`: merges the shards of a study.
 
 use super::study::{Shown, show};
 use crate::cli::force::ForceArgs;
@@ -24,10 +24,10 @@ Examples:
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct MergeArgs {
-    /// The shards' folders in any order, or the folder that holds them.
+    /// The folders of the shards in any order, or the folder that contains them.
     #[arg(value_name = "FOLDER", required = true)]
     pub shards: Vec<PathBuf>,
-    /// Folder for the whole; a new one, or an empty one.
+    /// Folder for the merged study. It must be new or empty.
     #[arg(long, value_name = "FOLDER")]
     pub out: PathBuf,
     /// Overwriting.
@@ -36,15 +36,15 @@ pub struct MergeArgs {
     /// Print results.json, and nothing else.
     #[arg(long)]
     pub json: bool,
-    /// No progress bar and no table.
+    /// Print no progress bar and no table.
     #[arg(long)]
     pub quiet: bool,
 }
 
-/// Merge shards; returns the exit code.
+/// Merges shards. Returns the exit code.
 ///
 /// # Errors
-/// Shards that do not belong together or are damaged, a file that cannot be written.
+/// Shards that are damaged or do not belong together, or a file that cannot be written.
 pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     let bar = if args.json || args.quiet { ProgressBar::hidden() } else { progress_bar(None, "shards") };
     let shards = store::shards(&args.shards)?;

@@ -14,14 +14,14 @@ pub type SweepCommand = OrPart<study::SweepArgs, SweepPart>;
 /// Parts of `sweep`.
 #[derive(Clone, Debug, Subcommand)]
 pub enum SweepPart {
-    /// Put the shards of a study together.
+    /// Merge the shards of a study.
     Merge(merge::MergeArgs),
 }
 
-/// Runs the command or its part; returns the exit code.
+/// Runs the command or its part. Returns the exit code.
 ///
 /// # Errors
-/// Those of the command.
+/// Errors of the command.
 pub fn run(command: &SweepCommand) -> Result<u8, Failure> {
     match command {
         OrPart::Itself(args) => study::run(args, &stop_on_interrupt()),

@@ -1,4 +1,4 @@
-//! `sweep`: very many runs of a study, or a part of them.
+//! `sweep`: the runs of a study, or a part of them.
 
 use crate::cli::force::ForceArgs;
 use crate::cli::names::named;
@@ -50,29 +50,29 @@ Files, in the folder given by --out:
 pub struct SweepArgs {
     /// The study file (TOML).
     pub study: PathBuf,
-    /// Folder for the runs; the study's name under out/ otherwise, with --replay followed by the index.
+    /// Folder for the runs. Without it, out/NAME with the study's name; with --replay, the index follows the name.
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
-    /// Number of runs; the study's otherwise.
+    /// Number of runs. Without it, the study's.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000_000))]
     pub runs: Option<u64>,
-    /// Only part K of N.
+    /// Run only part K of N.
     #[arg(long, value_name = "K/N", default_value_t = Shard::WHOLE, hide_default_value = true)]
     pub shard: Shard,
-    /// Number of threads; one for each core otherwise.
+    /// Number of threads. Without it, one for each core.
     #[arg(long, value_name = "THREADS")]
     pub jobs: Option<NonZeroUsize>,
-    /// Only the run with this index, in full.
+    /// Run only the run with this index, with its log and report.
     #[arg(long, value_name = "INDEX", conflicts_with_all = ["shard", "json", "write"])]
     pub replay: Option<u64>,
-    /// Run nothing: write what this engine takes for so many --shards.
+    /// Run nothing. Write the files that submit the study to this engine, in --shards parts.
     #[arg(long, value_name = "ENGINE", value_parser = named::<Engine>(), requires = "shards")]
     #[arg(conflicts_with_all = ["shard", "json", "write", "replay"])]
     pub submit: Option<Engine>,
     /// Number of shards, with --submit.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000), requires = "submit")]
     pub shards: Option<u64>,
-    /// Put the results into this page, between its lines `<!-- measured: NAME -->` with the study's name.
+    /// Write the results into this page, after its line `<!-- measured: NAME -->` with the study's name.
     #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/measured/studies.md")]
     pub write: Option<PathBuf>,
     /// Overwriting.
@@ -81,15 +81,15 @@ pub struct SweepArgs {
     /// Print results.json, and nothing else.
     #[arg(long)]
     pub json: bool,
-    /// No progress bar and no table.
+    /// Print no progress bar and no table.
     #[arg(long)]
     pub quiet: bool,
 }
 
-/// Run a study, or a part; returns the exit code.
+/// Runs a study, or a part of it. Returns the exit code.
 ///
 /// # Errors
-/// A study or a folder that is wrong, a file that cannot be written.
+/// A wrong study or folder, or a file that cannot be written.
 pub fn run(args: &SweepArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     let prepared = Prepared::load(&args.study, args.runs)?;
     let name = args.replay.map_or_else(String::new, |index| format!("_{index}"));
@@ -104,11 +104,11 @@ pub fn run(args: &SweepArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     if args.write.is_some() && !args.shard.is_whole() {
         return Err(Failure::Input(miette::miette!("--write beside --shard: expected the whole study")));
     }
-    // Better now than after the runs.
+    // An error here is better before the runs than after them.
     let page = pages::document(args.write.as_deref(), &[&prepared.study.name])?;
     let mut output = outputs(args, &prepared);
     if folder.join(store::MANIFEST).exists() {
-        // Runs that are there are continued; the store checks whose they are.
+        // Runs that exist are continued. The store checks that they belong to this study.
         output.known_folder(&folder, FILES)?;
     } else {
         prepared.may_lie_in(&folder)?;
@@ -134,7 +134,7 @@ fn outputs(args: &SweepArgs, prepared: &Prepared) -> Output {
     args.force.output().reads(&args.study).reads(&prepared.study.experiment.scene)
 }
 
-/// Do the runs; `None` where they were interrupted.
+/// Does the runs; `None` if they were interrupted.
 fn write(args: &SweepArgs, prepared: &Prepared, folder: &Path, stop: &AtomicBool) -> Result<Option<Done>, Failure> {
     let jobs = Jobs::new(args.jobs.map(NonZeroUsize::get)).map_err(Failure::Output)?;
     let indices = args.shard.indices(prepared.count);
@@ -165,11 +165,11 @@ fn pace(done: &Done) -> String {
 pub(super) struct Shown<'a> {
     pub(super) json: bool,
     pub(super) quiet: bool,
-    /// A line about how long it took.
+    /// A line with the duration and speed of the runs.
     pub(super) pace: &'a str,
 }
 
-/// Write the results, and print them.
+/// Writes the results, and prints them.
 pub(super) fn show(
     shown: &Shown<'_>,
     prepared: &Prepared,
@@ -188,7 +188,7 @@ pub(super) fn show(
     print(&format!("{}{}{}", results.text(&folder.join(STUDY)), shown.pace, files(&written)))
 }
 
-/// Write files for an engine; they lie beside each other wherever the folder is.
+/// Writes files for an engine. They are all in this folder, which may be moved.
 fn submitted(args: &SweepArgs, prepared: &Prepared, folder: &Path, engine: Engine, shards: u64) -> Result<u8, Failure> {
     let submission = Submission {
         engine,
@@ -203,7 +203,7 @@ fn submitted(args: &SweepArgs, prepared: &Prepared, folder: &Path, engine: Engin
     Ok(0)
 }
 
-/// Do one run in full; the exit code is that of `run`.
+/// Does one run in full. The exit code is that of `run`.
 fn replayed(
     args: &SweepArgs,
     prepared: &Prepared,

@@ -1,9 +1,9 @@
 //! Error of the joint torques in single precision: a proven upper bound, and the largest error found.
 //!
-//! The exact torque is that of the robot file's numbers (`f64`) in exact arithmetic, at inputs that `f32` holds. Single
-//! precision rounds the constants, computes sine and cosine with [`dynamics_core::trig::Polynomial`], and rounds every
-//! operation. The proven bound and the found errors include all three. At level `regrouped` the constants are those of
-//! the kernel, already in single precision, so the bound covers sine, cosine and arithmetic.
+//! The exact torque follows from the numbers of the robot file (`f64`) in exact arithmetic, at inputs that `f32` represents exactly. Single precision
+//! rounds the constants, computes sine and cosine with [`dynamics_core::trig::Polynomial`], and rounds every operation. The proven bound and the
+//! found errors include all three. At level `regrouped` the constants are those of the kernel, already in single precision, so the bound covers sine,
+//! cosine and arithmetic.
 //!
 //! - **Found.** Random states and corners of the box are evaluated, then the error is increased by climbs from the
 //!   worst of them. Both are compared with the same computation in double-double arithmetic. The result depends on the

@@ -1,6 +1,6 @@
 //! States of motion, and boxes of them.
 
-/// State of a motion at one instant, in numbers that `f32` holds.
+/// State of a motion at one instant, in numbers that `f32` represents exactly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State<const N: usize> {
     /// Position, rad or m.
@@ -19,8 +19,7 @@ pub struct Region<const N: usize> {
 }
 
 impl<const N: usize> Region<N> {
-    /// Create a region from limits, rounded to `f32` as in the controller; velocity and acceleration extend in both
-    /// directions.
+    /// Creates a region from limits, rounded to `f32` as in the controller. Velocity and acceleration extend in both directions.
     #[must_use]
     pub fn new(q: [(f64, f64); N], qd: [f64; N], qdd: [f64; N]) -> Self {
         let round = |x: f64| f64::from(x as f32);
@@ -35,7 +34,7 @@ impl<const N: usize> Region<N> {
         Self { inputs: [state.q, state.qd, state.qdd].map(|all| all.map(point)) }
     }
 
-    /// Both halves along an input. The index counts through all positions, velocities and accelerations.
+    /// Both halves of the region, cut along one input. The index counts through all positions, velocities and accelerations.
     pub(super) fn halves(&self, input: usize) -> [Self; 2] {
         let (lo, hi) = self.inputs[input / N][input % N];
         let middle = lo + (hi - lo) / 2.0;
@@ -53,7 +52,7 @@ impl<const N: usize> Region<N> {
     }
 }
 
-/// Clamp to a range. Its ends are exact in `f32`, so rounding does not leave the range.
+/// Clamps to a range. Its ends are exact in `f32`, so rounding does not leave the range.
 pub(super) fn clamped(x: f64, (lo, hi): (f64, f64)) -> f32 {
     x.clamp(lo, hi) as f32
 }

@@ -28,12 +28,10 @@ pub struct LargestError<const N: usize> {
     pub state: State<N>,
 }
 
-/// Random states are drawn in lots. Each lot has its own random stream, so that the number of threads does not change
-/// the states.
+/// Number of random states per lot. Each lot has its own random stream, so that the states do not depend on the number of threads.
 const LOT: usize = 1000;
 
-/// Random states of a region for one lot. In every second state each input is, by chance, at an end of its range or
-/// anywhere.
+/// Random states of a region for one lot. In every second state each input is, at random, at an end of its range or anywhere in it.
 pub fn random_states<const N: usize>(region: &Region<N>, seed: u64, lot: usize) -> impl Iterator<Item = State<N>> {
     let (region, mut random) = (*region, generator(seed, lot as u64));
     (0..LOT).map(move |k| {
@@ -59,7 +57,7 @@ fn share(random: &mut ChaCha8Rng) -> f64 {
     (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Find the states in which `what` is largest for each joint: random states, then climbs from the worst.
+/// Finds the states in which `what` is largest for each joint: random states, then climbs from the worst.
 pub fn search<const N: usize>(
     region: &Region<N>,
     effort: &Effort,
@@ -97,9 +95,8 @@ pub fn search<const N: usize>(
     })
 }
 
-/// Climb with steps in random directions, at most three inputs at a time, from a third of the range down to a few units
-/// in the last place. The error rises with the torques and jumps from float to float; each step size explores another
-/// part of that.
+/// Climbs with steps in random directions, which change at most three inputs at a time. Steps range from a third of the range down to a few units in
+/// the last place. The error grows with the torques but jumps from float to float; large steps explore the first, small steps the second.
 fn climb<const N: usize>(
     region: &Region<N>,
     start: LargestError<N>,

@@ -1,6 +1,6 @@
-//! Figures of an arm that matter to a person near it: how heavy, how fast, how strong, and how far it moves before it stops.
+//! Hazard figures of an arm for a person near it: mass, speed, force, and stopping distance.
 //!
-//! They follow from the limits of the robot file and the settings of a scene. Limits are software: a fault of the software, the board or a
+//! They follow from the limits of the robot file and the settings of a scene. **These limits are software**: a fault of the software, the board or a
 //! drive may exceed them.
 
 use crate::numbers::digits;
@@ -16,47 +16,47 @@ use robot_compiler::SceneFile;
 use robot_compiler::scene::{axis_to_tip, joints};
 use serde::Serialize;
 
-/// Class I of ISO 10218-1:2025: mass, kg, force, N, and speed of the tip, m/s, of the manipulator's own capability, **not limited by
-/// robot or safety functions**. As in "New Standards for Industrial Robots", Dit, Inail, ESREL 2025, paper P3635.
+/// Class I of ISO 10218-1:2025: mass, kg, force, N, and tip speed, m/s, that the manipulator itself can reach, **not limited by robot or safety
+/// functions**. Source: "New Standards for Industrial Robots", Dit, Inail, ESREL 2025, paper P3635.
 pub const CLASS_I: (f64, f64, f64) = (10.0, 50.0, 0.25);
 
-/// Quantities that matter to a person near the arm. `None`: unbounded, because a joint lacks the limit.
+/// Hazard figures. `None` means unbounded, because a joint lacks the limit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Hazard {
-    /// The scene's name; `None` for the default scene.
+    /// Name of the scene; `None` for the default scene.
     pub scene: Option<String>,
-    /// Mass of all that moves, with the payload of the scene, kg.
+    /// Mass of all moving parts, including the scene's payload, kg.
     pub moving_mass: f64,
-    /// Greatest speed of the tip that was found with all joints within their velocity limits, m/s.
+    /// Greatest tip speed found with all joints within their velocity limits, m/s.
     pub tip_speed: Option<f64>,
-    /// An upper bound of it, m/s: no posture is faster.
+    /// Upper bound of the tip speed in any posture, m/s.
     pub tip_speed_bound: Option<f64>,
-    /// Greatest kinetic energy that was found with all joints within their velocity limits, rotors included, J.
+    /// Greatest kinetic energy found with all joints within their velocity limits, including rotors, J.
     pub kinetic_energy: Option<f64>,
-    /// Greatest force of the tip at rest within the torque limits, where the scene's motion starts, along a direction in which one joint
-    /// moves the tip, N. Along a direction in which a stretched or folded arm cannot move, the force is larger without bound.
+    /// Greatest static force of the tip within the torque limits, N, where the scene's motion starts, along a direction in which one joint moves the
+    /// tip. Along a direction in which a stretched or folded arm cannot move, the force has no upper bound.
     pub tip_force: Option<f64>,
-    /// Longest time from an event to the torque that answers it, s.
+    /// Longest time from an event to the torque that reacts to it, s.
     pub reaction_time: f64,
     /// Longest time from an event to rest, s.
     pub stopping_time: Option<f64>,
     /// Upper bound of the tip's path from an event to rest, m.
     pub stopping_distance: Option<f64>,
-    /// Time that the brakes need to engage, s; 0 without brakes. Where the scene says 0, which no brake is, that of slow ones.
+    /// Time that the brakes need to engage, s; 0 without brakes. If the scene specifies 0, which no brake reaches, the time of slow brakes.
     pub brake_delay: f64,
-    /// True if this time is assumed.
+    /// True if `brake_delay` is assumed, not specified.
     pub brake_delay_assumed: bool,
-    /// Way of each joint, rad or m, that gravity alone moves it in that time from rest, in its worst posture found.
+    /// Distance that gravity alone moves each joint from rest in that time, in its worst posture found, rad or m.
     pub sag: Vec<f64>,
-    /// Index of the joint that holds the least undeclared mass at the tip in the first motion after homing, and that mass, kg; `None` without
-    /// a scene, or without limits of the first motion.
+    /// Joint that can hold the least undeclared mass at the tip in the first motion after homing: its index and that mass, kg. `None` without a
+    /// scene, or without limits of the first motion.
     pub undeclared: Option<(usize, f64)>,
 }
 
-/// Time that unknown brakes are assumed to need, s.
+/// Assumed engaging time of unknown brakes, s.
 const BRAKE_DELAY: f64 = 0.1;
 
-/// The figures of a scene's arm under this gravity; `None` for an arm that makes no model.
+/// Computes the figures of a scene's arm under this gravity; `None` if no model can be made of the arm.
 pub(super) fn hazard<const N: usize>(
     file: &SceneFile,
     scene: Option<String>,
@@ -100,7 +100,7 @@ pub(super) fn hazard<const N: usize>(
         directions.map(|u| force(&u)).filter(|force| force.is_finite()).fold(0.0, f64::max)
     });
     let reaction_time = reaction_time(file);
-    // The default scene knows nothing of brakes; an arm with a rest pose most likely has none.
+    // The default scene does not specify brakes; an arm with a rest pose most likely has none.
     let has_brakes = file.safety.safe_action == SafeAction::Brake && (scene.is_some() || file.safety.rest.is_none());
     let brake_delay_assumed = !file.safety.brake_delay_given || file.safety.brake_delay == 0.0;
     let brake_delay = match (has_brakes, file.safety.brake_delay) {
@@ -122,7 +122,7 @@ pub(super) fn hazard<const N: usize>(
     };
     let undeclared = file.safety.first_motion.filter(|_| scene.is_some()).and_then(|share| {
         let torque = finite(limits.map(|limits| limits.torque))?;
-        // Weight of a kilogram at the tip, as a share of the torque that is left for it.
+        // Torque per kilogram at the tip, as a share of the torque that remains for it.
         let load = |q: &[f64; N], i: usize| {
             let posture = posture(q);
             let weight = holding_torque(&posture, gravity, &Wrench::zero())[i].abs();
@@ -155,25 +155,25 @@ pub(super) fn hazard<const N: usize>(
     })
 }
 
-/// Mass of the links, the tool and the payload that the scene's arm really holds, kg.
+/// Mass of the links, the tool and the scene's true payload, kg.
 fn moving_mass(file: &SceneFile) -> f64 {
     let links: f64 = file.robot.joints.iter().map(|joint| joint.spec.body.mass).sum();
     links + file.robot.tool.body.mass + file.plant.payload.map_or(0.0, |body| body.mass)
 }
 
-/// `age_max` ticks in which an old measurement is used, a tick until the next decision, a tick for the reply of a drive on CAN, and the
-/// latency of the torque, s.
+/// Reaction time, s: `age_max` ticks in which an old measurement may be used, one tick until the next decision, one tick for the reply of a CAN
+/// drive, and the latency of the torque.
 fn reaction_time(file: &SceneFile) -> f64 {
     let reply = if file.robot.joints.iter().all(|joint| joint.has_own_loop()) { 1.0 } else { 0.0 };
     (f64::from(file.control.age_max) + 1.0 + reply) * file.period() + file.safety.latency
 }
 
-/// All numbers, if each is finite.
+/// Returns the numbers if all are finite.
 fn finite<const N: usize>(numbers: [f64; N]) -> Option<[f64; N]> {
     numbers.iter().all(|x| x.is_finite()).then_some(numbers)
 }
 
-/// Velocity of the tip for a unit speed of each joint, in base axes.
+/// Velocity of the tip at unit speed of each joint, in base axes.
 fn columns<const N: usize>(posture: &Posture<f64, N>) -> [Vector3<f64>; N] {
     core::array::from_fn(|i| {
         let link = &posture.links[i];
@@ -184,15 +184,15 @@ fn columns<const N: usize>(posture: &Posture<f64, N>) -> [Vector3<f64>; N] {
     })
 }
 
-/// The largest value over all signs of the joints but the first's: a speed or an energy is the same both ways. A function that is convex in
-/// each joint's velocity is largest at the ends.
+/// Largest value over all signs of the joints except the first one's, because a speed or an energy is the same in both directions. A function that is
+/// convex in each joint's velocity is largest at the ends.
 fn most<const N: usize>(of: impl Fn(&[f64; N]) -> f64) -> f64 {
     let signs = |bits: usize| core::array::from_fn(|i| if i > 0 && bits >> (i - 1) & 1 == 1 { -1.0 } else { 1.0 });
     (0..1_usize << N.saturating_sub(1)).map(|bits| of(&signs(bits))).fold(0.0, f64::max)
 }
 
 impl Hazard {
-    /// The figures, each with its formula, next to the limits of class I.
+    /// The figures as text, each with its formula and the limit of class I.
     #[must_use]
     pub fn text(&self) -> String {
         let or = |x: Option<f64>, unit: &str| x.map_or("unbounded".to_owned(), |x| format!("{} {unit}", digits(x)));

@@ -1,4 +1,5 @@
-//! Checks of a robot file for impossible, placeholder and missing values. The rules are the robot compiler's; the loads that they compare with are searched here.
+//! Checks of a robot file for impossible, placeholder and missing values. The robot compiler has the rules; this module searches for the loads with
+//! which they compare.
 
 mod hazard;
 mod report;
@@ -21,15 +22,15 @@ use std::path::Path;
 /// The findings about an arm.
 #[derive(Debug)]
 pub struct CheckResult {
-    /// The arm.
+    /// The arm as read.
     pub draft: Draft,
     /// Gravitational acceleration in the base frame, m/s^2.
     pub gravity: Vector3<f64>,
-    /// Loads of the joints; `None` for an arm that cannot be put into postures.
+    /// Loads of the joints; `None` if no model can be made of the arm.
     pub loads: Option<Vec<JointLoad>>,
-    /// Figures that matter to a person near the arm; `None` for an arm that cannot be put into postures.
+    /// Hazard figures; `None` if no model can be made of the arm.
     pub hazard: Option<Hazard>,
-    /// The worst first.
+    /// The findings, the worst first.
     pub findings: Vec<Finding>,
 }
 
@@ -41,7 +42,7 @@ impl CheckResult {
     }
 }
 
-/// Looks at an arm under this gravity, in its default scene.
+/// Checks an arm under this gravity, in its default scene.
 ///
 /// # Errors
 /// [`Failure::Input`]: gravity is not three finite numbers.
@@ -49,10 +50,10 @@ pub fn answer(draft: Draft, gravity: &[f64]) -> Result<CheckResult, Failure> {
     answer_in(draft, gravity, None)
 }
 
-/// Looks at an arm under this gravity, in a scene of this robot: its rest pose comes before the robot file's.
+/// Checks an arm under this gravity, in a scene of this robot. The scene's rest pose takes precedence over the robot file's.
 ///
 /// # Errors
-/// As [`answer`].
+/// Those of [`answer`].
 pub fn answer_in(mut draft: Draft, gravity: &[f64], scene: Option<SceneFile>) -> Result<CheckResult, Failure> {
     let gravity = finite::<3>("--gravity", gravity, "gx, gy, gz")
         .map_err(|problem| Failure::Input(miette::miette!(help = "see `newtau help check`", "{problem}")))?
@@ -66,7 +67,7 @@ pub fn answer_in(mut draft: Draft, gravity: &[f64], scene: Option<SceneFile>) ->
     let of_scene = scene.as_ref().map(scene_findings).unwrap_or_default();
     let file = scene.or_else(|| draft.arm().map(SceneFile::default_for));
     let hazard = file.and_then(|file| with_dof!(file.robot.dof(), N => hazard::hazard::<N>(&file, name, &gravity)));
-    // Notes, which come last.
+    // Notes come last.
     let mut findings = findings(&draft, loads.as_deref());
     findings.extend(of_scene);
     if named.is_none() {
@@ -75,9 +76,9 @@ pub fn answer_in(mut draft: Draft, gravity: &[f64], scene: Option<SceneFile>) ->
     Ok(CheckResult { draft, gravity, loads, hazard, findings })
 }
 
-/// The load of every joint, each in its worst posture; `None` for an arm that makes no model.
+/// Load of every joint, each in its worst posture; `None` if no model can be made of the arm.
 ///
-/// The postures are those inside the limits, one turn of a joint without; a slide without limits stays at zero.
+/// The postures are within the limits. A revolute joint without limits covers one turn; a prismatic joint without limits stays at zero.
 fn loads<const N: usize>(mut arm: Robot, gravity: &Vector3<f64>) -> Option<Vec<JointLoad>> {
     for joint in &mut arm.joints {
         joint.spec.rotor = Rotor::default();
@@ -93,7 +94,7 @@ fn loads<const N: usize>(mut arm: Robot, gravity: &Vector3<f64>) -> Option<Vec<J
     let rest: Option<[f64; N]> = arm.rest.as_ref().and_then(|rest| rest.as_slice().try_into().ok());
     let load = |i: usize| {
         let worst = minimise_to(ROUGH, &bounds, &middle, |q| -torque(q)[i].powi(2));
-        // The inertia that a joint feels depends on the joints beyond it alone.
+        // The inertia at a joint depends only on the joints beyond it.
         let beyond = core::array::from_fn(|j| if j > i { bounds[j] } else { (middle[j], middle[j]) });
         let least = minimise_to(ROUGH, &beyond, &middle, |q| inertia(q, i)).value;
         let most = -minimise_to(ROUGH, &beyond, &middle, |q| -inertia(q, i)).value;

@@ -4,7 +4,7 @@ use super::{CLASS_I, CheckResult, Hazard};
 use robot_compiler::check::{Finding, Severity};
 use serde::Serialize;
 
-/// Severities, the worst first, of the robot or of the scene, with their meaning.
+/// Severities of the robot or of the scene, the worst first, with their meaning.
 const MEANINGS: [(Severity, bool, &str); 4] = [
     (Severity::Wrong, false, "no physics allows it, the arm cannot hold itself, or a name is misspelt"),
     (Severity::Doubt, false, "improbable"),
@@ -76,7 +76,7 @@ impl CheckResult {
             }
             for (index, finding) in found.iter().enumerate() {
                 let next = found.get(index + 1).map(|next| next.place.expected());
-                // What helps several findings in a row stands under the last.
+                // If several findings in a row have the same advice, print it after the last one.
                 text += &described(finding, next != Some(finding.place.expected()));
             }
         }
@@ -91,7 +91,7 @@ impl CheckResult {
         format!("{} wrong, {doubts}, {notes}", of(Severity::Wrong))
     }
 
-    /// The findings for machines.
+    /// The findings in machine-readable form.
     #[must_use]
     pub fn json(&self) -> impl Serialize + '_ {
         let rows = self.findings.iter().map(|finding| {
@@ -120,7 +120,7 @@ impl CheckResult {
     }
 }
 
-/// Place, text of the file, problem and, where asked for, what to do.
+/// Location, text of the file, problem and, if `advise`, the remedy.
 fn described(finding: &Finding, advise: bool) -> String {
     let place = &finding.place;
     let at = place.line_column().map_or(String::new(), |(line, column)| format!(":{line}:{column}"));

@@ -10,7 +10,7 @@ use parry3d_f64::math::{Pose, Vector};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// Postures at which a pair is looked at, to see if it is always too near.
+/// Number of random postures that decide if a pair is always too near.
 const POSTURES: usize = 100;
 /// Range of a joint without limits in these postures, rad or m.
 const FREE: f64 = std::f64::consts::PI;
@@ -18,9 +18,9 @@ const FREE: f64 = std::f64::consts::PI;
 /// A shape that is fixed to a link, to the base, or to the world.
 #[derive(Clone, Debug)]
 pub struct Part {
-    /// Name for a person; shapes of one link share it.
+    /// Name for messages; shapes of one link share it.
     pub name: String,
-    /// 0 for the base and the world, else the number of the joint that moves it, from 1.
+    /// 0 for the base and the world, otherwise the number of the joint that moves it, from 1.
     pub frame: usize,
     body: Body,
     obstacle: bool,
@@ -29,18 +29,18 @@ pub struct Part {
 #[derive(Clone, Debug)]
 enum Body {
     Solid(Shape),
-    /// Everything below a height along a direction, in base axes.
+    /// Half-space below a height (m) along a direction, in base axes.
     Floor(Vector, f64),
 }
 
 impl Part {
-    /// Shape of a link, in the model's frame of that link (z along the joint); of the base with `frame` 0.
+    /// Shape of a link, in the model's frame of that link (z along the joint); `frame` 0 is the base.
     #[must_use]
     pub fn link(name: &str, frame: usize, shape: Shape) -> Self {
         Self { name: name.to_owned(), frame, body: Body::Solid(shape), obstacle: false }
     }
 
-    /// Something that stands in the base frame.
+    /// An obstacle that is fixed in the base frame.
     #[must_use]
     pub fn obstacle(name: &str, shape: Shape) -> Self {
         Self { name: name.to_owned(), frame: 0, body: Body::Solid(shape), obstacle: true }
@@ -61,7 +61,7 @@ impl Part {
     }
 }
 
-/// Reason for which two parts are not judged.
+/// Reason why a pair of parts is not judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Reason {
     /// They share a joint.
@@ -73,7 +73,7 @@ pub enum Reason {
 }
 
 impl Reason {
-    /// In words.
+    /// Description for reports.
     #[must_use]
     pub const fn words(self) -> &'static str {
         match self {
@@ -87,10 +87,10 @@ impl Reason {
 /// Two parts that are judged.
 #[derive(Clone, Debug)]
 pub(crate) struct Pair<const N: usize> {
-    /// The part nearer to the base.
+    /// Index of the part nearer to the base.
     near: usize,
     far: usize,
-    /// Upper bound on how far a point of the far part moves, seen from the near one, when a joint moves by 1 rad (or 1 m), m.
+    /// Upper bound on the motion of a point of the far part relative to the near part, m, when a joint moves by 1 rad or 1 m.
     pub(crate) per_joint: [f64; N],
 }
 
@@ -100,7 +100,7 @@ pub struct Cell<const N: usize> {
     model: Model<f64, N>,
     parts: Vec<Part>,
     pub(super) pairs: Vec<Pair<N>>,
-    /// Names of parts that are not judged against each other.
+    /// Names of pairs that are not judged, with the reason.
     pub exempt: Vec<(String, String, Reason)>,
 }
 
@@ -109,22 +109,22 @@ pub struct Cell<const N: usize> {
 pub struct Gap {
     /// Lower bound, m; below zero the parts overlap.
     pub gap: f64,
-    /// The pair, which [`Cell::names`] names.
+    /// Index of the pair; [`Cell::names`] gives its names.
     pub pair: usize,
 }
 
 impl<const N: usize> Cell<N> {
-    /// Parts of an arm and of its surroundings, which are to stay `required` apart, m.
+    /// Creates a cell from the parts of an arm and of its surroundings, which must keep a distance of `required`, m.
     ///
-    /// Exempt are neighbours, links that are nearer than `required` in every posture tried, and links that overlap at `rest`. An obstacle is
-    /// exempt from the base, and from the first link if that is too near in every posture: the arm stands on it.
+    /// Not judged are neighbours, links that are nearer than `required` in every posture tried, and links that overlap at `rest`. An obstacle is not
+    /// judged against the base, because the arm stands on it, nor against the first link if that is too near in every posture.
     #[must_use]
     pub fn new(model: &Model<f64, N>, parts: Vec<Part>, rest: &[f64; N], required: f64) -> Self {
         let mut cell = Self { model: *model, parts, pairs: Vec::new(), exempt: Vec::new() };
         for near in 0..cell.parts.len() {
             for far in 0..cell.parts.len() {
                 let (a, b) = (&cell.parts[near], &cell.parts[far]);
-                // What moves is the far one; two of one frame never move against each other.
+                // The far part is the one that moves; two parts of one frame never move relative to each other.
                 if a.frame < b.frame {
                     cell.pairs.push(Pair { near, far, per_joint: per_joint(model, a.frame, b) });
                 }
@@ -161,7 +161,7 @@ impl<const N: usize> Cell<N> {
         cell
     }
 
-    /// True of each pair that is nearer than `required` in all of some random postures.
+    /// True for each pair that is nearer than `required` in all of some random postures.
     fn always_near(&self, required: f64) -> Vec<bool> {
         let mut random = ChaCha8Rng::seed_from_u64(7);
         let mut always = vec![true; self.pairs.len()];
@@ -192,7 +192,7 @@ impl<const N: usize> Cell<N> {
         self.gap_if_below(pair, poses, f64::INFINITY)
     }
 
-    /// Lower bound on the gap of a pair, m. A cheaper and smaller bound will do if it is not below `enough`.
+    /// Lower bound on the gap of a pair, m. If a cheaper bound is not below `enough`, returns that one.
     pub(crate) fn gap_if_below(&self, pair: &Pair<N>, poses: &[Pose], enough: f64) -> f64 {
         let (near, far) = (&self.parts[pair.near], &self.parts[pair.far]);
         match (&near.body, &far.body) {
@@ -235,10 +235,10 @@ impl<const N: usize> Cell<N> {
     }
 }
 
-/// Upper bound on how far a point of a part moves, seen from a frame, when a joint moves by 1 rad or 1 m.
+/// Upper bound on the motion of a point of a part relative to a frame, m, when a joint moves by 1 rad or 1 m.
 ///
-/// A point turns about the axis of joint `k` at a radius of at most the way from that joint to the part, along the links between, and the
-/// part's own reach; a slide carries it by its own way.
+/// A point turns about the axis of joint `k` at a radius of at most the path length from that joint to the part, plus the part's own reach. The path
+/// follows the links in between; a prismatic joint in it adds its largest travel. If joint `k` is prismatic, every point moves by exactly its travel.
 fn per_joint<const N: usize>(model: &Model<f64, N>, from: usize, part: &Part) -> [f64; N] {
     let links = model.links();
     let slide = |k: usize| match links[k].kind {

@@ -1,17 +1,17 @@
-//! Points of STL and OBJ files.
+//! Reader of the points in STL and OBJ files.
 
 use nalgebra::Vector3;
 
-/// Most triangles or lines: above this a count is taken for damage.
+/// Largest number of triangles or lines; a greater count means that the file is damaged.
 const MOST: usize = 50_000_000;
 
-/// Vertices of a mesh, in the units of its file, each once.
+/// Vertices of a mesh, in the units of its file, without duplicates.
 ///
-/// STL in binary or text, and OBJ, told apart by their content.
+/// Accepts binary and text STL, and OBJ; the content decides which.
 ///
 /// # Errors
-/// The line or the byte, what is there, and what should be: a file that ends early, a number that is none, a file without vertices, a
-/// pointer of Git LFS in place of the mesh, another format.
+/// The line or the byte, the found and the expected content: a file that ends early, a field that is not a number, a file without vertices, a pointer
+/// of Git LFS instead of the mesh, another format.
 pub fn points(bytes: &[u8]) -> Result<Vec<Vector3<f64>>, String> {
     if bytes.starts_with(b"version https://git-lfs") {
         return Err("found a pointer of Git LFS, expected the mesh itself: fetch it with `git lfs pull`".to_owned());
@@ -28,7 +28,7 @@ pub fn points(bytes: &[u8]) -> Result<Vec<Vector3<f64>>, String> {
     Ok(found)
 }
 
-/// Number of triangles if this is binary STL: 80 bytes of anything, a count, 50 bytes for each. A text is one that has no zero bytes.
+/// Number of triangles if this is binary STL: 80 arbitrary bytes, a count, and 50 bytes per triangle. A file without zero bytes is text.
 fn binary_count(bytes: &[u8]) -> Option<usize> {
     let count = u32::from_le_bytes(bytes.get(80..84)?.try_into().ok()?) as usize;
     let exact = bytes.len() == 84 + 50 * count.min(MOST);

@@ -1,38 +1,37 @@
 //! A guaranteed lower bound on the clearance of a whole motion.
 //!
-//! Between samples no gap shrinks faster than its parts can approach. In a time `h` about a sample a joint moves by at most
-//! `|qd| h + A h^2 / 2`, with `A` its greatest acceleration, and each radian moves a point of a link by at most its longest lever. A
-//! stretch of time whose gap, less that way, is still large enough is clear as a whole; otherwise it is halved (conservative advancement,
-//! Mirtich 1996).
+//! Between samples no gap shrinks faster than its parts can approach. Within a time `h` of a sample a joint moves by at most `|qd| h + A h^2 / 2`,
+//! where `A` is its greatest acceleration, and each radian moves a point of a link by at most its longest lever. If the gap minus that distance is
+//! still large enough, the whole stretch of time is clear; otherwise the stretch is halved (conservative advancement, Mirtich 1996).
 
 use super::cell::Cell;
 use crate::ranked::Ranked;
 use dynamics_core::control::trajectory::Motion;
 use std::collections::BinaryHeap;
 
-/// Longest stretch to begin with, s.
+/// Longest initial stretch of time, s.
 const STRETCH: f64 = 0.2;
-/// A stretch this short is not halved any more, s: the gap is taken as too small.
+/// Shortest stretch that is halved, s; for shorter ones the gap counts as too small.
 const SHORTEST: f64 = 1e-6;
-/// Peaks of a series are sampled: what is added to them.
+/// Factor for the peaks of a series, which are sampled and may be missed slightly.
 const PEAKS: f64 = 1.01;
-/// Most stretches that are looked at for the smallest gap; then the bound is as it is.
+/// Largest number of stretches that are evaluated for the smallest gap; after these the bound stays as it is.
 const LOOKS: usize = 200_000;
 
 /// Smallest gap of a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clearance {
-    /// No gap is smaller at any time, m.
+    /// Lower bound on the gap at all times, m.
     pub bound: f64,
-    /// Smallest gap at a time looked at, m.
+    /// Smallest gap at the times that were evaluated, m.
     pub found: f64,
-    /// That time, s from the start.
+    /// Time of that gap, s from the start.
     pub time: f64,
-    /// Its pair, which [`Cell::names`] names.
+    /// Index of its pair; [`Cell::names`] gives its names.
     pub pair: usize,
 }
 
-/// A motion with its peaks.
+/// A motion with its peak velocities and accelerations.
 struct Course<'a, const N: usize> {
     motion: &'a Motion<f64, N>,
     velocity: [f64; N],
@@ -49,7 +48,7 @@ impl<'a, const N: usize> Course<'a, N> {
         }
     }
 
-    /// Position at a time, and upper bounds on how far each joint gets from it within `half`, s.
+    /// Position at a time, and upper bounds on the distance of each joint from it within `half`, s.
     fn about(&self, middle: f64, half: f64) -> ([f64; N], [f64; N]) {
         let state = self.motion.sample(middle);
         let way = core::array::from_fn(|i| {
@@ -59,7 +58,7 @@ impl<'a, const N: usize> Course<'a, N> {
         (state.q, way)
     }
 
-    /// Even stretches from start to end.
+    /// Stretches of equal length from start to end.
     fn stretches(&self) -> impl Iterator<Item = (f64, f64)> {
         let count = (self.motion.duration() / STRETCH).ceil().max(1.0);
         let half = 0.5 * self.motion.duration() / count;
@@ -68,7 +67,7 @@ impl<'a, const N: usize> Course<'a, N> {
 }
 
 impl<const N: usize> Cell<N> {
-    /// True if every gap is at least `required` (m) at every time of the motion: guaranteed for the shapes, also between samples.
+    /// True if every gap is at least `required` (m) at every time of the motion. This is guaranteed for the shapes, also between samples.
     #[must_use]
     pub fn keeps(&self, motion: &Motion<f64, N>, required: f64) -> bool {
         let course = Course::new(motion);
@@ -101,7 +100,7 @@ impl<const N: usize> Cell<N> {
         let start = self.posture(&motion.sample(0.0).q)?;
         let course = Course::new(motion);
         let mut best = Clearance { bound: f64::INFINITY, found: start.gap, time: 0.0, pair: start.pair };
-        // Middle and half length of stretches, the least bound on all gaps first.
+        // Middle and half length of stretches, those with the smallest bound first.
         let mut open: BinaryHeap<Ranked<(f64, f64)>> = BinaryHeap::new();
         for (middle, half) in course.stretches() {
             let bound = self.look(&course, middle, half, &mut best);
@@ -111,7 +110,7 @@ impl<const N: usize> Cell<N> {
         while let Some(Ranked { rank, item: (middle, half) }) = open.pop() {
             let bound = -rank;
             if bound >= best.found - tolerance || looks > LOOKS || half < SHORTEST {
-                // The least of all that is open: nothing else is smaller.
+                // The smallest bound of all open stretches, so nothing else is smaller.
                 return Some(Clearance { bound: bound.min(best.found), ..best });
             }
             for middle in [middle - 0.5 * half, middle + 0.5 * half] {
@@ -123,7 +122,7 @@ impl<const N: usize> Cell<N> {
         Some(best)
     }
 
-    /// Lower bound on all gaps in a stretch; keeps the smallest gap seen in its middle.
+    /// Lower bound on all gaps in a stretch, m; updates the smallest gap found with that in its middle.
     fn look(&self, course: &Course<'_, N>, middle: f64, half: f64, best: &mut Clearance) -> f64 {
         let (q, way) = course.about(middle, half);
         let poses = self.poses(&q);
@@ -140,7 +139,7 @@ impl<const N: usize> Cell<N> {
     }
 }
 
-/// Upper bound of how much closer two parts can get while the joints move by at most this far, m.
+/// Upper bound on the approach of two parts while the joints move by at most `way`, m.
 fn approach<const N: usize>(per_joint: &[f64; N], way: &[f64; N]) -> f64 {
     per_joint.iter().zip(way).map(|(lever, way)| lever * way).sum()
 }

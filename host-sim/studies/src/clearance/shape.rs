@@ -7,14 +7,14 @@ use parry3d_f64::query::gjk::{CsoPoint, GJKResult, VoronoiSimplex, closest_point
 use parry3d_f64::shape::{Segment, SupportMap};
 use std::f64::consts::PI;
 
-/// Most points of a shape; a mesh with more is simplified, and its radius grown by what that leaves outside.
+/// Largest number of points of a shape. A mesh with more is simplified, and its radius grows by the distance of the points that are left outside.
 const POINTS: usize = 160;
-/// Corners of the prism about a cylinder.
+/// Corners of the prism that encloses a cylinder.
 const CORNERS: usize = 16;
-/// Subtracted from every distance for rounding, m.
+/// Subtracted from every distance to allow for rounding, m.
 const ROUNDING: f64 = 1e-9;
 
-/// Convex hull of points, thickened by a radius: a sphere has one point, a capsule two, a box eight.
+/// Convex hull of points, thickened by a radius. A sphere has one point, a capsule two, a box eight.
 #[derive(Clone, Debug)]
 pub struct Shape {
     hull: Hull,
@@ -40,7 +40,7 @@ impl SupportMap for Hull {
 }
 
 impl Hull {
-    /// The line that a capsule or a sphere is made of.
+    /// Segment of a capsule or a sphere; `None` for other shapes.
     fn line(&self) -> Option<Segment> {
         match self.0.as_slice() {
             [a] => Some(Segment::new(*a, *a)),
@@ -63,10 +63,10 @@ pub(crate) fn pose(rotation: &Matrix3<f64>, translation: &Vector3<f64>) -> Pose 
 }
 
 impl Shape {
-    /// Hull of points (m), thickened by `radius`, m. `None` without a point, or if a number is not finite.
+    /// Creates the hull of points (m), thickened by `radius`, m. `None` without points, or if a number is not finite.
     ///
-    /// Of more than 160 points those farthest along as many directions are kept. The radius then grows by the distance of the farthest
-    /// point that is left outside, so that the shape still contains all of them.
+    /// If there are more than 160 points, keeps the farthest point along each of 160 directions. The radius then grows by the distance of the
+    /// farthest point outside, so that the shape still contains all of them.
     #[must_use]
     pub fn hull(points: &[Vector3<f64>], radius: f64) -> Option<Self> {
         let good = radius >= 0.0 && radius.is_finite() && points.iter().all(|p| p.iter().all(|x| x.is_finite()));
@@ -97,13 +97,13 @@ impl Shape {
         Self { hull: Hull(points), radius, ball: (centre, ball) }
     }
 
-    /// Line from `a` to `b` (m), thickened by `radius`, m. `None` if a number is not finite.
+    /// Creates the segment from `a` to `b` (m), thickened by `radius`, m. `None` if a number is not finite.
     #[must_use]
     pub fn capsule(a: Vector3<f64>, b: Vector3<f64>, radius: f64) -> Option<Self> {
         Self::hull(&[a, b], radius)
     }
 
-    /// Box about the origin with these edges, m, turned by `rotation` and moved to `centre`. `None` if a number is not finite.
+    /// Creates a box about the origin with these edges, m, rotated by `rotation` and moved to `centre`, m. `None` if a number is not finite.
     #[must_use]
     pub fn cuboid(rotation: &Matrix3<f64>, centre: &Vector3<f64>, edges: &Vector3<f64>) -> Option<Self> {
         let half = 0.5 * edges;
@@ -114,7 +114,7 @@ impl Shape {
         Self::hull(&(0..8).map(corner).collect::<Vec<_>>(), 0.0)
     }
 
-    /// Prism of 16 sides about a cylinder along the local z axis, 2 % wider than it. `None` if a number is not finite.
+    /// Creates a prism of 16 sides that encloses a cylinder along the local z axis, up to 2 % wider. `None` if a number is not finite.
     #[must_use]
     pub fn cylinder(rotation: &Matrix3<f64>, centre: &Vector3<f64>, radius: f64, length: f64) -> Option<Self> {
         let wide = radius / (PI / CORNERS as f64).cos();
@@ -132,19 +132,19 @@ impl Shape {
         self.hull.0.iter().map(|p| p.length()).fold(0.0, f64::max) + self.radius
     }
 
-    /// Gap to another shape in the same frame, m: the true one up to rounding, never overstated. Where the hulls overlap, minus both radii.
+    /// Gap to another shape in the same frame, m: exact up to rounding, and never too large. If the hulls overlap, minus the sum of both radii.
     #[must_use]
     pub fn distance(&self, other: &Self) -> f64 {
         self.gap(&Pose::IDENTITY, other, &Pose::IDENTITY)
     }
 
-    /// Lower bound on the gap to another shape, from balls about both: cheap, and never too large, m.
+    /// Lower bound on the gap to another shape, m, from enclosing balls; cheap to compute.
     pub(crate) fn gap_of_balls(&self, here: &Pose, other: &Self, there: &Pose) -> f64 {
         let between = here.transform_point(self.ball.0) - there.transform_point(other.ball.0);
         between.length() - self.ball.1 - other.ball.1 - ROUNDING
     }
 
-    /// As [`Shape::distance`], each shape in a frame of its own.
+    /// Same as [`Shape::distance`], with a separate frame for each shape.
     pub(crate) fn gap(&self, here: &Pose, other: &Self, there: &Pose) -> f64 {
         let relative = here.inv_mul(there);
         lower(&self.hull, &other.hull, &relative) - self.radius - other.radius - ROUNDING
@@ -157,7 +157,7 @@ impl Shape {
     }
 }
 
-/// Directions that are spread evenly over a sphere: a golden spiral.
+/// Directions that are spread evenly over a sphere, along a golden spiral.
 fn directions() -> impl Iterator<Item = Vector> {
     (0..POINTS).map(|k| {
         let z = 1.0 - (2 * k + 1) as f64 / POINTS as f64;
@@ -179,10 +179,10 @@ fn nearest(a: &Hull, b: &Hull, a_from_b: &Pose) -> Option<(Vector, Vector)> {
     }
 }
 
-/// Distance of two hulls, never overstated.
+/// Distance of two hulls, m, never too large.
 ///
-/// The search for the nearest points may stop early. The extents of both hulls along the line between the points found give a gap that
-/// is there whatever these points are.
+/// The search for the nearest points may stop early. The extents of both hulls along the line between the found points give a gap that is valid for
+/// any such points.
 fn lower(a: &Hull, b: &Hull, a_from_b: &Pose) -> f64 {
     if let (Some(one), Some(other)) = (a.line(), b.line()) {
         let (s, t) = closest_points_segment_segment_with_locations(a_from_b, &one, &other);
@@ -195,7 +195,7 @@ fn lower(a: &Hull, b: &Hull, a_from_b: &Pose) -> f64 {
     (a_from_b.transform_point(near).dot(along) - far).max(0.0)
 }
 
-/// Distance of two hulls in one frame, up to rounding.
+/// Distance of two hulls in the same frame, up to rounding, m.
 fn upper(a: &Hull, b: &Hull) -> f64 {
     nearest(a, b, &Pose::IDENTITY).map_or(0.0, |(p, q)| (p - q).length())
 }

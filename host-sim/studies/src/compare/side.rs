@@ -15,10 +15,10 @@ pub struct Side {
 }
 
 impl Side {
-    /// Read a run: its report, or the folder that holds `report.html`.
+    /// Reads a run from its report, or from the folder with its `report.html`.
     ///
     /// # Errors
-    /// [`Failure`] for a file that cannot be read, or that holds no run or two.
+    /// [`Failure`] if the file cannot be read, or contains no run or two runs.
     pub fn load(path: &Path) -> Result<Self, Failure> {
         let path = if path.is_dir() { path.join("report.html") } else { path.to_owned() };
         let wrong = |found: &str| {
@@ -53,7 +53,7 @@ impl Side {
         self.joints().get(joint).and_then(|joint| joint["name"].as_str()).unwrap_or_default()
     }
 
-    /// A number per joint of the summary, by the pointer of its list: `/work/given`.
+    /// A number of a joint from the summary; `list` is the JSON pointer of the list, such as `/work/given`.
     pub(super) fn number(&self, list: &str, joint: usize) -> Option<f64> {
         self.summary.pointer(list)?.get(joint)?.as_f64()
     }

@@ -1,11 +1,11 @@
-//! The numbers of both summaries, joint by joint, and how they differ.
+//! Tables of the numbers in both summaries and their differences, joint by joint.
 
 use super::Side;
 use report::{Cell, Table};
 use serde_json::Value;
 use sim::run::numbers::engineering;
 
-/// A number per joint of `summary.json`: its name in a table, the pointer of its list, and its unit or which of the joint's it has.
+/// A per-joint number of `summary.json`: its name in a table, the JSON pointer of its list, and its unit or the key of the joint's unit.
 type ComparedQuantity = (&'static str, &'static str, &'static str);
 
 const ERRORS: [ComparedQuantity; 4] = [
@@ -24,7 +24,7 @@ const WORK: [ComparedQuantity; 2] = [("given", "/work/given", "J"), ("taken back
 const REST_ERROR: &str = "/rest_error";
 const SETTLING_TIME: &str = "/settling_time";
 
-/// Ratio from which a change reads as `60 times` instead of `+5900 %`.
+/// Ratio above which a change is shown as `60 times` instead of `+5900 %`.
 const TIMES: f64 = 2.0;
 
 /// All tables.
@@ -37,7 +37,7 @@ pub(super) fn all(a: &Side, b: &Side) -> [Table; 4] {
     ]
 }
 
-/// Change from A to B: in percent of A, or how many times as much.
+/// Change from A to B: in percent of A, or as a ratio.
 pub(super) fn change(before: f64, after: f64) -> String {
     let (before, after) = (before.abs(), after.abs());
     if before.to_bits() == after.to_bits() {
@@ -75,7 +75,7 @@ fn table(caption: &str, quantities: &[ComparedQuantity], a: &Side, b: &Side) -> 
     table
 }
 
-/// Why a number is not there.
+/// Reason why a number is missing.
 fn missing(side: &Side, list: &str, joint: usize) -> &'static str {
     match list {
         SETTLING_TIME if side.number(REST_ERROR, joint).is_some() => "unsettled",
@@ -84,7 +84,7 @@ fn missing(side: &Side, list: &str, joint: usize) -> &'static str {
     }
 }
 
-/// Ticks in which limits acted.
+/// Numbers of ticks in which limits acted.
 fn limits(a: &Side, b: &Side) -> Table {
     let mut table = Table::new("Ticks in which a limit acted", &["joint", "in A", "in B"]);
     for joint in 0..a.joints().len() {

@@ -1,18 +1,18 @@
-//! Two runs in the room of one and a half: fewer rows, no peak lost.
+//! Reduction of two runs to the size of about one and a half: fewer rows, with all peaks kept.
 
 use report::column::{decode, encode};
 use serde_json::{Map, Value, json};
 
-/// Room for the data of both, bytes.
+/// Largest size of both runs' data, bytes.
 const ROOM: usize = 1_250_000;
-/// Most rows that become one: what is left then is no column.
+/// Largest number of rows that become one; more would leave no useful column.
 const STRIDE_MAX: usize = 100;
-/// Columns whose lowest and highest values are kept.
+/// Columns of which the lowest and highest values are kept.
 const WITH_EXTREMES: [&str; 3] = ["error", "torque", "external"];
-/// Columns that are drawn of the first run alone.
+/// Columns that are drawn only for the first run.
 const OF_FIRST: [&str; 6] = ["inertia", "rotor", "coriolis", "gravity", "friction", "contact"];
 
-/// Both runs, lettered A and B, and how many rows became one.
+/// Both runs, with the letters A and B, and the number of rows that became one.
 pub(super) fn both(a: &Value, b: &Value) -> ([Value; 2], usize) {
     let mut second = b.clone();
     second["letter"] = json!("B");
@@ -25,7 +25,7 @@ pub(super) fn both(a: &Value, b: &Value) -> ([Value; 2], usize) {
     let whole = [first, second];
     let mut stride = 1;
     let mut runs = whole.clone();
-    // Extremes take room of their own: found by trying.
+    // Extremes need additional space, so the stride is found by trying.
     while size(&runs) > ROOM && stride < STRIDE_MAX {
         stride += 1;
         runs = whole.each_ref().map(|run| thinned(run, stride));

@@ -1,4 +1,4 @@
-//! Two runs in sentences: what matters most, settings, events.
+//! Comparison of two runs in sentences: main result, settings, events.
 
 use super::Side;
 use super::tables::change;
@@ -6,7 +6,7 @@ use report::Block;
 use serde_json::Value;
 use sim::run::numbers::engineering;
 
-/// Settings of a run that `summary.json` names, and the unit of each.
+/// Settings in `summary.json`, and the unit of each.
 const SETTINGS: [(&str, &str); 8] = [
     ("scene", ""),
     ("robot", ""),
@@ -18,10 +18,10 @@ const SETTINGS: [(&str, &str); 8] = [
     ("duration", "s"),
 ];
 
-/// Most events that are listed one by one.
+/// Largest number of events that are listed one by one.
 const LISTED: usize = 100;
 
-/// The sentences that matter most.
+/// The sentences with the most important results.
 pub(super) fn lead(a: &Side, b: &Side) -> Vec<String> {
     let mut lines = vec![format!("A: {}. B: {}.", a.title(), b.title())];
     let [ends_a, ends_b] = [("A", a), ("B", b)].map(|(letter, side)| ends(letter, side));
@@ -38,7 +38,7 @@ pub(super) fn lead(a: &Side, b: &Side) -> Vec<String> {
     lines
 }
 
-/// Faults and an early end of a run.
+/// Faults of a run, and its early end.
 fn ends(letter: &str, side: &Side) -> Vec<String> {
     let fault = |fault: &Value| {
         let (message, at) = (fault["message"].as_str()?, engineering(side.time(&fault["tick"]), "s"));
@@ -53,7 +53,7 @@ fn faults(side: &Side) -> &[Value] {
     side.summary["faults"].as_array().map_or(&[], Vec::as_slice)
 }
 
-/// The joint with the greatest error in A, in both.
+/// The joint with the greatest error in A, and its errors in both runs.
 fn greatest(a: &Side, b: &Side) -> Option<String> {
     let of = |side: &Side, joint: usize| side.number("/tracking_max", joint);
     let all = (0..a.joints().len()).filter_map(|joint| Some((joint, of(a, joint)?)));
@@ -70,7 +70,7 @@ fn greatest(a: &Side, b: &Side) -> Option<String> {
     ))
 }
 
-/// Settings of both, the limits that they came nearest to, and faults.
+/// Settings of both, their closest limits, and faults.
 pub(super) fn settings(a: &Side, b: &Side) -> Vec<(String, String)> {
     let fact = |name: &str, said: [String; 2]| {
         let [of_a, of_b] = said;
@@ -92,7 +92,7 @@ pub(super) fn settings(a: &Side, b: &Side) -> Vec<(String, String)> {
     facts
 }
 
-/// The limit that a run came nearest to.
+/// The limit that a run came closest to.
 fn closest(side: &Side) -> String {
     let found = &side.summary["closest_limit"];
     let said = || {
@@ -104,7 +104,7 @@ fn closest(side: &Side) -> String {
     said().unwrap_or_else(|| "none".to_owned())
 }
 
-/// Events of both in order of time, each with the letter of its run.
+/// Events of both runs in order of time, each with the letter of its run.
 pub(super) fn events(a: &Side, b: &Side) -> Vec<Block> {
     let of = |letter: &'static str, side: &Side| -> Vec<(f64, String, String)> {
         let all = side.run["events"].as_array().map_or(&[][..], Vec::as_slice);

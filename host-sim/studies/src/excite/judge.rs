@@ -1,4 +1,4 @@
-//! Motions that are kept clear, and what is said of their clearance.
+//! Check that motions keep their clearance, and its description.
 
 use super::motion::{REST, fastest_ramp, quintic};
 use super::surroundings::{JudgedSurroundings, Surroundings};
@@ -12,7 +12,7 @@ use sim::failure::Failure;
 /// Largest amount by which the stated clearance may be below the true one, m.
 const TOLERANCE: f64 = 2e-4;
 
-/// A workspace in which every motion is judged.
+/// A workspace that checks every motion for clearance.
 pub(super) struct Watched<'a, const N: usize> {
     pub(super) model: &'a Model<f64, N>,
     pub(super) judged: &'a JudgedSurroundings<N>,
@@ -32,19 +32,19 @@ impl<const N: usize> Workspace for Watched<'_, N> {
 
     fn line(&self, from: &[f64], to: &[f64]) -> bool {
         let motion = quintic::<N>(&[(from.to_vec(), 0.0, 0.0), (to.to_vec(), REST.1, 0.0)]);
-        // No motion: both are the same posture.
+        // If both are the same posture, there is no motion.
         motion.map_or_else(|_| self.posture(to), |motion| self.judged.cell.keeps(&motion, self.around.clearance))
     }
 
     fn series(&self, sine: &[Vec<f64>], cosine: &[Vec<f64>]) -> bool {
-        // One period and both ramps: further periods pass the same postures. What has no motion is reported later, with its reason.
+        // Check one period and both ramps: further periods pass the same postures. If there is no valid motion, the reason is reported later.
         fastest_ramp(self.model, self.centre, self.period, 1, [sine, cosine])
             .map_or(true, |(motion, _)| self.judged.cell.keeps(&motion, self.around.clearance))
     }
 }
 
 impl<const N: usize> Watched<'_, N> {
-    /// Refuses a start that is not clear.
+    /// Rejects a start without enough clearance.
     ///
     /// # Errors
     /// [`Failure::Input`] with the two parts and their gap.
@@ -67,7 +67,7 @@ impl<const N: usize> Watched<'_, N> {
         )))
     }
 
-    /// Pairs that are not judged for a reason of their own, in words.
+    /// Description of pairs that are not judged, without neighbours.
     fn exempt_beside_neighbours(&self) -> String {
         let of = |reason: Reason| {
             let all = self.judged.cell.exempt.iter().filter(|exempt| exempt.2 == reason);
@@ -77,7 +77,7 @@ impl<const N: usize> Watched<'_, N> {
         of(Reason::AlwaysNear) + &of(Reason::OverlapAtRest)
     }
 
-    /// The smallest gap at the centre, in words.
+    /// Description of the smallest gap at the centre.
     pub(super) fn nearest_at_centre(&self) -> String {
         self.judged.cell.posture(&fixed(self.centre)).map_or_else(String::new, |found| {
             let (a, b) = self.judged.cell.names(found.pair);
@@ -85,10 +85,10 @@ impl<const N: usize> Watched<'_, N> {
         })
     }
 
-    /// Clearance of the motion that was chosen, as comments of its file and as JSON.
+    /// Clearance of the chosen motion, as comments for its file and as JSON.
     ///
     /// # Errors
-    /// [`Failure::Input`]: the motion comes nearer than is allowed.
+    /// [`Failure::Input`]: the motion comes closer than allowed.
     pub(super) fn state(&self, motion: &Motion<f64, N>) -> Result<(String, Value), Failure> {
         let (cell, required) = (&self.judged.cell, self.around.clearance);
         let exempt: Vec<String> =
@@ -105,7 +105,7 @@ impl<const N: usize> Watched<'_, N> {
                         least.time
                     )));
                 }
-                // What was accepted keeps the clearance as a whole.
+                // An accepted motion keeps the required clearance as a whole, so the bound is at least that.
                 let bound = least.bound.max(if cell.keeps(motion, required) { required } else { f64::NEG_INFINITY });
                 let line = format!(
                     "Clearance: at least {bound:.4} m at every time, for the shapes below; {:.4} m at {:.3} s between {a} and {b}.",

@@ -1,19 +1,19 @@
-//! Motions: a Fourier series between ramps, slow sweeps, postures with rests.
+//! Construction of motions: a Fourier series with ramps, slow sweeps, and postures with rests.
 
 use dynamics_core::Model;
 use dynamics_core::control::trajectory::{Bounds, FourierSpec, HARMONICS_MAX, Motion, MotionError, Timing, Waypoint};
 use identification::excite::Room;
 
-/// Rest in a posture, s, and the time from one to the next.
+/// Duration of the rest in a posture, and of the motion to the next, s.
 pub(super) const REST: (f64, f64) = (1.5, 2.5);
 
 /// Steady speeds of the slow sweeps, as shares of the allowed speed.
 const SLOW: (f64, f64) = (0.05, 0.2);
 
-/// A point of a quintic: position, duration of the way there, rest, s.
+/// A point of a quintic: position (rad or m), duration of the segment to it (s), rest (s).
 pub(super) type QuinticPoint = (Vec<f64>, f64, f64);
 
-/// A series as a motion, with ramps long enough for the limits: amplitudes of the sines and of the cosines, of each harmonic.
+/// A series as a motion, with the fastest ramps within the limits. The amplitudes are those of the sines and the cosines, for each harmonic.
 pub(super) fn fastest_ramp<const N: usize>(
     model: &Model<f64, N>,
     centre: &[f64],
@@ -43,12 +43,12 @@ pub(super) fn fastest_ramp<const N: usize>(
     }
 }
 
-/// Five places: a hundredth of a milliradian.
+/// Rounds to five decimals, a hundredth of a milliradian.
 fn round(x: f64) -> f64 {
     (x * 1e5).round() / 1e5
 }
 
-/// Quintics through points as a motion.
+/// Quintic segments through points, as a motion.
 pub(super) fn quintic<const N: usize>(points: &[QuinticPoint]) -> Result<Motion<f64, N>, MotionError> {
     let way: Vec<Waypoint<f64, N>> =
         points.iter().map(|(q, _, dwell)| Waypoint { q: core::array::from_fn(|i| q[i]), dwell: *dwell }).collect();
@@ -56,8 +56,8 @@ pub(super) fn quintic<const N: usize>(points: &[QuinticPoint]) -> Result<Motion<
     Motion::quintic(&way, Timing::Durations(&durations), &Bounds::none())
 }
 
-/// Back and forth between the ends at two steady speeds: a quintic passes evenly spaced points at their mean speed. `share_of_range` is
-/// that of the free range.
+/// Points for a back-and-forth motion between the ends at two steady speeds: a quintic passes evenly spaced points at their mean speed.
+/// `share_of_range` is the swept share of the free range.
 pub(super) fn sweeps(room: &Room, share_of_range: f64) -> Vec<QuinticPoint> {
     const WAY: [(f64, bool); 14] = [
         (0.0, false),
@@ -89,12 +89,12 @@ pub(super) fn sweeps(room: &Room, share_of_range: f64) -> Vec<QuinticPoint> {
         .collect()
 }
 
-/// A time as the file has it, s.
+/// Rounds a time up to milliseconds, as in the file, s.
 fn milliseconds(time: f64) -> f64 {
     (time * 1e3).ceil() / 1e3
 }
 
-/// Postures with rests; the first is the last.
+/// Points for postures with rests; the first is repeated at the end.
 pub(super) fn rests(found: &[Vec<f64>]) -> Vec<QuinticPoint> {
     let rounded = |q: &Vec<f64>| q.iter().map(|q| round(*q)).collect();
     let mut points: Vec<QuinticPoint> = found.iter().map(|q| (rounded(q), REST.1, REST.0)).collect();

@@ -1,4 +1,4 @@
-//! Shapes of an arm and of what stands around it.
+//! Shapes of an arm and of the objects around it.
 
 use crate::clearance::arm::{capsules, length, usual_radius};
 use crate::clearance::cell::{Cell, Part};
@@ -11,44 +11,44 @@ use robot_compiler::{Ends, Geometry, LinkShape, SceneFile};
 use sim::failure::Failure;
 use std::path::{Path, PathBuf};
 
-/// A mesh longer than so many arms is in another unit than metres.
+/// A mesh longer than this many arm lengths is in another unit than metres.
 const TOO_LONG: f64 = 10.0;
 
 /// Obstacles around an arm, and the clearance to keep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surroundings {
-    /// Height of the floor against gravity, in the base frame, m.
+    /// Height of the floor, measured against gravity in the base frame, m.
     pub floor: Option<f64>,
     /// Boxes along the axes of the base frame: centre and edges, m.
     pub boxes: Vec<[f64; 6]>,
-    /// Radius of links without shapes, m: one for all or one each; empty for the usual one.
+    /// Radius of links without shapes, m: one for all or one for each; empty for the default.
     pub radius: Vec<f64>,
-    /// Smallest clearance, m.
+    /// Smallest allowed clearance, m.
     pub clearance: f64,
-    /// Link of a URDF robot that the arm stands on.
+    /// Link of a URDF robot that is its base.
     pub base: Option<String>,
-    /// Link of a URDF robot that it ends at.
+    /// Link of a URDF robot that is its tip.
     pub tip: Option<String>,
 }
 
-/// An arm among its surroundings, and what its shapes are.
+/// An arm with its surroundings, and remarks on the shapes.
 pub(super) struct JudgedSurroundings<const N: usize> {
     pub(super) cell: Cell<N>,
-    /// Where the shapes come from, and what they do not contain.
+    /// Sources of the shapes, and parts that they do not contain.
     pub(super) notes: Vec<String>,
 }
 
-/// Name of a link: its number and the joint that moves it.
+/// Name of a link: its number, and the joint that moves it.
 fn link_name(scene: &SceneFile, frame: usize) -> String {
     let name = frame.checked_sub(1).and_then(|i| scene.robot.joints.get(i)).map(|joint| joint.name.as_str());
     name.map_or_else(|| "base".to_owned(), |name| format!("link {frame} ({name})"))
 }
 
-/// Shapes of the scene's arm and of its surroundings.
+/// Collects the shapes of the scene's arm and of its surroundings.
 ///
 /// # Errors
-/// [`Failure::Input`]: a number of radii that is not 1 or that of the joints, a box without size, a slide without limits, a mesh that is
-/// damaged or in millimetres.
+/// [`Failure::Input`]: a number of radii that is neither 1 nor the number of joints, a box without size, a prismatic joint without limits, a mesh
+/// that is damaged or in millimetres.
 pub(super) fn judged<const N: usize>(
     scene: &SceneFile,
     model: &Model<f64, N>,
@@ -127,20 +127,20 @@ fn wrong(expected: &str, found: String) -> Failure {
 #[derive(Default)]
 struct Described {
     parts: Vec<Part>,
-    /// Sentences about them.
+    /// Remarks on the shapes.
     notes: Vec<String>,
-    /// Frames of links with a mesh that cannot be used.
+    /// Frames of links with an unusable mesh.
     incomplete: Vec<usize>,
 }
 
-/// Parts of the collision shapes of a URDF robot, and what is to be said of them.
+/// Reads the collision shapes of a URDF robot, with remarks.
 fn described<const N: usize>(
     scene: &SceneFile,
     model: &Model<f64, N>,
     around: &Surroundings,
 ) -> Result<Described, Failure> {
     let file = &scene.robot.path;
-    // A robot without a file, as a test makes it, has no shapes.
+    // A robot without a file, as in tests, has no shapes.
     if !file.is_file() {
         return Ok(Described::default());
     }
@@ -180,7 +180,7 @@ fn described<const N: usize>(
     Ok(found)
 }
 
-/// Ends of the chain of a URDF robot: of the command line, or of the scene that names the robot.
+/// Ends of a URDF robot's chain: from the command line, or from the scene.
 fn ends(scene: &SceneFile, around: &Surroundings) -> (Option<String>, Option<String>) {
     if around.base.is_some() || around.tip.is_some() {
         return (around.base.clone(), around.tip.clone());
@@ -191,7 +191,7 @@ fn ends(scene: &SceneFile, around: &Surroundings) -> (Option<String>, Option<Str
     (end("base"), end("tip"))
 }
 
-/// Points of a mesh, m, in its frame; the inner error says why there are none.
+/// Points of a mesh in its frame, m; the inner error is the reason why there are none.
 fn read_mesh(
     named: &str,
     folder: &Path,
@@ -219,7 +219,7 @@ fn read_mesh(
     Ok(Ok(scaled))
 }
 
-/// The file of a mesh. `package://NAME/REST` is looked for as `NAME/REST` and `REST` in the robot file's folder and those above it.
+/// Finds the file of a mesh. `package://NAME/REST` is searched as `NAME/REST` and `REST` in the robot file's folder and those above it.
 fn resolved(named: &str, folder: &Path) -> Option<PathBuf> {
     if let Some(inside) = named.strip_prefix("package://") {
         let rest = inside.split_once('/').map_or(inside, |(_, rest)| rest);

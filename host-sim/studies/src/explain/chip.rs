@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 impl Explanation {
-    /// Measure the chip's tick with every term and without each of them.
+    /// Measures the chip's tick with every term and without each of them.
     pub fn measure(&mut self, scene: &Path, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), Failure> {
         let base = Baseline::load(scene, Ends::default())?;
         let folder = Path::new("out/explain").join(file_name(&self.scene));

@@ -10,20 +10,20 @@ use sim::failure::{Failure, in_file};
 use std::path::Path;
 use toml_edit::{DocumentMut, Item};
 
-/// Joints that have a term of friction.
+/// Names of the joints with a term of friction.
 fn joints(robot: &Robot, part: FrictionPart) -> Vec<String> {
     let has = robot.joints.iter().filter(|joint| joint.friction.is_some_and(|friction| friction.has(part)));
     has.map(|joint| joint.name.clone()).collect()
 }
 
-/// Terms that some joint has and the scene's controller uses.
+/// Terms that a joint has and the scene's controller uses.
 pub(super) fn parts(file: &SceneFile) -> Vec<FrictionPart> {
     let used = file.model.full().state(ModelTerm::Friction) != Term::Absent;
     FrictionPart::ALL.into_iter().filter(|part| used && !joints(&file.robot, *part).is_empty()).collect()
 }
 
 impl<const N: usize> Lab<'_, N> {
-    /// Worth of each term on the scene's motion.
+    /// Reports the cost and benefit of each term on the scene's motion.
     pub(super) fn friction(&self) -> Result<Vec<PartReport>, Failure> {
         let report = |part: FrictionPart| {
             let names = joints(&self.file.robot, part);
@@ -47,7 +47,7 @@ impl<const N: usize> Lab<'_, N> {
     }
 }
 
-/// Text of a robot file without a term of friction.
+/// Text of a robot file after a term of friction is removed.
 ///
 /// # Errors
 /// [`Failure::Input`]: the file cannot be read.

@@ -23,10 +23,10 @@ use std::sync::atomic::AtomicBool;
 /// Default tolerance, if neither the scene nor the command line gives one: a share of each joint's torque limit.
 pub const TOLERANCE: f64 = 0.002;
 
-/// Explain the terms of the scene's model.
+/// Explains the terms of the scene's model.
 ///
 /// # Errors
-/// [`Failure::Input`] if the scene cannot be run, [`Failure::Interrupted`].
+/// [`Failure::Input`] if the scene cannot be run; [`Failure::Interrupted`] after an interruption.
 pub fn explain<const N: usize>(
     file: &SceneFile,
     tolerance: Option<f64>,
@@ -80,7 +80,7 @@ fn state(file: &SceneFile, term: ModelTerm) -> (&'static str, String) {
     if file.model.auto.is_some() {
         let (full, now) = (file.model.full().state(term), file.model.state(term));
         let state = if full == now { name(now) } else { "given up" };
-        // Acting terms are stated in [plant]; the other terms come from the robot or always act.
+        // Terms that act on the arm are in [plant]; the others come from the robot or always act.
         let world = match term {
             ModelTerm::Rotors | ModelTerm::VelocityTerms => None,
             _ => line("plant", term.key()),
@@ -97,7 +97,7 @@ fn default() -> String {
     "default".to_owned()
 }
 
-/// A scene in which models are tried.
+/// A scene in which reduced models are tried.
 struct Lab<'a, const N: usize> {
     file: &'a SceneFile,
     along: Along<'a, N>,
@@ -107,7 +107,7 @@ struct Lab<'a, const N: usize> {
     full: Tracking,
 }
 
-/// Greatest tracking error of a reduced model that may be used, over the full model's: as far as a steady torque pushes
+/// Largest allowed ratio of the tracking error of a reduced model to that of the full model. It corresponds to the deflection by a steady torque in
 /// the weakest loop that is allowed ([`robot_compiler::choose::LoopGain::LEAST`]).
 const FOLLOWS: f64 = 2.0;
 
@@ -122,7 +122,7 @@ impl<const N: usize> Lab<'_, N> {
         loop {
             let fewest = self.along.fewest_terms_without(self.tolerance, &droppable).given_up;
             let dropped = self.dropped(&fewest)?;
-            // Terms that follow one by one may not follow together. The last of them stays, and the rest is tried again.
+            // Terms that can be dropped one by one may not be dropped together. Keep the last of them, and try the rest again.
             match fewest.last() {
                 Some(last) if !dropped.follows => droppable.retain(|term| term != last),
                 _ => return Ok((fewest, dropped)),
@@ -130,7 +130,7 @@ impl<const N: usize> Lab<'_, N> {
         }
     }
 
-    /// True if the loop follows as far as is allowed: always where every joint has a torque limit.
+    /// True if the loop tracks within the allowed ratio; always true if every joint has a torque limit.
     fn follows(&self, tracking: &Tracking) -> bool {
         let joints = &self.file.robot.joints;
         if joints.iter().all(|joint| joint.spec.limits.torque.is_finite()) {
@@ -164,14 +164,14 @@ impl<const N: usize> Lab<'_, N> {
         })
     }
 
-    /// Run the loop with the full model less these terms, in the scene's world and along its motion.
+    /// Runs the loop with the full model minus these terms, in the scene's world and along its motion.
     fn tracking(&self, terms: &[ModelTerm]) -> Result<Tracking, Failure> {
         let mut scene = self.file.clone();
         scene.model = self.file.model.full().without(terms);
         self.tracking_of(&scene)
     }
 
-    /// Run the loop with the controller of another scene in this scene's world.
+    /// Runs the loop with the controller of another scene in this scene's world.
     fn tracking_of(&self, scene: &SceneFile) -> Result<Tracking, Failure> {
         let run = simulation(self.file, Options::default())?.run(scene, self.stop, &ProgressBar::hidden())?;
         if run.end == End::Interrupted {

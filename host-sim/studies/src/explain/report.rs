@@ -42,7 +42,7 @@ impl Explanation {
         text + "\n" + &self.fewest_lines()
     }
 
-    /// A row per term and joint with the term: its torque, the tracking error without it, its cost.
+    /// A row per term and joint with the term: its torque, the tracking error without it, and its cost.
     fn friction_table(&self) -> Table {
         let mut head = vec!["term", "joint", "torque: most (rms)", "tracking error", "without", "mul", "add", "sub"];
         if self.chip.is_some() {
@@ -56,7 +56,7 @@ impl Explanation {
                 let most = |error: f64| engineering(error, joint.position_unit);
                 let [max, rms] = [torque.max[i], torque.rms[i]].map(|x| engineering(x, joint.torque_unit));
                 let without = tracking.fault.as_ref().map_or_else(|| most(tracking.max[i]), |_| "fault".to_owned());
-                // The cost is that of all joints with the term, and is in the row of the first.
+                // The cost is the total for all joints with the term, shown in the row of the first.
                 let first = joints.first() == Some(&joint.name);
                 let of_term = [mul, add, sub].map(i64::to_string).into_iter();
                 let on_chip = chip.iter().flat_map(|chip| {
@@ -114,7 +114,7 @@ impl Explanation {
         if error.of_limit[joint].is_some() { share } else { format!("{share} of its greatest torque") }
     }
 
-    /// The whole of which the tolerance is a share.
+    /// Description of the quantity to which the tolerance refers.
     fn whole(&self) -> &'static str {
         if self.joints.iter().all(|joint| joint.torque_limit.is_some()) {
             "each joint's torque limit"
@@ -123,7 +123,7 @@ impl Explanation {
         }
     }
 
-    /// The least loop gain and its weakest joint.
+    /// The smallest loop gain and its weakest joint.
     fn loop_gain(&self, dropped: &Dropped) -> String {
         dropped.weakest_joint.map_or_else(
             || "1".to_owned(),
@@ -131,8 +131,8 @@ impl Explanation {
         )
     }
 
-    /// Table with a row per joint. Its columns: the errors without dropping anything (if given), the errors without
-    /// each present term, and the errors without all terms that can be dropped together.
+    /// Table with a row per joint. Its columns: the errors with nothing dropped (if given), the errors without each present term, and the errors
+    /// without all terms that can be dropped together.
     fn joint_table(
         &self,
         nothing: Option<&dyn Fn(usize) -> String>,

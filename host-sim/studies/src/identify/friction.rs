@@ -1,4 +1,4 @@
-//! Friction of an identified arm, as a robot file holds it.
+//! Friction of an identified arm, in the form of a robot file.
 
 use super::subject::{Subject, torque};
 use identification::choose::WITHOUT_OFFSET;
@@ -9,22 +9,23 @@ use identification::prediction::difference;
 use robot_compiler::{Breakaway, JointFriction};
 use serde_json::{Map, Value as Json, json};
 
-/// Lowest Stribeck velocity that a robot file can hold, rad/s or m/s.
+/// Lowest Stribeck velocity in a robot file, rad/s or m/s.
 const STRIBECK_SPEED_MIN: f64 = 5e-3;
 
-/// An offset of so many standard deviations is written. On a joint that carries weight, a shorter log cannot tell one from the other.
+/// An offset is written if it is larger than this many standard deviations. On a joint that carries weight, a shorter log cannot separate offset and
+/// weight.
 const SURE: f64 = 3.0;
 
-/// Friction of one joint.
+/// Friction of one joint for a robot file.
 pub struct Written {
-    /// The numbers.
+    /// Values of the friction law.
     pub law: JointFriction,
-    /// Standard deviation of each key, where the numbers are those of the identified law; `None` where they are only nearest to it.
+    /// Standard deviation of each key; `None` if the values only approximate the identified law.
     deviations: Option<Vec<(&'static str, f64)>>,
 }
 
 impl Written {
-    /// Keys of the robot file, their numbers and standard deviations; absent terms are left out.
+    /// Keys of the robot file with their values and standard deviations; absent terms are left out.
     pub(super) fn entries(&self) -> Vec<(&'static str, f64, Option<f64>)> {
         let law = &self.law;
         let deviation = |key: &str| self.deviations.as_ref()?.iter().find(|(name, _)| *name == key).map(|(_, x)| *x);
@@ -33,14 +34,14 @@ impl Written {
         all.extend(given("coulomb_load", law.coulomb_load));
         if let Some(Breakaway { torque, speed, load }) = law.breakaway {
             all.extend([("breakaway", torque), ("stribeck_speed", speed)]);
-            // Where it is not given, it is the Coulomb torque's.
+            // If `breakaway_load` is not given, it equals the Coulomb torque's.
             all.extend((load.to_bits() != law.coulomb_load.to_bits()).then_some(("breakaway_load", load)));
         }
         all.extend([given("asymmetry", law.asymmetry), given("offset", law.offset)].into_iter().flatten());
         all.into_iter().map(|(key, x)| (key, x, deviation(key))).collect()
     }
 
-    /// Comment in the robot file.
+    /// Comment for the robot file.
     pub(super) fn note(&self, viscous: &str, force: &str) -> String {
         let units = format!("{viscous}, {force}");
         match &self.deviations {
@@ -61,7 +62,7 @@ impl Written {
     }
 }
 
-/// Friction of every joint: the identified law itself where a robot file can hold it, else the viscous and Coulomb friction nearest to it.
+/// Friction of every joint: the identified law if a robot file can express it, otherwise the best approximation by viscous and Coulomb friction.
 pub(super) fn friction(subject: &Subject, found: &Identified, logs: &[Log]) -> Vec<Written> {
     let nearest = nearest(subject, found, logs);
     let of = |(joint, nearest): (usize, JointFriction)| {
@@ -70,7 +71,7 @@ pub(super) fn friction(subject: &Subject, found: &Identified, logs: &[Log]) -> V
     nearest.into_iter().enumerate().map(of).collect()
 }
 
-/// The identified law of a joint, if it has more than viscous and Coulomb friction and a robot file can hold it.
+/// The identified law of a joint, if it has more than viscous and Coulomb friction and a robot file can express it.
 fn itself(found: &Identified, joint: usize) -> Option<Written> {
     let (law, coefficients) = (&found.laws[joint], &found.friction[joint]);
     let by = law.by_joint(coefficients)?;
@@ -78,7 +79,8 @@ fn itself(found: &Identified, joint: usize) -> Option<Written> {
     let sure = law.terms.iter().zip(&found.friction_deviations[joint]).find(|(term, _)| **term == Term::Offset);
     let sure = sure.is_some_and(|(_, deviation)| by.offset.abs() > SURE * deviation);
     let earned = sure && tried.is_some_and(|tried| !tried.kept[joint]);
-    // More than the Coulomb torque would move the joint by itself: an error of the torque's zero, and not the joint's.
+    // An offset larger than the Coulomb torque would move the joint without a command. It is an error of the torque's zero, and not a property of the
+    // joint.
     let offset = if earned && by.offset.abs() <= by.coulomb { by.offset } else { 0.0 };
     let breakaway = (by.stribeck_speed > 0.0).then(|| Breakaway {
         torque: by.coulomb + by.rise.0,
@@ -90,8 +92,7 @@ fn itself(found: &Identified, joint: usize) -> Option<Written> {
     friction.has_terms().then(|| Written { law: friction, deviations: Some(deviations(found, joint, law, offset)) })
 }
 
-/// Standard deviations of what is written, by key. That of `breakaway` is the rise's: it says how well the peak is known above Coulomb's
-/// torque.
+/// Standard deviations of the written values, by key. That of `breakaway` is the rise's, because the rise is the peak above the Coulomb torque.
 fn deviations(found: &Identified, joint: usize, law: &FrictionLaw, offset: f64) -> Vec<(&'static str, f64)> {
     let key = |term: &Term| match term {
         Term::Viscous => Some("viscous"),
@@ -107,7 +108,7 @@ fn deviations(found: &Identified, joint: usize, law: &FrictionLaw, offset: f64) 
     all.filter_map(|(term, deviation)| Some((key(term)?, *deviation))).collect()
 }
 
-/// Viscous and Coulomb friction of the controller's law that leave least of the torque beside the bodies, none below zero.
+/// Viscous and Coulomb friction of the controller's law, not negative, that minimise the residual after the torque of the bodies.
 fn nearest(subject: &Subject, found: &Identified, logs: &[Log]) -> Vec<JointFriction> {
     let n = found.base.joints;
     let mut sums = vec![[0.0_f64; 5]; n];

@@ -1,4 +1,4 @@
-//! Payload of the arm, in the tip frame.
+//! Estimated payload of the arm, in the tip frame.
 
 use super::subject::Subject;
 use identification::identify::{Identified, Settings, TORQUE_CUTOFF};
@@ -8,18 +8,18 @@ use identification::prepare::Filters;
 use nalgebra::{Matrix3, Vector3};
 use serde_json::{Value, json};
 
-/// Deviation of the scale of torques: of currents times a constant from a data sheet, and of torques in N m.
+/// Relative standard deviation of the torque scale: of currents times a data-sheet constant, and of torques in N m.
 const TORQUE_DEVIATION: (f64, f64) = (0.1, 0.02);
 /// Half-width of the reported interval, in standard deviations.
 const WIDE: f64 = 1.96;
 
-/// Against an arm that was identified before.
+/// Estimates the payload relative to an arm that was identified before.
 #[must_use]
 pub fn against(subject: &Subject, found: &Identified, logs: &[Log], deviation: Option<f64>) -> Payload {
     weighed(subject, &Known::of(found), logs, deviation)
 }
 
-/// Against the numbers of the robot file.
+/// Estimates the payload relative to the robot file's values.
 #[must_use]
 pub fn against_file(subject: &Subject, logs: &[Log], settings: &Settings, deviation: Option<f64>) -> Payload {
     let rate = logs.iter().map(Log::rate).fold(f64::MAX, f64::min);
@@ -31,7 +31,7 @@ pub fn against_file(subject: &Subject, logs: &[Log], settings: &Settings, deviat
         .map(|joint| joint.friction.map_or((0.0, 0.0), |friction| (friction.viscous, friction.coulomb)))
         .collect();
     let known = Known::of_numbers(subject.arm.as_ref(), &subject.parameters, &friction, filters);
-    // The file's masses are taken as they are: nothing is left to say of the scale.
+    // The file's masses are taken as exact, so they cannot correct the torque scale.
     let scale = (1.0, deviation.unwrap_or(TORQUE_DEVIATION.1));
     known.payload(subject.arm.as_ref(), logs, scale)
 }
@@ -44,7 +44,7 @@ fn weighed(subject: &Subject, known: &Known, logs: &[Log], deviation: Option<f64
     known.payload(arm, logs, scale)
 }
 
-/// Mass centre and inertia in the tip frame.
+/// Centre of mass and inertia in the tip frame.
 fn at_tip(payload: &Payload, subject: &Subject) -> (Option<Vector3<f64>>, Matrix3<f64>) {
     let Some(joint) = subject.robot.joints.last() else { return (None, payload.inertia) };
     let (rotation, translation) = (subject.robot.tool.rotation, subject.robot.tool.translation);
@@ -54,7 +54,7 @@ fn at_tip(payload: &Payload, subject: &Subject) -> (Option<Vector3<f64>>, Matrix
     (payload.com.map(|com| turn * (com - origin)), turn * payload.inertia * turn.transpose())
 }
 
-/// `{"payload": {..}}`.
+/// Result as JSON: `{"payload": {..}}`.
 #[must_use]
 pub fn json(payload: &Payload, subject: &Subject) -> Value {
     let (com, i) = at_tip(payload, subject);
@@ -74,7 +74,7 @@ pub fn json(payload: &Payload, subject: &Subject) -> Value {
     }})
 }
 
-/// For a person.
+/// Result as text.
 #[must_use]
 pub fn text(payload: &Payload, subject: &Subject) -> String {
     let half = WIDE * payload.mass_deviation;

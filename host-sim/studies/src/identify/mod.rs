@@ -1,4 +1,4 @@
-//! The model of an arm from logs: what the package `identification` needs of a robot file, and what becomes of its answer.
+//! Identification of an arm from logs: connects the package `identification` with robot files, and reports its results.
 
 mod friction;
 pub mod held;

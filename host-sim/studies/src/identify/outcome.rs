@@ -1,4 +1,4 @@
-//! Errors of torque on logs, before and after; JSON.
+//! Torque errors on logs before and after identification, and their JSON.
 
 use super::robot_file::Numbers;
 use super::subject::{Subject, torque};
@@ -12,53 +12,53 @@ use identification::prediction::{Prediction, difference, rms};
 use identification::verdict::{self, Errors, Grade, Verdict, persistence};
 use serde_json::{Value, json};
 
-/// The identified arm and what its torques miss.
+/// An identified arm and its torque errors.
 pub struct Outcome {
-    /// The model.
+    /// Identified model.
     pub found: Identified,
-    /// Numbers for a robot file.
+    /// Values for a robot file.
     pub numbers: Numbers,
-    /// Mass matrix of the new robot file over all postures, against that of the old one.
+    /// Comparison of the mass matrices of the new and the old robot file over all postures.
     pub audit: Audit,
-    /// The logs that were judged, in this order.
+    /// The judged logs, in the given order.
     pub judged: Vec<JudgedLog>,
-    /// True if these were held out.
+    /// True if the judged logs were not used for identification.
     pub held_out: bool,
     /// Verdict on the model.
     pub verdict: Verdict,
 }
 
-/// A log that was judged.
+/// A log on which the torque errors are judged: one for validation, or one of the identification if there is none for validation.
 pub struct JudgedLog {
-    /// The file.
+    /// Name of the file.
     pub file: String,
-    /// Measured and predicted.
+    /// Measured and predicted torque.
     pub prediction: Prediction,
-    /// By the numbers that the robot file had.
+    /// Torque predicted by the old robot file, N m or N.
     pub before: Series,
-    /// By the numbers that the new robot file has.
+    /// Torque predicted by the new robot file, N m or N.
     pub file_model: Series,
 }
 
-/// Error of one joint over all judged logs.
+/// Torque error of one joint over all judged logs: those for validation, or those of the identification if there are none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointError {
     /// Root mean square of the residual, N m or N.
     pub rms: f64,
-    /// The same over that of the measured torque.
+    /// `rms` divided by the root mean square of the measured torque.
     pub relative: f64,
-    /// Relative error by the numbers that the robot file had.
+    /// Relative error of the old robot file.
     pub before: f64,
-    /// Relative error by the new robot file.
+    /// Relative error of the new robot file.
     pub file: f64,
-    /// Relative error by the identified model over all samples, those in which friction holds the joint included.
+    /// Relative error of the identified model over all samples, including those in which friction holds the joint.
     pub all: f64,
     /// Share of the samples in which friction holds the joint.
     pub held: f64,
 }
 
 impl Outcome {
-    /// Identify from `logs`, judge on `validation`, or on `logs` where it is empty.
+    /// Identifies the arm from `logs`, and judges it on `validation`, or on `logs` if `validation` is empty.
     #[must_use]
     pub fn of(subject: &Subject, logs: &[Log], validation: &[Log], settings: &Settings) -> Self {
         let found = identify(subject.arm.as_ref(), &subject.maker, logs, settings);
@@ -116,7 +116,7 @@ impl Outcome {
         verdict::verdict(found, findings, &errors, &masses, &found.open(subject.arm.as_ref()))
     }
 
-    /// The error of every joint.
+    /// Error of every joint.
     #[must_use]
     pub fn errors(&self) -> Vec<JointError> {
         let joints = self.found.base.joints;
@@ -154,7 +154,7 @@ impl Outcome {
             .collect()
     }
 
-    /// Result as `--json` prints it.
+    /// Result for `--json`.
     #[must_use]
     pub fn json(&self, subject: &Subject) -> Value {
         let names = subject.robot.joints.iter().map(|joint| &joint.name);
@@ -220,7 +220,7 @@ impl Outcome {
         })
     }
 
-    /// Terms of a joint's friction: name, coefficient, deviation.
+    /// Terms of a joint's friction: name, coefficient, standard deviation.
     pub fn terms(&self, joint: usize) -> impl Iterator<Item = (String, f64, f64)> {
         let found = &self.found;
         let values = found.friction[joint].iter().zip(&found.friction_deviations[joint]);

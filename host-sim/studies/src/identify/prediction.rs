@@ -4,7 +4,7 @@ use super::outcome::JudgedLog;
 use sim::failure::{Failure, in_file};
 use std::path::Path;
 
-/// Write `time,tau_1..tau_n,model_1..model_n`: s, and N m or N behind the filter of torques, evenly in time.
+/// Writes `time,tau_1..tau_n,model_1..model_n`: s, and N m or N after the torque filter, evenly in time.
 ///
 /// # Errors
 /// [`Failure::Output`]: the file cannot be written.

@@ -1,4 +1,4 @@
-//! A record of `connect`, or of `run --mcap`, as a log: the ticks in which torque acted.
+//! Conversion of a record of `connect`, or of `run --mcap`, to a log of the ticks in which torque acted.
 
 use board::session::frame_log::LogError;
 use board::session::frame_log::{self, Direction};
@@ -11,10 +11,10 @@ use sim::run::mcap_file::reader::{Item, Reader};
 use std::collections::{BTreeSet, HashMap};
 use std::path::Path;
 
-/// Ticks without torque, or whose status is missing, that end a stretch.
+/// Number of ticks without torque, or without a status, that ends a stretch.
 const GAP: u32 = 20;
 
-/// A tick: its number, positions and velocities (the second empty where counts were measured), torques.
+/// A tick: number, positions, velocities (empty if counts were measured), torques.
 struct Tick {
     number: u32,
     place: Vec<f64>,
@@ -22,10 +22,10 @@ struct Tick {
     torque: Vec<f64>,
 }
 
-/// The longest stretch in which torque acted, as the text of a log: time, positions, velocities where they were measured, torques.
+/// Returns the longest stretch in which torque acted, as the text of a log: time, positions, velocities if they were measured, torques.
 ///
 /// # Errors
-/// [`Failure::Input`]: a record that cannot be read, or one without torque.
+/// [`Failure::Input`]: the record cannot be read, or contains no torque.
 pub fn text(bytes: Vec<u8>, path: &Path) -> Result<Vec<u8>, Failure> {
     let wrong = |problem: String, expected: &str| {
         Failure::Input(miette::miette!(help = format!("expected {expected}"), "{}: {problem}", path.display()))
@@ -33,7 +33,7 @@ pub fn text(bytes: Vec<u8>, path: &Path) -> Result<Vec<u8>, Failure> {
     let kept = bytes.starts_with(mcap_file::MAGIC).then(|| bytes.clone());
     let log = match (frame_log::Log::new(bytes), kept) {
         (Ok(log), _) => log,
-        // No session: the file of a run, or of another program.
+        // Not a session: an MCAP file of a run, or of another program.
         (Err(error @ (LogError::Mcap(_) | LogError::Headless(_))), Some(bytes)) => {
             return joint_states(&bytes).map_err(|problem| match error {
                 LogError::Mcap(_) => wrong(
@@ -55,7 +55,7 @@ pub fn text(bytes: Vec<u8>, path: &Path) -> Result<Vec<u8>, Failure> {
     for entry in log.entries() {
         let entry = entry.map_err(|error| wrong(error.to_string(), "a record that was closed"))?;
         match (entry.way, entry.frame) {
-            // In a dry run the readings are the host's, and the next status answers them.
+            // In a dry run the host sends the readings, and the next status answers them.
             (Direction::Sent, Frame::Measurement(measurement)) => {
                 told = HashMap::from([(measurement.tick, measurement.sensed)]);
             }
@@ -83,10 +83,10 @@ pub fn text(bytes: Vec<u8>, path: &Path) -> Result<Vec<u8>, Failure> {
     Ok(csv(stretch, scene.period()))
 }
 
-/// Joint states of an MCAP file as the text of a log, by the joints' names. Joints without a torque leave an empty field.
+/// Converts the joint states of an MCAP file to the text of a log, with the joints' names. Joints without a torque get an empty field.
 ///
 /// # Errors
-/// Problem of the file: no joint states, joints that change, a broken message.
+/// A description of the problem: no joint states, joints that change, a broken message.
 fn joint_states(bytes: &[u8]) -> Result<Vec<u8>, String> {
     let mut others: BTreeSet<String> = BTreeSet::new();
     let mut names: Vec<String> = Vec::new();

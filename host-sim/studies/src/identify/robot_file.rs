@@ -1,4 +1,4 @@
-//! The robot file with the identified numbers.
+//! The robot file with the identified values.
 
 use super::friction::{Written, friction};
 use super::subject::Subject;
@@ -14,14 +14,14 @@ use sim::failure::Failure;
 use std::path::Path;
 use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, Value};
 
-/// A link's parameter whose uncertainty the data have left at this share or more has not been seen.
+/// A link's parameter counts as not seen if the data leave at least this share of its prior uncertainty.
 const UNSEEN: f64 = 0.7;
 
-/// Numbers of an identified arm that a robot file can hold.
+/// Values of an identified arm for a robot file.
 pub struct Numbers {
-    /// Each link in the frame of its data.
+    /// Each link, in the frame of its data in the robot file.
     pub links: Vec<Link>,
-    /// Reflected inertia of each rotor, and its deviation.
+    /// Reflected inertia of each rotor and its standard deviation, kg m^2.
     pub rotors: Vec<(f64, f64)>,
     /// Friction of each joint.
     pub friction: Vec<Written>,
@@ -29,22 +29,22 @@ pub struct Numbers {
     parameters: Vec<f64>,
 }
 
-/// A link in the frame of its data.
+/// A link, in the frame of its data in the robot file.
 pub struct Link {
-    /// kg, and its deviation.
+    /// Mass and its standard deviation, kg.
     pub mass: (f64, f64),
-    /// Mass centre, m, and the deviation of each coordinate.
+    /// Centre of mass, and the standard deviation of each coordinate, m.
     pub com: (Vector3<f64>, Vector3<f64>),
-    /// Inertia about the mass centre, kg m^2.
+    /// Inertia about the centre of mass, kg m^2.
     pub inertia: Matrix3<f64>,
-    /// Deviation of the moments about the link's origin, kg m^2.
+    /// Standard deviation of the moments of inertia about the link's origin, kg m^2.
     pub moments: Vector3<f64>,
-    /// True if the data say something of mass, mass centre and inertia.
+    /// True if the data determine mass, centre of mass, and inertia.
     pub seen: [bool; 3],
 }
 
 impl Numbers {
-    /// From a model and the logs that it was identified from.
+    /// Takes the values from a model and the logs from which it was identified.
     pub(super) fn of(subject: &Subject, found: &Identified, logs: &[Log]) -> Self {
         let bodies = &found.bodies;
         let n = found.base.joints;
@@ -54,7 +54,7 @@ impl Numbers {
             let there = Inertia::from_parameters(&ten).in_parent(&body_from_link.rotation, &body_from_link.translation);
             let (mass, com, inertia) = central(&there.symmetric().parameters());
             let deviation = |k: usize| bodies.deviations[10 * link + k];
-            // Turned as a box of deviations would be: an upper estimate.
+            // Rotate the deviations like the edges of a box, which gives an upper estimate.
             let turned = body_from_link.rotation.abs();
             let of_com = turned * Vector3::new(deviation(1), deviation(2), deviation(3)) / mass;
             let moments = turned * Vector3::new(deviation(4), deviation(7), deviation(9));
@@ -76,14 +76,14 @@ impl Numbers {
         }
     }
 
-    /// All parameters, with what is fixed to the links.
+    /// All parameters, including what is fixed to the links.
     pub(super) fn parameters(&self, subject: &Subject) -> Vec<f64> {
         let mut all = self.parameters.clone();
         all.iter_mut().zip(subject.maker.fixed.iter().flatten()).for_each(|(sum, x)| *sum += x);
         all
     }
 
-    /// Names of what the data do not see.
+    /// Names of values that the data do not determine.
     #[must_use]
     pub fn unseen(&self, subject: &Subject) -> Vec<String> {
         let name = |joint: usize| &subject.robot.joints[joint].name;
@@ -111,10 +111,10 @@ impl Numbers {
         self.links.iter().enumerate().map(link).collect()
     }
 
-    /// The text of the robot file: a TOML file edited in its place, a URDF file imported first.
+    /// Text of the robot file: a TOML file is edited in place, a URDF file is imported first.
     ///
     /// # Errors
-    /// [`Failure::Input`]: the file cannot be read, or what was made of it is no robot.
+    /// [`Failure::Input`]: the file cannot be read, or the result is not a valid robot.
     pub fn robot_file(&self, subject: &Subject, path: &Path, ends: Ends<'_>) -> Result<String, Failure> {
         let is_toml = path.extension().is_some_and(|extension| extension == "toml");
         let text = if is_toml {
@@ -129,11 +129,11 @@ impl Numbers {
         for (joint, table) in joints.into_iter().flat_map(toml_edit::ArrayOfTables::iter_mut).enumerate() {
             self.edit(subject, joint, table);
         }
-        // Every body is possible now.
+        // Every body is physically consistent now.
         document.remove("allow_unphysical");
         let head =
             "# Masses, mass centres, inertias, rotors and friction of `newtau identify`; deviations behind them.\n";
-        // What the import asked to be filled in, and now is.
+        // Remove the import's requests for values that are now filled in.
         let answered = |line: &&str| !["# ? rotor", "# ? friction"].iter().any(|asked| line.starts_with(asked));
         let text: Vec<String> = document.to_string().lines().filter(answered).map(str::to_owned).collect();
         let text = format!("{head}{}\n", text.join("\n"));
@@ -166,7 +166,7 @@ impl Numbers {
     }
 }
 
-/// Six digits: more than any log holds, and what a person can read.
+/// Rounds to six digits after the first: more than any log determines, and still readable.
 fn number(x: f64) -> f64 {
     format!("{x:.6e}").parse().unwrap_or(x)
 }
@@ -175,7 +175,7 @@ fn inline(entries: &[(&str, f64)]) -> InlineTable {
     entries.iter().map(|(key, x)| (*key, Value::from(number(*x)))).collect()
 }
 
-/// Sets a key with a comment behind it; what stood before it stays.
+/// Sets a key with a comment after it; comments before it stay.
 fn set(table: &mut Table, key: &str, value: Value, comment: &str) {
     let mut value = value;
     value.decor_mut().set_suffix(format!(" # {comment}"));

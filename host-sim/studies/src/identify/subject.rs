@@ -1,4 +1,4 @@
-//! The arm and its maker's numbers, as identification takes them.
+//! The arm and its maker's values, in the form that identification needs.
 
 use super::record;
 use board::session::frame_log::is_record;
@@ -14,35 +14,35 @@ use robot_compiler::{Ends, JointFriction, Robot, with_dof};
 use sim::failure::Failure;
 use std::path::Path;
 
-/// Speed at which the controller's friction acts in full, rad/s: the default of a scene.
+/// Speed at which the controller's friction feedforward saturates, rad/s: the default of a scene.
 pub const SMOOTHING_SPEED: f64 = 0.05;
 
-/// The arm that a log is of.
+/// The arm of a log.
 pub struct Subject {
     /// The robot file.
     pub robot: Robot,
-    /// Torque by parameters.
+    /// Torque as a linear function of parameters.
     pub arm: Box<dyn Arm>,
-    /// All parameters by the maker's numbers, tool included: ten of each link, then rotors.
+    /// All parameters from the maker's values, including the tool: ten of each link, then rotors.
     pub parameters: Vec<f64>,
-    /// The same apart, for the search of possible bodies.
+    /// The same with links and tool separate, for the search for physically consistent bodies.
     pub maker: Maker,
 }
 
 /// Options for reading logs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LogOptions {
-    /// Angles are in degrees.
+    /// True if angles are in degrees.
     pub degrees: bool,
-    /// N m/A of every joint, or one number for all.
+    /// Torque per ampere of every joint, or one number for all, N m/A.
     pub per_ampere: Option<Vec<f64>>,
-    /// Ticks a second.
+    /// Ticks per second, if time is counted in ticks.
     pub tick_rate: Option<f64>,
-    /// A joint that never moves is no reason to refuse the log.
+    /// Accept a log in which a joint never moves.
     pub may_rest: bool,
-    /// Columns named by hand.
+    /// Columns that the user has named.
     pub columns: Option<ColumnNames>,
-    /// Signs, scales, order and delay of the columns.
+    /// Correction of signs, scales, order and delay of the columns.
     pub correction: Option<Correction>,
 }
 
@@ -50,10 +50,10 @@ pub struct LogOptions {
 const BEYOND: f64 = 0.2;
 
 impl Subject {
-    /// From a robot file. `deviation` says how far its masses are trusted.
+    /// Loads a robot file. `deviation` is the relative standard deviation of its masses.
     ///
     /// # Errors
-    /// [`Failure::Input`]: a file that cannot be read.
+    /// [`Failure::Input`]: the file cannot be read.
     pub fn load(path: &Path, ends: Ends<'_>, gravity: Vector3<f64>, deviation: f64) -> Result<Self, Failure> {
         let robot = Robot::load_between(path, ends).map_err(Failure::input)?;
         let n = robot.dof();
@@ -78,7 +78,7 @@ impl Subject {
         Ok(Self { robot, arm, parameters, maker })
     }
 
-    /// Read and check a log of this arm; adds remarks on how it was understood.
+    /// Reads and checks a log of this arm; adds remarks on its interpretation to `notes`.
     ///
     /// # Errors
     /// [`Failure::Input`] with file, line and column.
@@ -101,11 +101,11 @@ impl Subject {
         Ok(log)
     }
 
-    /// Faults that explain a log whose positions or torques are outside of what the arm can do. `None` if there are none, or if it is the
-    /// unit of angles, which the message about the range names.
+    /// Searches for faults that explain a log with positions or torques that the arm cannot reach. `None` if there are none, or if the fault is the
+    /// unit of angles, because the message about the range names it.
     #[must_use]
     pub fn explained(&self, path: &Path, options: &LogOptions) -> Option<Findings> {
-        // With corrections the range is the user's own.
+        // If the user has given corrections, the range is theirs.
         let log = self.read(path, options, false, &mut Vec::new()).ok().filter(|_| options.correction.is_none())?;
         let findings = explain(self.arm.as_ref(), &self.maker, &[log]);
         let degrees = |fault: &Fault| matches!(fault, Fault::PositionScales(_));
@@ -153,14 +153,14 @@ impl Subject {
         Ok(log)
     }
 
-    /// The robot file's own friction, as a controller makes up for it, N m or N.
+    /// Friction of the robot file, as a controller compensates it, N m or N.
     #[must_use]
     pub fn friction(&self, joint: usize, qd: f64, load: f64) -> f64 {
         self.robot.joints[joint].friction.map_or(0.0, |friction| torque(&friction, qd, load))
     }
 }
 
-/// Friction as a controller makes up for it at the velocity `qd` under the torque `load`, N m or N.
+/// Friction as a controller compensates it, at the velocity `qd` (rad/s or m/s) under the torque `load`, N m or N.
 #[must_use]
 pub fn torque(friction: &JointFriction, qd: f64, load: f64) -> f64 {
     let plain = friction.feedforward(SMOOTHING_SPEED);

@@ -64,7 +64,7 @@ impl Outcome {
             )
     }
 
-    /// The audit in words.
+    /// Description of the mass-matrix audit.
     fn mass_matrix(&self, subject: &Subject) -> String {
         let Audit { smallest, smallest_before, ratio } = &self.audit;
         let sign =
@@ -81,7 +81,7 @@ impl Outcome {
         format!("{sign}, smallest eigenvalue {:.2e} (maker's {:.2e}){beside}", smallest.value, smallest_before.value)
     }
 
-    /// Shares of the samples in which friction holds the joints, in words.
+    /// Description of the shares of samples in which friction holds the joints.
     fn held_in_words(&self, subject: &Subject) -> String {
         let of = |(joint, share): (usize, &f64)| {
             (*share > 0.0005).then(|| format!("{} {:.1} %", subject.robot.joints[joint].name, 100.0 * share))
@@ -90,7 +90,7 @@ impl Outcome {
         if held.is_empty() { "never".to_owned() } else { format!("{} of the samples, left out", held.join(", ")) }
     }
 
-    /// Delay and jitter in words.
+    /// Description of delay and jitter.
     fn delay(&self, subject: &Subject) -> String {
         let found = &self.found;
         let late = |(joint, delay): (usize, &f64)| {

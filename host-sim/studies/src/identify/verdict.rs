@@ -1,4 +1,4 @@
-//! The verdict in words: reasons, and the options that mend a log.
+//! Text of a verdict: reasons, and the options that correct a log.
 
 use super::subject::Subject;
 use identification::hypotheses::{Explanation, Fault};
@@ -6,7 +6,7 @@ use identification::verdict::{Grade, Reason, Verdict};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
-/// Factors that mend a torque, and the unit or habit that each may come from.
+/// Factors that correct a torque, and the unit or convention that each may come from.
 const UNITS: [(f64, &str); 11] = [
     (1e-3, "mN m or mA"),
     (1e-2, "N cm"),
@@ -20,10 +20,10 @@ const UNITS: [(f64, &str); 11] = [
     (50.0, "torque before a gear of 50"),
     (1e3, "kN m"),
 ];
-/// Factors that are as near to a unit as this may be meant.
+/// Largest ratio between a factor and a unit that it may mean.
 const NEAR: f64 = 1.35;
 
-/// The verdict for a person: a line for the grade and one for each reason.
+/// The verdict as text: a line for the grade and one for each reason.
 #[must_use]
 pub fn text(verdict: &Verdict, subject: &Subject) -> String {
     let mut lines = vec![format!("verdict             {}", verdict.grade.name())];
@@ -153,7 +153,7 @@ fn words(reason: &Reason, subject: &Subject) -> Vec<String> {
     vec![one]
 }
 
-/// Faults, the options that mend them, and what they gain.
+/// Faults, the options that correct them, and the remaining error.
 fn explanation(found: &Explanation, subject: &Subject) -> String {
     let faults: Vec<String> = found.faults.iter().map(|one| fault(one, subject)).collect();
     let worst = found.score.left.iter().fold(0.0_f64, |a, b| a.max(*b));
@@ -214,7 +214,7 @@ fn fault(found: &Fault, subject: &Subject) -> String {
     }
 }
 
-/// The units that a factor of torque may come from.
+/// The units from which a torque factor may come.
 fn unit(by: f64) -> String {
     let near = UNITS.iter().filter(|(factor, _)| (by / factor).max(factor / by) < NEAR);
     let near: Vec<String> = near.map(|(factor, name)| format!("{name}: {}", number(*factor))).collect();
@@ -235,14 +235,14 @@ fn angle(by: f64) -> String {
     }
 }
 
-/// Three digits.
+/// Formats with three digits.
 fn number(x: f64) -> String {
     let digits = (2.0 - x.abs().log10().floor()).clamp(0.0, 9.0) as usize;
     let text = format!("{x:.digits$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
-/// The options of `identify` that mend a log in this way.
+/// The options of `identify` that apply this correction.
 fn options(found: &Explanation) -> Vec<String> {
     let (correction, n) = (&found.correction, found.correction.torque.len());
     let own: Vec<usize> = (0..n).collect();

@@ -1,4 +1,4 @@
-//! A turn or a motion as files: log, summary and report.
+//! Output files of a turn or a motion: log, summary and report.
 
 use super::run::{Moment, Run, RunSummary};
 use super::turn::{Step, Turn, TurnSummary};
@@ -7,19 +7,19 @@ use sim::failure::{Failure, in_file};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Write a turn's log, summary and report; returns their paths.
+/// Writes a turn's log, summary and report; returns their paths.
 pub fn write_turn(folder: &Path, turn: &Turn, summary: &TurnSummary, json: &str) -> Result<Vec<PathBuf>, Failure> {
     write(folder, "driven.csv", &header(summary), turn.steps.iter().map(row), json, &turn_page(turn, summary))
 }
 
-/// Write a motion's log, summary and report; returns their paths.
+/// Writes a motion's log, summary and report; returns their paths.
 pub fn write_run(folder: &Path, run: &Run, summary: &RunSummary, json: &str) -> Result<Vec<PathBuf>, Failure> {
     let header = ["t", "crank_angle", "crank_speed", "kinetic_energy", "potential_energy", "work"].map(str::to_owned);
     let log = run.moments.iter().map(|m| vec![m.time, m.angle, m.speed, m.kinetic, m.potential, m.work]);
     write(folder, "free.csv", &header, log, json, &run_page(run, summary))
 }
 
-/// Write log, summary and report; returns their paths.
+/// Writes log, summary and report; returns their paths.
 fn write(
     folder: &Path,
     log: &str,

@@ -5,7 +5,7 @@ use super::turn::{Range, Spread, TurnSummary};
 use sim::run::numbers::engineering;
 use sim::table::table;
 
-/// Text about the crank's range.
+/// Description of the crank's range.
 pub fn describe_range(range: &Range) -> String {
     if range.full_turn {
         return "the crank turns fully".to_owned();

@@ -1,4 +1,4 @@
-//! Motion of a closed loop: its one equation of motion under a constant moment on the crank.
+//! Motion of a closed loop under a constant moment on the crank, from its single equation of motion.
 
 use super::turn::turned;
 use dynamics_core::linkage::{Branch, CrankForm, Linkage, LinkageError};
@@ -6,11 +6,11 @@ use robot_compiler::LinkageFile;
 use robot_compiler::names::name;
 use serde::Serialize;
 
-/// Least sine of the angle between coupler and follower (rod and the guide's normal). The simulation stops below it,
-/// because the inertia felt by the crank grows as the square of the reciprocal.
+/// Smallest sine of the angle between coupler and follower (for a slider-crank, between rod and the guide's normal). The simulation stops below it,
+/// because the inertia at the crank grows with the reciprocal squared.
 const NEAR_DEAD: f64 = 0.02;
 
-/// Share of the energy that may be missing before the simulation stops.
+/// Relative energy error at which the simulation stops.
 const LOST: f64 = 1e-3;
 
 /// State of the crank and energies at one time.
@@ -52,7 +52,7 @@ pub struct Start {
 pub struct Run {
     /// States at the start and at the end of every step.
     pub moments: Vec<Moment>,
-    /// Reason why the motion ended early.
+    /// Reason why the motion ended early; `None` if it did not.
     pub stopped: Option<String>,
 }
 
@@ -89,16 +89,16 @@ pub struct RunSummary {
     pub work: f64,
     /// Greatest difference between gain and work during the motion, J.
     pub balance_error: f64,
-    /// [`RunSummary::balance_error`] over the greatest energy.
+    /// [`RunSummary::balance_error`] divided by the greatest energy.
     pub balance_error_relative: f64,
-    /// Reason why the motion ended early.
+    /// Reason why the motion ended early; `None` if it did not.
     pub stopped: Option<String>,
 }
 
-/// Simulate from the start.
+/// Simulates from the start.
 ///
 /// # Errors
-/// The start is not a state of motion: the loop does not close, is at a dead point, or has no inertia.
+/// The start is not a valid state: the loop does not close, is at a dead point, or has no inertia.
 pub fn run(linkage: &LinkageFile, start: &Start) -> Result<Run, LinkageError<f64>> {
     let form = |angle: f64| {
         let posture = linkage.mechanism.posture(&turned(angle), start.branch)?;
@@ -168,14 +168,14 @@ impl Moment {
         self.kinetic + self.potential.abs() + self.work.abs()
     }
 
-    /// Energy balance since `first`: gain of energy less work, J.
+    /// Energy balance since `first`: gain of energy minus work, J.
     fn balance(&self, first: &Self) -> f64 {
         self.kinetic + self.potential - first.kinetic - first.potential - self.work
     }
 }
 
 impl Run {
-    /// Summarise a motion.
+    /// Summarises a motion.
     #[must_use]
     pub fn summary(&self, linkage: &LinkageFile, start: &Start) -> RunSummary {
         let (first, last) = (self.moments[0], self.moments[self.moments.len() - 1]);

@@ -29,7 +29,7 @@ pub struct Step {
     pub forces: LinkageForces<f64>,
 }
 
-/// The steps of a turn at which the loop moves.
+/// The steps of a turn at which the loop closes and is not at a dead point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Turn {
     /// Steps in the order of the crank's angle.
@@ -80,7 +80,7 @@ pub struct TurnSummary {
     pub linkage: String,
     /// `four-bar` or `slider-crank`.
     pub kind: &'static str,
-    /// Class by Grashof's rule: the links that turn fully.
+    /// Grashof class: which links turn fully; `None` for a slider-crank.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub class: Option<String>,
     /// `open` or `crossed`.
@@ -95,13 +95,13 @@ pub struct TurnSummary {
     pub steps_dead: usize,
     /// Crank angles at which the loop closes.
     pub crank_range: Range,
-    /// Crank angles at which the follower or slider stands still.
+    /// Crank angles at which the follower or slider is momentarily at rest.
     pub dead_centres: Vec<DeadCentre>,
     /// Driving moment `M_0`, N m.
     pub driving_moment: Spread,
     /// Magnitudes of `F_0` to `F_3`, N.
     pub joint_forces: [Spread; 4],
-    /// Couple of the slider on its guide, N m.
+    /// Moment of the slider on its guide, N m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub guide_moment: Option<Spread>,
     /// Magnitude of `F_3 - F_0`, N.
@@ -116,7 +116,7 @@ pub struct TurnSummary {
     /// Position of the slider's pin, m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slider_position: Option<Spread>,
-    /// Least acute angle between coupler and follower, or between the rod and the guide's normal, rad.
+    /// Smallest acute angle between coupler and follower, or between the rod and the guide's normal, rad.
     pub transmission_angle_min: f64,
 }
 
@@ -127,7 +127,7 @@ pub fn turned(angle: f64) -> SinCos<f64> {
     SinCos { sin, cos }
 }
 
-/// Turn the crank at this speed (rad/s), in this many steps.
+/// Turns the crank at this speed (rad/s), in this many steps.
 #[must_use]
 pub fn turn(linkage: &LinkageFile, branch: Branch, speed: f64, steps: u32) -> Turn {
     let increment = TAU / f64::from(steps);
@@ -155,7 +155,7 @@ fn step(linkage: &LinkageFile, branch: Branch, speed: f64, angle: f64) -> Result
 }
 
 impl Turn {
-    /// Add a step. Jumps of its angles by a turn are removed, unless steps before it are missing.
+    /// Adds a step. Jumps of its angles by a full turn are removed, unless steps before it are missing.
     fn add(&mut self, mut step: Step) {
         if let Some(last) = self.steps.last().filter(|last| step.angle - last.angle < 1.5 * self.increment) {
             let onward = |angle: f64, last: f64| angle - TAU * ((angle - last) / TAU).round();
@@ -167,7 +167,7 @@ impl Turn {
         self.steps.push(step);
     }
 
-    /// Points of a curve over the crank's angle, with NaN between them where steps are missing.
+    /// Points of a curve over the crank's angle, with NaN where steps are missing.
     #[must_use]
     pub fn curve(&self, value: impl Fn(&Step) -> f64) -> Vec<(f64, f64)> {
         let near = |a: &Step, b: &Step| b.angle - a.angle < 1.5 * self.increment;
@@ -187,7 +187,7 @@ impl Turn {
         }
     }
 
-    /// Summarise a turn with at least one step.
+    /// Summarises a turn with at least one step.
     #[must_use]
     pub fn summary(&self, linkage: &LinkageFile, branch: Branch, speed: f64) -> TurnSummary {
         let pin = matches!(linkage.mechanism, Mechanism::FourBar(_));
@@ -226,7 +226,7 @@ fn angle(turn: &SinCos<f64>) -> f64 {
     if angle < 0.0 { angle + TAU } else { angle }
 }
 
-/// Convert a range to angles.
+/// Converts a range to angles.
 #[must_use]
 pub fn range(range: &CrankRange<f64>) -> Range {
     let mut ends: Vec<f64> = range.ends().iter().flatten().map(angle).collect();

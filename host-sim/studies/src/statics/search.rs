@@ -11,7 +11,7 @@ use sim::failure::Failure;
 pub struct Minimised {
     /// The minimised quantity: a joint's name, `total` or `potential`.
     pub what: String,
-    /// Its least value: torque magnitude (N m or N), sum of squares, or potential energy (J).
+    /// Its smallest value: torque magnitude (N m or N), sum of squared torques, or potential energy (J).
     pub value: f64,
     /// Number of starting points.
     pub starts: usize,
@@ -38,7 +38,7 @@ impl Target {
         }
     }
 
-    /// Cost function of the search: smooth, so that descent works.
+    /// Cost function of the search, smooth for the descent.
     fn cost<const N: usize>(&self, still: &Still<N>, q: &[f64; N]) -> f64 {
         match self {
             Self::Joint { index, .. } => still.torque(q)[*index].powi(2),
@@ -48,7 +48,7 @@ impl Target {
     }
 }
 
-/// Find the posture with the least cost.
+/// Finds the posture with the smallest cost.
 pub(super) fn search<const N: usize>(
     robot: &Robot,
     still: &Still<N>,
@@ -72,7 +72,7 @@ pub(super) fn search<const N: usize>(
         };
     }
     let middle = bounds.map(|(low, high)| low + (high - low) / 2.0);
-    // A joint without limits may stand anywhere; the search covers one turn.
+    // A joint without limits may have any position; the search covers one turn.
     let start = given.map_or(middle, |q| core::array::from_fn(|i| q[i].clamp(bounds[i].0, bounds[i].1)));
     let least = posture_search::minimise(&bounds, &start, |q| target.cost(still, q));
     let (what, value) = match target {

@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, Vector3};
 use robot_compiler::Robot;
 use sim::failure::Failure;
 
-/// Which axes a wrench is in.
+/// Axes of a reported wrench.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum WrenchFrame {
     /// Each link's own, z along its joint.

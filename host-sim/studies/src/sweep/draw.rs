@@ -1,4 +1,4 @@
-//! The values of a run: functions of the study and the run's index alone.
+//! The values of a run, which depend only on the study and the run's index.
 
 use super::normal;
 use super::sobol::Dimension;
@@ -12,15 +12,15 @@ pub(super) struct Draw {
     design: Design,
     /// Generator of the seed, at the start of its first stream.
     random: ChaCha8Rng,
-    /// A dimension for each key that varies, with a Sobol sequence.
+    /// One dimension for each varied key, if the design is a Sobol sequence.
     sobol: Vec<Dimension>,
 }
 
-/// Stream of random numbers for the digital shift: beyond every index.
+/// Random stream for the digital shift; no index uses it.
 const SHIFT_STREAM: u64 = u64::MAX;
 
 impl Draw {
-    /// The draw of a study with so many keys that vary.
+    /// Creates the generator for a study with `keys` varied keys.
     pub(super) fn new(runs: &Runs, keys: usize) -> Self {
         let random = ChaCha8Rng::seed_from_u64(runs.seed);
         let mut shifts = random.clone();
@@ -30,7 +30,7 @@ impl Draw {
         Self { design: runs.design, random, sobol }
     }
 
-    /// The values of the run with this index.
+    /// Draws the values of the run with this index.
     pub(super) fn values<'a>(&self, vary: &'a [Vary], index: u64) -> Vec<Drawn<'a>> {
         match self.design {
             Design::Grid => grid(vary, index),
@@ -46,7 +46,7 @@ impl Draw {
     }
 }
 
-/// A number between 0 and 1, neither of them, from 64 bits.
+/// Converts 64 bits to a number between 0 and 1, both excluded.
 fn unit(bits: u64) -> f64 {
     // 52 bits and a half are exact; one bit more would round up to 1.
     ((bits >> 12) as f64 + 0.5) * f64::EPSILON
@@ -72,7 +72,7 @@ fn grid(vary: &[Vary], index: u64) -> Vec<Drawn<'_>> {
     values
 }
 
-/// Value `number` of values that can be counted.
+/// Value number `number` of a countable set of values.
 fn of_countable(values: &Values, number: u64) -> Drawn<'_> {
     match values {
         Values::List(list) => list.get(number as usize).map_or(Drawn::Whole(0), Drawn::Listed),
@@ -81,14 +81,14 @@ fn of_countable(values: &Values, number: u64) -> Drawn<'_> {
     }
 }
 
-/// The value below which a share `u` of the values lies.
+/// Quantile of the values at the share `u`.
 fn at(values: &Values, u: f64) -> Drawn<'_> {
     let within = |x: f64, low: f64, high: f64| Drawn::Number(x.clamp(low, high));
     match *values {
         Values::Uniform(low, high) => within(low + (high - low) * u, low, high),
         Values::LogUniform(low, high) => {
             let (from, to) = (libm::log(low), libm::log(high));
-            // Ends of a grid are exact.
+            // The ends of a grid are exact.
             if u <= 0.0 {
                 Drawn::Number(low)
             } else if u >= 1.0 {

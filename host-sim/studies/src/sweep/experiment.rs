@@ -10,13 +10,13 @@ use sim::run::simulate::{self, Run};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Titles of the columns behind the figures.
+/// Titles of the columns after the figures.
 pub(super) const ENDINGS: [&str; 2] = ["end", "pass"];
 
-/// Ending of a run whose figures are of all its time.
+/// Ending of a run whose figures cover its full duration.
 pub(super) const COMPLETE: &str = "complete";
 
-/// Ending of a run that the reader of scenes did not accept.
+/// Ending of a run with values that make no valid scene.
 pub(super) const REFUSED: &str = "refused";
 
 /// A scene whose keys vary.
@@ -27,16 +27,16 @@ pub(super) struct SceneRuns {
     draw: Draw,
     kernels: Kernels,
     pub(super) scene_name: String,
-    /// Unit of each figure, for the arm of the first run; empty where there is none.
+    /// Unit of each figure, for the arm of the first run; empty if it has none.
     pub(super) units: Vec<String>,
 }
 
 impl SceneRuns {
-    /// Reads the scene, and its first run.
+    /// Reads the scene, and checks its first run.
     ///
     /// # Errors
-    /// [`Failure::Input`]: the scene cannot be read, a key leads nowhere, the first run cannot be read, or a figure asks for a joint that
-    /// the arm does not have.
+    /// [`Failure::Input`]: the scene cannot be read, a key does not exist, the first run is invalid, or a figure names a joint that the arm does not
+    /// have.
     pub(super) fn new(study: &Study) -> Result<Self, Failure> {
         let template = Template::load(study).map_err(Failure::input)?;
         let draw = Draw::new(&study.runs, study.experiment.vary.len());
@@ -59,14 +59,14 @@ impl SceneRuns {
         }
     }
 
-    /// Titles of the columns behind the index.
+    /// Titles of the columns after the index.
     pub(super) fn columns(&self) -> Vec<String> {
         let keys = self.experiment.vary.iter().map(|vary| vary.key.name.clone());
         let metrics = self.experiment.metrics.iter().map(|metric| metric.title.clone());
         keys.chain(metrics).chain(ENDINGS.map(str::to_owned)).collect()
     }
 
-    /// Why the values of a run make no possible scene, without the paths of this machine.
+    /// Reason why the values of a run make no valid scene, without paths of this machine.
     pub(super) fn refusal(&self, index: u64) -> Option<String> {
         let error = self.template.scene(&self.values(index)).err()?;
         Some(format!("{}: {}, expected {}", error.field(), error.problem(), error.expected()))
@@ -77,12 +77,12 @@ impl SceneRuns {
         self.draw.values(&self.experiment.vary, index)
     }
 
-    /// The texts of a run's scene, and of its robot where the run changes it.
+    /// The texts of a run's scene, and of its robot if the run changes it.
     pub(super) fn texts(&self, index: u64) -> (String, Option<String>) {
         self.template.texts(&self.values(index))
     }
 
-    /// The scene of a run.
+    /// Returns the scene of a run.
     ///
     /// # Errors
     /// [`Failure::Input`] for values that make the scene impossible.
@@ -90,7 +90,7 @@ impl SceneRuns {
         self.template.scene(&self.values(index)).map_err(Failure::input)
     }
 
-    /// Does the runs with these indices; the cells of each.
+    /// Does the runs with these indices; returns the cells of each.
     ///
     /// # Errors
     /// [`Failure::Interrupted`] after `stop`.
@@ -105,7 +105,7 @@ impl SceneRuns {
         drawn.iter().zip(endings).map(|((index, values), ending)| self.row(*index, values, ending)).collect()
     }
 
-    /// Cells behind the values of each scene, which all have the same number of joints.
+    /// Cells after the values of each scene; all scenes have the same number of joints.
     fn on_desk(&self, scenes: Vec<Result<SceneFile, Failure>>, stop: &AtomicBool) -> Vec<Result<Vec<String>, Failure>> {
         let dof = scenes.iter().flatten().map(|scene| scene.robot.dof()).next().unwrap_or(1);
         with_dof!(dof, N => {
@@ -116,7 +116,7 @@ impl SceneRuns {
         })
     }
 
-    /// Cells behind the values of a run.
+    /// Cells after the values of a run.
     fn ending(&self, run: &Run) -> Vec<String> {
         let metrics = &self.experiment.metrics;
         let figures: Vec<f64> = metrics.iter().map(|metric| figure(metric, run)).collect();
@@ -145,9 +145,9 @@ impl SceneRuns {
     }
 }
 
-/// A number as a cell: the shortest text that reads back exactly.
+/// Formats a number for a cell: the shortest text that reads back exactly.
 fn number(x: f64) -> String {
-    // Without the signs of NaN and zero, which neighbours and processors may choose as they like.
+    // Drop the signs of NaN and zero, which may differ between processors and between runs in a batch.
     if x.is_nan() { "nan".to_owned() } else { format!("{:?}", x + 0.0) }
 }
 
@@ -168,7 +168,7 @@ fn ending(run: &Run) -> String {
     }
 }
 
-/// A figure of a run: that of one joint, or the largest of all.
+/// A figure of a run: for one joint, or the largest over all joints.
 fn figure(metric: &Metric, run: &Run) -> f64 {
     let summary = &run.summary;
     let record = &run.record;
@@ -197,7 +197,7 @@ fn figure(metric: &Metric, run: &Run) -> f64 {
     match metric.joint {
         Some(joint) => one(joint - 1),
         None if !metric.figure.is_per_joint() => one(0),
-        // NaN of any joint is NaN of all.
+        // If the figure of any joint is NaN, the result is NaN.
         None => (0..joints).map(one).fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most }),
     }
 }

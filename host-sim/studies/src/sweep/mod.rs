@@ -1,12 +1,12 @@
-//! Studies: very many runs whose keys vary, each a function of the study and its index alone.
+//! Studies of very many runs with varied keys. Each run depends only on the study and its index.
 //!
 //! ```text
 //! study.toml --Prepared--> outcomes(indices) --store--> runs.csv, manifest.json --merge--> the same of all shards
 //!                                                            '--results--> results.json, results.md
 //! ```
 //!
-//! Nothing here depends on the number of threads, on the order of the work or on the platform's mathematics, so that every machine
-//! and every division into shards writes the same bytes.
+//! Nothing here depends on the number of threads, on the order of the work or on the platform's mathematics. So every machine and every division into
+//! shards writes the same bytes.
 
 mod draw;
 mod experiment;

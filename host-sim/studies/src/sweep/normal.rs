@@ -1,11 +1,11 @@
 //! The normal distribution and its inverse, with the same bits on every machine.
 
-/// Probability below `x` for mean 0 and deviation 1.
+/// Cumulative probability at `x`, for mean 0 and standard deviation 1.
 pub(super) fn below(x: f64) -> f64 {
     0.5 * libm::erfc(-x * core::f64::consts::FRAC_1_SQRT_2)
 }
 
-/// The number below which a normal variable of mean 0 and deviation 1 lies with probability `p`, 0 < p < 1.
+/// Quantile at probability `p`, 0 < p < 1, for mean 0 and standard deviation 1.
 ///
 /// M. J. Wichura, "Algorithm AS 241", Appl. Statist. 37 (1988): relative error about 1e-16.
 #[allow(clippy::excessive_precision, reason = "the numbers as the paper prints them")]
@@ -94,7 +94,7 @@ mod tests {
 
     #[test]
     fn the_inverse_is_that_of_another_program() {
-        // SciPy 1.17's norm.ppf.
+        // Values of SciPy 1.17's norm.ppf.
         let known = [
             (1e-10, -6.361_340_902_404_056),
             (0.01, -2.326_347_874_040_840_8),

@@ -10,32 +10,31 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-/// A study, its files, and all that its runs share.
+/// A study, its files, and all data that its runs share.
 #[derive(Debug)]
 pub struct Prepared {
     /// The study.
     pub study: Study,
     /// Number of runs.
     pub count: u64,
-    /// The study's files by name and text, each naming the others by these names.
+    /// The study's files: names and texts. They refer to each other by these names.
     pub files: Vec<(String, String)>,
-    /// Hash of the files and of the program's version: two folders with the same are parts of the same study.
+    /// Hash of the files and of the program's version. Two folders with the same hash are parts of the same study.
     pub identity: String,
     pub(super) runs: SceneRuns,
 }
 
-/// Most runs that a thread does in one go, and has in memory.
+/// Largest number of runs that a thread does together and keeps in memory.
 const CHUNK: u64 = 16;
 
-/// Version of this program, of which a run is a function too.
+/// Version of this program; the results of a run depend on it.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 impl Prepared {
-    /// Reads a study with all its files, with another number of runs where one is given.
+    /// Reads a study with all its files; `runs` replaces its number of runs.
     ///
     /// # Errors
-    /// [`Failure::Input`]: a file that cannot be read, a key that leads nowhere, a first run that cannot be read, a number of runs beside a
-    /// grid.
+    /// [`Failure::Input`]: a file cannot be read, a key does not exist, the first run is invalid, or a number of runs is given for a grid.
     pub fn load(path: &Path, runs: Option<u64>) -> Result<Self, Failure> {
         let mut study = Study::load(path).map_err(Failure::input)?;
         if let Some(runs) = runs {
@@ -57,13 +56,13 @@ impl Prepared {
         core::iter::once("index".to_owned()).chain(self.runs.columns()).collect()
     }
 
-    /// The runs with these indices, in order, as cells of the [`columns`](Self::columns). Every run is a function of the study and its
-    /// index alone.
+    /// Does the runs with these indices, and returns them in order as cells of the [`columns`](Self::columns). Every run depends only on the study
+    /// and its index.
     ///
-    /// This is the one place where a study's runs are made: whoever can do several side by side does it here.
+    /// All runs of a study are done here, so that several can be computed together.
     ///
     /// # Errors
-    /// [`Failure::Interrupted`] after `stop`; otherwise as the runs.
+    /// [`Failure::Interrupted`] after `stop`; otherwise those of the runs.
     pub fn outcomes(&self, indices: Range<u64>, jobs: &Jobs, stop: &AtomicBool) -> Result<Vec<Vec<String>>, Failure> {
         let count = indices.end.saturating_sub(indices.start);
         let chunk = count.div_ceil(jobs.count() as u64).clamp(1, CHUNK);
@@ -75,18 +74,18 @@ impl Prepared {
         Ok(jobs.run(|| try_in_parallel(parts, part))?.concat())
     }
 
-    /// Checks that the copies of the study's files replace nothing else in a folder.
+    /// Checks that the copies of the study's files overwrite no other file in a folder.
     ///
     /// # Errors
-    /// [`Failure::Input`]: the folder has another file of a copy's name.
+    /// [`Failure::Input`]: the folder has a different file with a copy's name.
     pub fn may_lie_in(&self, folder: &Path) -> Result<(), Failure> {
         replace_nothing(&self.files, folder, "expected an empty folder, or one that the same study wrote")
     }
 
-    /// Files of one run by name and text: its scene, and its robot, which the study's own is where the run does not change it.
+    /// Files of one run, by name and text: its scene, and its robot (the study's own if the run does not change it).
     ///
     /// # Errors
-    /// [`Failure::Input`] for a text that is no scene.
+    /// [`Failure::Input`] if the text is not a valid scene.
     pub(super) fn stand_alone(&self, scene: &str, robot: Option<&str>) -> Result<Vec<(String, String)>, Failure> {
         let own = self.files.iter().find(|(name, _)| name.starts_with("robot"));
         let (name, text) = own.map_or(("robot.toml", ""), |(name, text)| (name, text));
@@ -95,10 +94,10 @@ impl Prepared {
     }
 }
 
-/// Checks that these files, by name and text, replace no other ones in a folder.
+/// Checks that these files, by name and text, overwrite no different ones in a folder.
 ///
 /// # Errors
-/// [`Failure::Input`]: the folder has another file of such a name.
+/// [`Failure::Input`]: the folder has a different file with such a name.
 pub(super) fn replace_nothing(files: &[(String, String)], folder: &Path, expected: &str) -> Result<(), Failure> {
     let other =
         |(name, text): &&(String, String)| fs::read(folder.join(name)).is_ok_and(|found| found != text.as_bytes());
@@ -124,7 +123,7 @@ fn identity(files: &[(String, String)]) -> String {
     hexadecimal(&hash.finalize())
 }
 
-/// Bytes in hexadecimal.
+/// Formats bytes in hexadecimal.
 pub(super) fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

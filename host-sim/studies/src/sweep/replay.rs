@@ -1,4 +1,4 @@
-//! One run of a study in full.
+//! Repetition of one run of a study, with full output.
 
 use super::Prepared;
 use super::prepared::replace_nothing;
@@ -13,7 +13,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-/// A run that was done again, and its files.
+/// A repeated run, and its files.
 #[derive(Debug)]
 pub struct Replayed {
     /// The run.
@@ -22,11 +22,10 @@ pub struct Replayed {
     pub files: Vec<PathBuf>,
 }
 
-/// Does the run with this index again, and writes all that `newtau run` writes, with the scene that it takes.
+/// Repeats the run with this index, and writes everything that `newtau run` writes, and the scene that it uses.
 ///
 /// # Errors
-/// [`Failure::Input`]: the study has no such run, the run's values make the scene impossible, or the folder holds a study or
-/// another run's files.
+/// [`Failure::Input`]: the study has no such run, the run's values make no valid scene, or the folder contains a study or another run's files.
 /// [`Failure::Output`]: a file cannot be written.
 pub fn replay(
     prepared: &Prepared,
@@ -41,12 +40,12 @@ pub fn replay(
         return Err(wrong(format!("expected a run from 0 to {}", prepared.count - 1)));
     }
     let runs = &prepared.runs;
-    // Shards that an engine still has to do read the study's files: they must stay what they are.
+    // Remaining shards still read the study's files, so those must not be overwritten.
     if [MANIFEST, STUDY].iter().any(|name| folder.join(name).exists()) {
         return Err(wrong(format!("{} holds a study; expected another folder by --out", folder.display())));
     }
     let (scene, robot) = runs.texts(index);
-    // The copies of the study name each other; the run's own texts stand in their place.
+    // The study's copies refer to each other by name; the run's own texts replace them.
     let alone = prepared.stand_alone(&scene, robot.as_deref())?;
     alone.iter().try_for_each(|(name, _)| output.spares(&folder.join(name)))?;
     if !output.is_forced() {

@@ -4,7 +4,7 @@
 //! 30 (2008), their list `new-joe-kuo-6`, dimensions 1 to 32. A digital shift, the same for all points, replaces the point at the
 //! corner and makes the mean of a study's figures unbiased.
 
-/// Primitive polynomial with all its coefficients as bits, and the first direction numbers, for each dimension but the first.
+/// For each dimension except the first: the primitive polynomial with its coefficients as bits, and the first direction numbers.
 const DIRECTIONS: [(u64, &[u64]); 31] = [
     (3, &[1]),
     (7, &[1, 3]),
@@ -39,7 +39,7 @@ const DIRECTIONS: [(u64, &[u64]); 31] = [
     (213, &[1, 3, 7, 3, 13, 59, 17]),
 ];
 
-/// Bits of an index and of a coordinate.
+/// Number of bits of an index and of a coordinate.
 const BITS: usize = 64;
 
 /// One dimension of the sequence.
@@ -50,7 +50,7 @@ pub(super) struct Dimension {
 }
 
 impl Dimension {
-    /// Dimension `number`, counted from 0, with a digital shift; `None` beyond the 32nd.
+    /// Creates dimension `number`, counted from 0, with a digital shift; `None` beyond the 32nd.
     pub(super) fn new(number: usize, shift: u64) -> Option<Self> {
         let mut m = [0_u64; BITS];
         match number.checked_sub(1) {
@@ -71,7 +71,7 @@ impl Dimension {
 
     /// Coordinate of the point with this index, as a fraction of 2^64.
     pub(super) fn at(&self, index: u64) -> u64 {
-        // In the order of a Gray code, as other programs number the points.
+        // Use Gray code order, in which other programs number the points.
         let gray = index ^ (index >> 1);
         let chosen = self.directions.iter().enumerate().filter(|(bit, _)| gray >> bit & 1 == 1);
         chosen.fold(self.shift, |sum, (_, direction)| sum ^ direction)
@@ -82,7 +82,7 @@ impl Dimension {
 mod tests {
     use super::Dimension;
 
-    /// From SciPy 1.17's `qmc.Sobol(6, scramble=False)`.
+    /// Points of SciPy 1.17's `qmc.Sobol(6, scramble=False)`.
     const POINTS: [[f64; 6]; 8] = [
         [0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         [0.5, 0.5, 0.5, 0.5, 0.5, 0.5],

@@ -1,4 +1,4 @@
-//! Files for engines that share a study's shards out to machines. Queues, retries and machines are the engine's.
+//! Files for engines that distribute a study's shards to machines. The engine handles queueing and retries.
 
 use super::Prepared;
 use super::store::{self, Manifest, STUDY};
@@ -9,12 +9,12 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// An engine.
+/// An engine that runs shards on several machines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Engine {
-    /// HyperQueue: an array of tasks.
+    /// HyperQueue, with an array of tasks.
     HyperQueue,
-    /// Slurm: an array of jobs.
+    /// Slurm, with an array of jobs.
     Slurm,
 }
 
@@ -32,21 +32,21 @@ pub struct Submission {
     pub engine: Engine,
     /// Number of shards.
     pub shards: u64,
-    /// Threads of a shard.
+    /// Number of threads per shard.
     pub threads: usize,
-    /// This program, as the machines find it.
+    /// Path of this program on the machines.
     pub program: PathBuf,
 }
 
-/// Folder of the shards' folders.
+/// Name of the folder that contains the shards' folders.
 const SHARDS: &str = "shards";
-/// Number of times that an engine begins a killed shard again.
+/// Number of times that an engine restarts a killed shard.
 const RETRIES: u32 = 10;
 
-/// Writes the study's copies, `shard.sh`, `merge.sh` and what the engine takes; returns the files, the engine's last.
+/// Writes copies of the study's files, `shard.sh`, `merge.sh` and the engine's files; returns their paths, the engine's last.
 ///
 /// # Errors
-/// [`Failure::Input`] for more shards than runs, or a folder where a shard of another number has begun. [`Failure::Output`].
+/// [`Failure::Input`] for more shards than runs, or a folder with a shard of a different division. [`Failure::Output`] if a file cannot be written.
 pub fn write(
     prepared: &Prepared,
     submission: &Submission,
@@ -84,7 +84,7 @@ pub fn write(
     Ok(written)
 }
 
-/// Checks that the shards which have begun in a folder are as many parts of the whole.
+/// Checks that existing shards in a folder have the same number of parts.
 fn begun_as(shards: u64, folder: &Path) -> Result<(), Failure> {
     for shard in store::below(&folder.join(SHARDS))? {
         let other = Manifest::read(&shard)?.filter(|manifest| manifest.shard[1] != shards);
@@ -99,7 +99,7 @@ fn begun_as(shards: u64, folder: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Lets a script be run.
+/// Makes a script executable.
 fn executable(path: &Path) -> io::Result<()> {
     #[cfg(unix)]
     if path.extension().is_some_and(|extension| extension == "sh") {
@@ -109,19 +109,19 @@ fn executable(path: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// A name that every engine takes: small letters, digits and hyphens.
+/// Converts a name to one that every engine accepts: lower-case letters, digits and hyphens.
 fn name(study: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' };
     let name: String = study.chars().take(50).map(plain).collect();
     format!("sweep-{}", name.trim_matches('-'))
 }
 
-/// A word of a shell script that stands for itself.
+/// Quotes a word for a shell script.
 fn quoted(text: &str) -> String {
     format!("'{}'", text.replace('\'', "'\\''"))
 }
 
-/// The program, which a variable of the machine may replace.
+/// Line of a script that sets the program, which an environment variable of the machine may override.
 fn program(submission: &Submission) -> String {
     format!(
         "program=${{NEWTAU:-}}\n[ -n \"$program\" ] || program={}\n",

@@ -1,4 +1,4 @@
-//! A motion from a path that an arm was guided along by hand: points and durations of a quintic that stays near it.
+//! Conversion of a hand-guided path to a motion: points and durations of a quintic that stays near the path.
 
 mod path;
 
@@ -9,7 +9,7 @@ use robot_compiler::SceneFile;
 use robot_compiler::scene::joints;
 use sim::failure::Failure;
 
-/// Longest time that a motion made from a path may be slowed down by, as a factor: past it the path was no motion of this arm.
+/// Largest factor by which a motion may be slowed down. If more is needed, the path does not fit this arm.
 const SLOWEST: f64 = 10.0;
 /// Shortest duration of a segment, s.
 const SHORTEST: f64 = 0.02;
@@ -21,14 +21,14 @@ pub struct Taught {
     pub points: Vec<Vec<f64>>,
     /// Durations between them, s.
     pub durations: Vec<f64>,
-    /// Largest distance of any joint from the path at the path's own time, rad or m.
+    /// Largest distance of any joint from the path at the same time of the path, rad or m.
     pub error: f64,
-    /// Factor by which it is slower than the path, so that the velocity limits hold.
+    /// Factor by which the motion is slower than the path, so that the velocity limits hold.
     pub slower: f64,
 }
 
 impl Taught {
-    /// The table `[motion]` of a scene.
+    /// Formats the table `[motion]` of a scene.
     #[must_use]
     pub fn toml(&self) -> String {
         let list = |q: &[f64]| q.iter().map(|q| format!("{q:.5}")).collect::<Vec<_>>().join(", ");
@@ -43,14 +43,13 @@ impl Taught {
     }
 }
 
-/// The motion with the fewest points that stays within `tolerance` (rad or m) of the path in every joint, or the best with
-/// [`POINTS_MAX`] points.
+/// Finds the motion with the fewest points that stays within `tolerance` (rad or m) of the path in every joint, or the best one with [`POINTS_MAX`]
+/// points.
 ///
-/// Rests at both ends of the path are left out. Each next point is put where the motion so far is farthest from the path.
+/// Rests at both ends of the path are left out. Each further point is added where the motion so far is farthest from the path.
 ///
 /// # Errors
-/// [`Failure::Input`]: the path rests all the time, leaves the position limits by more than `tolerance`, or cannot be a motion of this
-/// arm.
+/// [`Failure::Input`]: the path is at rest all the time, leaves the position limits by more than `tolerance`, or cannot be a motion of this arm.
 pub fn taught<const N: usize>(scene: &SceneFile, path: &Path, tolerance: f64) -> Result<Taught, Failure> {
     let wrong = |problem: String| Failure::Input(miette::miette!("{}: {problem}", path.file.display()));
     let model = scene.robot.model::<N>().map_err(Failure::input)?;
@@ -82,7 +81,7 @@ pub fn taught<const N: usize>(scene: &SceneFile, path: &Path, tolerance: f64) ->
         let (worst, error) = farthest(moving, &motion, slower);
         let place = knots.partition_point(|knot| *knot < worst);
         let apart = |a: usize, b: usize| moving[b].0 - moving[a].0 >= SHORTEST;
-        // A point next to another would be noise.
+        // A point directly next to another one would only fit noise.
         let fits =
             knots.get(place).is_some_and(|after| place > 0 && apart(knots[place - 1], worst) && apart(worst, *after));
         if error <= tolerance || knots.len() == POINTS_MAX || !fits {
@@ -94,7 +93,7 @@ pub fn taught<const N: usize>(scene: &SceneFile, path: &Path, tolerance: f64) ->
     }
 }
 
-/// The path from the last sample of its rest at the start to the first of that at the end; `None` if it rests all the time.
+/// The path from the last sample of the rest at its start to the first sample of the rest at its end; `None` if it is at rest all the time.
 fn without_rests<const N: usize>(samples: &[(f64, [f64; N])], tolerance: f64) -> Option<&[(f64, [f64; N])]> {
     let (first, last) = (samples.first()?, samples.last()?);
     let near = |a: &[f64; N], b: &[f64; N]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 0.5 * tolerance);
@@ -103,7 +102,7 @@ fn without_rests<const N: usize>(samples: &[(f64, [f64; N])], tolerance: f64) ->
     samples.get(start..=end.min(samples.len() - 1)).filter(|moving| moving.len() > 2)
 }
 
-/// The motion through these samples, slowed down until the velocity limits hold, and how much.
+/// The motion through these samples, slowed down until the velocity limits hold, and the factor.
 fn through<const N: usize>(
     path: &[(f64, [f64; N])],
     knots: &[usize],
@@ -121,7 +120,7 @@ fn through<const N: usize>(
     }
 }
 
-/// The sample that the motion is farthest from, and how far, rad or m.
+/// Index of the sample that is farthest from the motion, and its distance, rad or m.
 fn farthest<const N: usize>(path: &[(f64, [f64; N])], motion: &Motion<f64, N>, slower: f64) -> (usize, f64) {
     let start = path[0].0;
     let distance = |(t, q): &(f64, [f64; N])| {

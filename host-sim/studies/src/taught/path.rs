@@ -1,4 +1,4 @@
-//! Reading the path that an arm was guided along: `log.csv` of a run, the table of a session, or its record.
+//! Reader of a hand-guided path: from `log.csv` of a run, the table of a session, or its record.
 
 use board::session::frame_log::{Log, is_record};
 use dynamics_core::control::Encoder;
@@ -7,13 +7,13 @@ use robot_compiler::SceneFile;
 use sim::failure::Failure;
 use std::path::{Path as FilePath, PathBuf};
 
-/// Fewest samples that are a path.
+/// Smallest number of samples of a path.
 const FEWEST: usize = 3;
 
 /// Positions over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
-    /// Where it was read.
+    /// Name of the file it was read from.
     pub file: PathBuf,
     /// Time, s, and position of each joint, rad or m; time rises.
     pub samples: Vec<(f64, Vec<f64>)>,
@@ -23,7 +23,7 @@ impl Path {
     /// Reads a path of the scene's arm.
     ///
     /// # Errors
-    /// [`Failure::Input`]: a file that cannot be read, a column that is missing, a field that is no number, time that does not rise.
+    /// [`Failure::Input`]: the file cannot be read, a column is missing, a field is not a number, or time does not rise.
     pub fn load<const N: usize>(file: &FilePath, scene: &SceneFile) -> Result<Self, Failure> {
         let wrong = |problem: String| Failure::Input(miette::miette!("{}: {problem}", file.display()));
         let bytes = std::fs::read(file).map_err(|error| wrong(error.to_string()))?;
@@ -51,7 +51,7 @@ fn encoders<const N: usize>(scene: &SceneFile) -> Result<[Encoder<f64>; N], Stri
     Ok(scene.controller_config(&scene.robot.model::<N>().map_err(|error| error.to_string())?).encoder)
 }
 
-/// States of the arm in a record of `connect`.
+/// Positions of the arm in a record of `connect`.
 fn of_record<const N: usize>(log: &Log, scene: &SceneFile) -> Result<Samples, String> {
     let encoders = encoders::<N>(scene)?;
     let mut samples: Samples = Vec::new();
@@ -67,7 +67,7 @@ fn of_record<const N: usize>(log: &Log, scene: &SceneFile) -> Result<Samples, St
             return Err(format!("tick {}: {} joints, expected the {N} of the scene's robot", status.tick, q.len()));
         }
         let t = f64::from(status.tick) / scene.control.rate;
-        // The black box tells again of ticks that have been told.
+        // The black box repeats ticks that have already been reported.
         if samples.last().is_none_or(|(last, _)| t > *last) {
             samples.push((t, q));
         }
@@ -75,7 +75,7 @@ fn of_record<const N: usize>(log: &Log, scene: &SceneFile) -> Result<Samples, St
     Ok(samples)
 }
 
-/// Rows of `log.csv` (`t`, `q1` ..) or of a session's table (`tick`, `sensed_1` .., counts where there is no velocity).
+/// Positions from `log.csv` (`t`, `q1` ..) or from a session's table (`tick`, `sensed_1` ..; counts if there is no velocity).
 fn of_table<const N: usize>(bytes: &[u8], scene: &SceneFile) -> Result<Samples, String> {
     let mut rows = csv::ReaderBuilder::new().from_reader(bytes);
     let head = rows.headers().map_err(|error| error.to_string())?.clone();
@@ -100,7 +100,7 @@ fn of_table<const N: usize>(bytes: &[u8], scene: &SceneFile) -> Result<Samples, 
             let expected = format!("line {line}, {}: found {text:?}, expected a number", &head[place]);
             text.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or(expected)
         };
-        // A state without a reading of the joints.
+        // Skip a row without a reading of the joints.
         if places.iter().all(|place| row.get(*place).is_some_and(|text| text.trim().is_empty())) {
             continue;
         }

@@ -20,13 +20,12 @@ pub struct Baseline {
 }
 
 impl Baseline {
-    /// Load a scene file or a robot file, of a URDF robot the chain between two links.
+    /// Loads a scene file or a robot file; `ends` selects the chain of a URDF robot.
     ///
-    /// `terms = "auto"` is first replaced by every term that acts in the scene's world, because it is a choice like
-    /// those made here.
+    /// `terms = "auto"` is itself a choice, so it is first replaced by every term that acts in the scene's world.
     ///
     /// # Errors
-    /// A file that cannot be read, or an invalid scene.
+    /// The file cannot be read, or the scene is invalid.
     pub fn load(path: &Path, ends: Ends<'_>) -> Result<Self, Failure> {
         let RobotOrScene { file, scene } = RobotOrScene::load(path, ends)?;
         let unreadable =
@@ -71,8 +70,8 @@ impl Baseline {
         }
     }
 
-    /// The choice whose firmware is measured for the interrupt around the controller: the scene's own, in the firmware's
-    /// precision, each tick of it alike.
+    /// The choice whose firmware is measured for the interrupt around the controller: the scene's own, in the firmware's precision, with the model
+    /// evaluated in every tick.
     #[must_use]
     pub fn firmware(&self) -> Choice {
         let own = self.own();
@@ -106,7 +105,7 @@ impl Baseline {
         text.to_string()
     }
 
-    /// As [`Baseline::with`], for a file in a folder: the robot's path is relative to that folder if possible.
+    /// Same as [`Baseline::with`], for a file in a folder: the robot's path is relative to that folder if possible.
     #[must_use]
     pub fn with_in(&self, choice: &Choice, name: &str, folder: &Path) -> String {
         let mut text = self.text.clone();
@@ -116,7 +115,7 @@ impl Baseline {
         text.to_string()
     }
 
-    /// Read a text from [`Baseline::with`].
+    /// Reads a text from [`Baseline::with`].
     ///
     /// # Errors
     /// The scene does not allow the choice.
@@ -149,7 +148,7 @@ fn made_up(file: &SceneFile, ends: Ends<'_>) -> DocumentMut {
     text
 }
 
-/// Write out the model with every term that acts according to `[plant]`.
+/// Writes out the model with every term that acts according to `[plant]`.
 fn write_out_auto(text: &mut DocumentMut, file: &SceneFile) {
     remove(text, "model", "terms");
     remove(text, "model", "tolerance");

@@ -1,16 +1,15 @@
 //! Costs on the chip: of a controller, of the whole interrupt around it, and the share of the processor.
 //!
-//! The firmware runs more than the controller in the interrupt of a tick: readings, trajectory, safety state machine,
-//! black box, outputs. This part is the same for every choice of a scene. It is measured once, and added to the
-//! controller of each:
+//! In the interrupt of a tick the firmware runs more than the controller: readings, trajectory, safety state machine, black box, outputs. This part
+//! is the same for every choice of a scene. It is measured once, and added to the controller of each:
 //!
 //! ```text
 //! interrupt(choice) = controller(choice) + [interrupt(firmware) - controller(firmware)]
 //! share(choice)     = interrupt(choice) rate / clock
 //! ```
 //!
-//! `host-sim/tests/chip/interrupt.rs` compares the sum with the interrupt of the choice's own firmware. The firmware
-//! computes in `f32`: the interrupt of an `f64` choice is a sum for which there is no firmware.
+//! `host-sim/tests/chip/interrupt.rs` compares the sum with the interrupt of the choice's own firmware. The firmware computes in `f32`, so for an
+//! `f64` choice the sum cannot be checked against a firmware.
 
 use board::chip::cost;
 use board::chip::interrupt::{self, Interrupt};
@@ -64,26 +63,26 @@ pub struct Load {
     pub cycles: f64,
     /// Greatest number of cycles per tick: an estimate.
     pub cycles_max: f64,
-    /// Share of the processor at [`CLOCK`] and the choice's rate, of the mean tick.
+    /// Share of the processor at [`CLOCK`] and the choice's rate, for the mean tick.
     pub cpu_share: f64,
-    /// The same of the longest tick.
+    /// Share of the processor for the longest tick.
     pub cpu_share_max: f64,
 }
 
 /// Cost of the interrupt around the controller.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InterruptCost {
-    /// Instructions.
+    /// Number of instructions.
     pub instructions: f64,
-    /// Cycles: an estimate.
+    /// Number of cycles, estimated.
     pub cycles: f64,
 }
 
 impl InterruptCost {
-    /// Measure the interrupt of a scene's firmware and subtract its controller, whose cost may be known.
+    /// Measures the interrupt of a scene's firmware and subtracts its controller; `controller` is the cost of the latter if it is known.
     ///
     /// # Errors
-    /// As the methods of [`Chip`].
+    /// Those of the methods of [`Chip`].
     pub fn measure(
         scene: &Path,
         controller: Option<&Cost>,
@@ -102,7 +101,7 @@ impl InterruptCost {
         })
     }
 
-    /// The interrupt with this controller, at this rate (Hz).
+    /// Cost of the interrupt with this controller, at this rate (Hz).
     #[must_use]
     pub fn around(&self, controller: &Cost, rate: f64) -> Load {
         let [cycles, cycles_max] = [controller.cycles, controller.cycles_max].map(|cycles| cycles + self.cycles);
@@ -116,13 +115,13 @@ pub trait Chip {
     /// Costs of the controllers of scene files, in their order.
     ///
     /// # Errors
-    /// A controller that cannot be built, run or trusted.
+    /// A controller cannot be built or run, or its result is not valid.
     fn controllers(&self, scenes: &[PathBuf], stop: &AtomicBool) -> Result<Vec<Cost>, Failure>;
 
     /// Longest interrupt of a tick of the firmware of a scene file.
     ///
     /// # Errors
-    /// A firmware that cannot be built or run.
+    /// The firmware cannot be built or run.
     fn interrupt(&self, scene: &Path, stop: &AtomicBool) -> Result<Interrupt, Failure>;
 }
 
@@ -131,8 +130,8 @@ pub trait Chip {
 pub struct EmulatedChip;
 
 impl Chip for EmulatedChip {
-    /// As [`cost::measure`]. A tick that brakes is an error, and so is a torque that differs from the desk's in any bit:
-    /// the cost of such a tick would be meaningless.
+    /// Same as [`cost::measure`], but a tick that brakes, or a torque that differs from the desk's in any bit, is an error: the cost of such a tick
+    /// would be meaningless.
     fn controllers(&self, scenes: &[PathBuf], stop: &AtomicBool) -> Result<Vec<Cost>, Failure> {
         let costs = cost::measure(scenes, stop, &ProgressBar::hidden())?;
         for (path, cost) in scenes.iter().zip(&costs) {
@@ -155,7 +154,7 @@ impl Chip for EmulatedChip {
     }
 
     fn interrupt(&self, scene: &Path, stop: &AtomicBool) -> Result<Interrupt, Failure> {
-        // Ctrl-C reaches the compiler and the emulator too.
+        // Ctrl-C also stops the compiler and the emulator.
         interrupt::measure(scene)
             .map_err(|failure| if stop.load(Ordering::Relaxed) { Failure::Interrupted } else { failure })
     }

@@ -1,4 +1,4 @@
-//! Choices, and how a scene file states them.
+//! Choices, and their representation in scene files.
 
 use clap::ValueEnum;
 use core::fmt;
@@ -11,7 +11,7 @@ use robot_compiler::scene::ScalarChoice;
 use serde::Serialize;
 use toml_edit::{DocumentMut, Item, Table, value};
 
-/// Which terms the model has.
+/// Set of terms in the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
 pub enum TermSet {
     /// Everything that the scene's model names.
@@ -27,7 +27,7 @@ pub enum TermSet {
 }
 
 impl TermSet {
-    /// The control law that uses exactly these terms.
+    /// Control law that uses exactly these terms.
     pub(super) const fn law(self) -> ControlLaw {
         match self {
             Self::Full | Self::NoCoriolis => ControlLaw::ComputedTorque,
@@ -79,7 +79,7 @@ impl fmt::Display for Every {
     }
 }
 
-/// A value on every axis.
+/// One choice: a value on every axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
     /// Floating-point type.
@@ -88,9 +88,9 @@ pub struct Choice {
     pub trig: Method,
     /// Terms of the model.
     pub terms: TermSet,
-    /// True if friction is fed forward, if the scene does so.
+    /// True to feed friction forward, if the scene does so.
     pub friction: bool,
-    /// True if rotors count, if the scene counts them.
+    /// True to include rotors, if the scene does so.
     pub rotors: bool,
     /// Evaluation schedule of the model.
     pub every: Every,
@@ -159,7 +159,7 @@ impl Choice {
         }
     }
 
-    /// The choice with every ineffective axis at its simplest value: without a model there is nothing to evaluate.
+    /// The choice with every ineffective axis at its simplest value: without model terms, evaluation settings have no effect.
     #[must_use]
     pub fn plain(self) -> Self {
         match self.terms {
@@ -168,7 +168,7 @@ impl Choice {
         }
     }
 
-    /// Write the choice into a scene file whose rate is `rate` (Hz).
+    /// Writes the choice into a scene file with the rate `rate` (Hz).
     pub(crate) fn write(&self, scene: &mut DocumentMut, rate: f64) {
         let named = self.named();
         let law = names::name(self.terms.law());
@@ -179,7 +179,7 @@ impl Choice {
         #[allow(clippy::float_cmp, reason = "the very number of the file stays as it was written")]
         if self.rate != rate {
             put(scene, "control", "rate", value(self.rate));
-            // It was a divisor of the old period; the default divides every period.
+            // The step was a divisor of the old period; the default divides every period.
             remove(scene, "plant", "step");
         }
         remove(scene, "control", "model_every");
@@ -196,7 +196,7 @@ impl Choice {
     }
 }
 
-/// Set a key in a table of the file, and create the table if it is missing. A comment behind the old value stays.
+/// Sets a key in a table of the file, and creates the table if it is missing. A comment after the old value stays.
 pub(crate) fn put(scene: &mut DocumentMut, table: &str, key: &str, item: Item) {
     let table = scene.entry(table).or_insert_with(|| Item::Table(Table::new()));
     let Some(table) = table.as_table_like_mut() else { return };
@@ -211,7 +211,7 @@ pub(crate) fn put(scene: &mut DocumentMut, table: &str, key: &str, item: Item) {
     }
 }
 
-/// Remove a key from a table of the file.
+/// Removes a key from a table of the file.
 pub(crate) fn remove(scene: &mut DocumentMut, table: &str, key: &str) {
     if let Some(table) = scene.get_mut(table).and_then(Item::as_table_like_mut) {
         table.remove(key);

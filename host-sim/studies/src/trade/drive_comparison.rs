@@ -1,13 +1,13 @@
-//! Errors of a choice beside the steps of the drives' frames.
+//! Comparison of a choice's errors with the quantisation steps of the drives' frames.
 
 use super::{Trade, TradePoint};
 use sim::run::numbers::engineering;
 use std::fmt::Write as _;
 
 impl Trade {
-    /// Lines that compare a point's torque errors with the steps of the drives; empty where the drives have none.
+    /// Lines that compare a point's torque errors with the steps of the drives; empty if the drives have none.
     ///
-    /// The error of a choice holds what its model leaves out and what its scalar rounds.
+    /// The error of a choice includes the terms that its model leaves out and the rounding of its scalar.
     pub(crate) fn beside_drives(&self, point: &TradePoint) -> String {
         let mut text = String::new();
         let mut finer = true;

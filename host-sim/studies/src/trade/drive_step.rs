@@ -1,4 +1,4 @@
-//! Steps of the drives' frames at the joints, which no choice of the controller makes finer.
+//! Quantisation steps of the drives' frames at the joints, which limit the accuracy of every choice.
 
 use dynamics_core::Model;
 use dynamics_core::drive::{Drives, Range};
@@ -6,20 +6,20 @@ use joint_io::mit::POSITION_BITS;
 use robot_compiler::SceneFile;
 use serde::Serialize;
 
-/// Steps of one joint's drive, at the joint.
+/// Quantisation steps of one joint's drive, at the joint.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct DriveStep {
-    /// Half a step of the commanded torque, the error of the nearest code: `|ratio| (max - min) / (2^bits - 1) / 2`, N m or N.
+    /// Half a step of the commanded torque, which is the largest rounding error: `|ratio| (max - min) / (2^bits - 1) / 2`, N m or N.
     pub torque: f64,
-    /// A step of the measured position, which is cut off: `(max - min) / 65,535 / |ratio|`, rad or m.
+    /// A step of the measured position, which is truncated: `(max - min) / 65,535 / |ratio|`, rad or m.
     pub position: f64,
     /// A step of the measured velocity: `(max - min) / (2^bits - 1) / |ratio|`, rad/s or m/s.
     pub velocity: f64,
-    /// Torque that the gains make of a step of both: `M0 (Kp position + Kd velocity)`, N m or N.
+    /// Torque that the gains produce from one step of both: `M0 (Kp position + Kd velocity)`, N m or N.
     pub reading: f64,
 }
 
-/// Steps of the drives that the robot file describes; none where they take no frames.
+/// Steps of the drives that the robot file describes; empty if they do not use frames.
 #[must_use]
 pub fn drive_steps<const N: usize>(scene: &SceneFile, model: &Model<f64, N>) -> Vec<DriveStep> {
     let Drives::Mit(drives) = scene.drives::<N>() else { return Vec::new() };

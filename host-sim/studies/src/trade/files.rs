@@ -1,4 +1,4 @@
-//! The table of a trade-off: every choice as CSV.
+//! The choices of a trade-off as a CSV file.
 
 use super::report::CHOICES;
 use super::{Trade, TradePoint};
@@ -6,7 +6,7 @@ use sim::failure::{Failure, in_file};
 use std::path::Path;
 
 impl Trade {
-    /// Write every point with all its numbers.
+    /// Writes every point with all its numbers.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -78,7 +78,7 @@ impl Trade {
         file.flush().map_err(Failure::Output)
     }
 
-    /// Name of a point in a picture: the columns in which it differs from the scene's own choice.
+    /// Name of a point in a figure: the columns in which it differs from the scene's own choice.
     pub(super) fn name_of(&self, point: &TradePoint) -> String {
         let [own, here] = [self.own.cells(), point.choice.cells()];
         let differ = own.iter().zip(&here).zip(CHOICES).filter(|((own, here), _)| own != here);

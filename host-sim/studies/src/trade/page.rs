@@ -1,11 +1,11 @@
-//! A trade-off as a page: what nothing beats is named, and every point says the command that measures it again.
+//! A trade-off as a page: the choices on the Pareto front are named, and every point has the command that measures it again.
 
 use super::choice::{TermSet, name};
 use super::{Trade, TradePoint};
 use report::{Block, Cell, Figure, Page, Scale, Series, Table};
 
 impl Trade {
-    /// The page.
+    /// Creates the page.
     #[must_use]
     pub fn page(&self) -> Page {
         let varied = self.varied();

@@ -2,9 +2,8 @@
 
 use super::TradePoint;
 
-/// For each `(cost, error)` pair, whether it is on the Pareto front: no other pair is at least as good in both numbers
-/// and better in one. Of equal pairs only the first is on the front. A pair without an error is never on the
-/// front.
+/// True for each `(cost, error)` pair on the Pareto front: no other pair is at least as good in both numbers and better in one. Of equal pairs only
+/// the first is on the front. A pair without an error is never on the front.
 #[must_use]
 pub fn pareto_front(points: &[(f64, Option<f64>)]) -> Vec<bool> {
     let beats = |a: usize, b: usize| {
@@ -16,7 +15,7 @@ pub fn pareto_front(points: &[(f64, Option<f64>)]) -> Vec<bool> {
     (0..points.len()).map(|b| points[b].1.is_some() && !(0..points.len()).any(|a| a != b && beats(a, b))).collect()
 }
 
-/// Mark the Pareto fronts of cycles and torque error, and of cycles and tracking error.
+/// Marks the Pareto fronts of cycles and torque error, and of cycles and tracking error.
 pub(super) fn mark(points: &mut [TradePoint]) {
     let by = |error: fn(&TradePoint) -> Option<f64>| -> Vec<bool> {
         pareto_front(&points.iter().map(|point| (point.cost.cycles, error(point))).collect::<Vec<_>>())

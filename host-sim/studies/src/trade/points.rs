@@ -11,7 +11,7 @@ use serde::Serialize;
 /// A choice and its measurements.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TradePoint {
-    /// The choice, by the names of the command line.
+    /// The choice, with the names of the command line.
     pub choice: Named,
     /// Command that repeats the measurement of this point.
     pub command: String,
@@ -21,21 +21,20 @@ pub struct TradePoint {
     pub interrupt: Load,
     /// Errors on each test motion.
     pub courses: Vec<OnMotion>,
-    /// Greatest torque error over its joint's limit on any test motion; `None` if the controller braked.
+    /// Greatest torque error divided by its joint's limit, over all test motions; `None` if the controller braked.
     pub torque_of_limit: Option<f64>,
     /// Greatest tracking error of any joint on any test motion, rad or m; `None` if a loop ended early.
     pub tracking: Option<f64>,
-    /// On the Pareto front of cycles and torque error: no other point takes fewer cycles with a smaller torque error.
+    /// True if on the Pareto front of cycles and torque error: no other point needs fewer cycles with a smaller torque error.
     pub on_torque_front: bool,
-    /// On the Pareto front of cycles and tracking error: no other point takes fewer cycles with a smaller tracking
-    /// error.
+    /// True if on the Pareto front of cycles and tracking error: no other point needs fewer cycles with a smaller tracking error.
     pub on_tracking_front: bool,
-    /// The choice of accuracy itself.
+    /// The choice as values.
     #[serde(skip)]
     pub chosen: Choice,
 }
 
-/// A trade-off.
+/// Result of a trade-off.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Trade {
     /// Name of the scene.
@@ -44,7 +43,7 @@ pub struct Trade {
     pub robot: String,
     /// Names of the joints.
     pub joints: Vec<String>,
-    /// Steps of the drives' frames, joint by joint; empty where the drives take no frames.
+    /// Steps of the drives' frames, joint by joint; empty if the drives do not use frames.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub drives: Vec<DriveStep>,
     /// The test motions.
@@ -55,6 +54,6 @@ pub struct Trade {
     pub surroundings: InterruptCost,
     /// Every choice, sorted by cycles, the fewest first.
     pub points: Vec<TradePoint>,
-    /// Integrators of the simulated arm and their steps.
+    /// Integrators of the simulated arm with their steps.
     pub simulator: Vec<MethodReport>,
 }

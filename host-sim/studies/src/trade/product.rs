@@ -19,9 +19,9 @@ pub struct TradeAxes {
     pub trig: Vec<Method>,
     /// Sets of terms.
     pub terms: Vec<TermSet>,
-    /// True if friction is fed forward, if the scene does so.
+    /// Values for friction; true feeds it forward, if the scene does so.
     pub friction: Vec<bool>,
-    /// True if the model has rotors, if the scene has them.
+    /// Values for rotors; true includes them, if the scene has them.
     pub rotors: Vec<bool>,
     /// Evaluation schedules of the model.
     pub every: Vec<Every>,
@@ -29,7 +29,7 @@ pub struct TradeAxes {
     pub kernel: Vec<Level>,
     /// Control rates, Hz; if empty, the scene's.
     pub rate: Vec<f64>,
-    /// Only the product, without the scene's own choice and its variations in one axis.
+    /// Measure only the product, without the scene's own choice and its variations in one axis.
     pub alone: bool,
 }
 
@@ -42,8 +42,8 @@ const OTHER_TICKS: [Every; 5] = [
     Every { ticks: 16, between: Between::Extrapolate },
 ];
 
-/// The product of the axes and, unless `alone` is set, the scene's own choice and its variations in one axis. Each
-/// choice occurs once. A given `rate` (Hz) replaces every control rate.
+/// The product of the axes and, unless `alone` is set, the scene's own choice and its variations in one axis. Each choice occurs once. A given `rate`
+/// (Hz) replaces every control rate.
 pub fn choices(axes: &TradeAxes, base: &Baseline, rate: Option<f64>) -> Result<Vec<Choice>, Failure> {
     let own = Choice { rate: rate.unwrap_or(base.file.control.rate), ..base.own() };
     let rates = match rate {
@@ -87,7 +87,7 @@ pub fn choices(axes: &TradeAxes, base: &Baseline, rate: Option<f64>) -> Result<V
     Ok(all)
 }
 
-/// Combine every choice with each of these values.
+/// Combines every choice with each of these values.
 fn spread<T: Copy>(choices: &mut Vec<Choice>, values: &[T], with: impl Fn(Choice, T) -> Choice) {
     let with = &with;
     *choices = choices.iter().flat_map(|&choice| values.iter().map(move |&value| with(choice, value))).collect();

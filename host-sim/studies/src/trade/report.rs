@@ -15,13 +15,13 @@ pub fn command(scene: &Path, choice: &Choice) -> String {
     format!("newtau choose trade {}{} --alone", shell_word(scene), options.collect::<String>())
 }
 
-/// Column headers of the choices; those of the costs follow.
+/// Column headers of the choices; the headers of the costs follow them.
 pub(super) const CHOICES: [&str; 8] = ["scalar", "trig", "terms", "friction", "rotors", "every", "kernel", "rate"];
 
-/// Share below which a number is rounding.
+/// Shares below this are rounding errors.
 const NOISE: f64 = 1e-12;
 
-/// A share in percent; below 1e-12 it is rounding: `< 1e-10 %`.
+/// Formats a share in percent; below 1e-12 it is a rounding error: `< 1e-10 %`.
 pub(crate) fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     if share != 0.0 && share.abs() < NOISE {
@@ -83,7 +83,7 @@ const COSTS: [&str; 8] = [
     "at most",
 ];
 
-/// Share of the processor of the mean tick, and of the longest in brackets if they differ.
+/// Formats the processor share of the mean tick, and that of the longest in brackets if they differ.
 pub(crate) fn mean_share(mean: f64, most: f64) -> String {
     let [mean, most] = [mean, most].map(|share| format!("{:.1}", 100.0 * share));
     if mean == most { format!("{mean} %") } else { format!("{mean} ({most}) %") }
@@ -152,7 +152,7 @@ impl Trade {
         text + &self.own_point().map_or_else(String::new, |own| self.beside_drives(own))
     }
 
-    /// Meaning of the share, and the part of it that no choice changes.
+    /// Description of the processor share, and of the part that no choice changes.
     fn around(&self) -> String {
         format!(
             "share: mean cycles of the whole interrupt (the longest in brackets) times the rate over 168 MHz; around the controller the \
@@ -161,7 +161,7 @@ impl Trade {
         )
     }
 
-    /// Markdown: the test motions, the Pareto front, and the effect of each axis by itself.
+    /// Markdown: the test motions, the Pareto front, and the effect of each axis alone.
     #[must_use]
     pub fn markdown(&self) -> String {
         let courses = self.courses.iter().map(|course| {
@@ -193,7 +193,7 @@ impl Trade {
         text + &self.simulator_markdown()
     }
 
-    /// A point, and each that differs from it in one axis.
+    /// Table of a point, and of each point that differs from it in one axis.
     fn variations(&self, own: &TradePoint) -> String {
         let here = own.choice.cells();
         let row = |label: String, point: &TradePoint| [vec![label], point.cells()].concat();
@@ -209,7 +209,7 @@ impl Trade {
         markdown(&[vec!["instead".to_owned()], self.head(&[])].concat(), rows)
     }
 
-    /// Errors of the simulator's own integrator.
+    /// Table of the errors of the simulator's own integrator.
     fn simulator_markdown(&self) -> String {
         let rows = self.simulator.iter().map(|method| {
             let steps = match (method.steps_per_tick, method.tolerance) {

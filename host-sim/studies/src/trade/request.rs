@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::str::FromStr;
 
-/// A share, written `20%` or `0.2`.
+/// A share, written as `20%` or `0.2`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Percentage(pub f64);
 
@@ -56,7 +56,7 @@ pub struct Request {
     pub tracking: Option<f64>,
     /// Greatest share of the processor, for the whole interrupt.
     pub share: Option<f64>,
-    /// Clock of the processor, cycles per second.
+    /// Clock of the processor, Hz.
     pub clock: f64,
 }
 
@@ -66,7 +66,7 @@ impl Request {
         point.interrupt.cycles * point.choice.rate / self.clock
     }
 
-    /// True if the interrupt of the mean tick keeps the share and that of the longest ends before the next one is due.
+    /// True if the mean tick's interrupt keeps the share and the longest one ends before the next is due.
     fn fits(&self, point: &TradePoint) -> bool {
         let longest = point.interrupt.cycles_max * point.choice.rate / self.clock;
         self.share.is_none_or(|share| self.share_of(point) <= share) && longest <= 1.0
@@ -82,7 +82,7 @@ impl Request {
         trade.points.iter().find(|point| self.accurate(point) && self.fits(point))
     }
 
-    /// The nearest alternatives: the cheapest accurate point, and the most accurate point that fits.
+    /// Description of the nearest alternatives: the cheapest accurate point, and the most accurate point that fits.
     pub fn nearest(&self, trade: &Trade) -> String {
         let mut text = String::new();
         match trade.points.iter().find(|point| self.accurate(point)) {
@@ -118,10 +118,10 @@ impl Request {
         )
     }
 
-    /// Text about the choice: its numbers, the accuracy given up for it, and the way it was measured.
+    /// Description of the choice: its numbers, the accuracy given up for it, and how it was measured.
     pub fn explain(&self, trade: &Trade, chosen: &TradePoint, path: &Path) -> String {
         let mut text = format!("chosen              {}\n", self.line(chosen));
-        // The most accurate point of all, to show the accuracy that was given up.
+        // Compare with the most accurate point of all, to show the accuracy that was given up.
         if let Some(best) = most_accurate(trade.points.iter()) {
             let given_up = differences(best, chosen);
             let what =
@@ -147,7 +147,7 @@ impl Request {
     }
 }
 
-/// The point with the least torque error of those that track.
+/// The point with the smallest torque error among those with a complete closed loop.
 fn most_accurate<'a>(points: impl Iterator<Item = &'a TradePoint>) -> Option<&'a TradePoint> {
     let error = |point: &&TradePoint| point.torque_of_limit.unwrap_or(f64::INFINITY);
     points.filter(|point| point.tracking.is_some()).min_by(|a, b| error(a).total_cmp(&error(b)))

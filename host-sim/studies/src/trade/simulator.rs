@@ -11,7 +11,7 @@ use sim::run::simulate::Run;
 use sim::run::simulation::{Options, simulation};
 use std::sync::atomic::AtomicBool;
 
-/// Tolerance of the reference run with the embedded pair.
+/// Tolerance of the reference run, with adaptive steps.
 const REFERENCE: f64 = 1e-12;
 
 /// An integrator with its step, measured on the scene's own run.
@@ -23,7 +23,7 @@ pub struct MethodReport {
     pub steps_per_tick: Option<u32>,
     /// Tolerance of a step; `None` for fixed steps.
     pub tolerance: Option<f64>,
-    /// Solutions of the equations of motion per control period.
+    /// Number of evaluations of the equations of motion per control period.
     pub accelerations_per_tick: f64,
     /// Greatest distance of a joint from the reference run, rad or m; `None` if the run ended early.
     pub off_by: Option<f64>,
@@ -31,7 +31,7 @@ pub struct MethodReport {
     pub tracking: Option<f64>,
 }
 
-/// Compare integrators and steps on the scene's own motion, in its own world.
+/// Compares integrators and steps on the scene's own motion, in its own world.
 ///
 /// # Errors
 /// The scene cannot be run.
@@ -61,7 +61,7 @@ pub fn methods(scene: &SceneFile, stop: &AtomicBool) -> Result<Vec<MethodReport>
         };
         let (run, accelerations) = match run(scene, integrator, steps, stop) {
             Ok(done) => done,
-            // A step too long for friction or a spring is refused; that is a valid result.
+            // A step that is too long for friction or a spring is rejected; that is a valid result.
             Err(Failure::Input(_)) => return Ok(refused),
             Err(failure) => return Err(failure),
         };
@@ -80,7 +80,7 @@ fn run(scene: &SceneFile, integrator: Integrator, steps: u32, stop: &AtomicBool)
     let mut scene = scene.clone();
     scene.plant.integrator = integrator;
     scene.plant.step = scene.period() / f64::from(steps);
-    // Quantised readings would turn an integrator's last bits into whole steps.
+    // Ideal drives: quantised readings would magnify an integrator's last bits to whole steps.
     let mut simulation = simulation(&scene, Options { ideal_drives: true })?;
     let run = simulation.run(&scene, stop, &ProgressBar::hidden())?;
     if run.end == End::Interrupted {
@@ -89,7 +89,7 @@ fn run(scene: &SceneFile, integrator: Integrator, steps: u32, stop: &AtomicBool)
     Ok((run, simulation.accelerations()))
 }
 
-/// Greatest distance of any joint in any tick.
+/// Greatest distance of any joint in any tick, rad or m.
 fn off_by(run: &Run, reference: &Run) -> f64 {
     let joints = 0..run.record.joints().len();
     let distances = joints.flat_map(|joint| {

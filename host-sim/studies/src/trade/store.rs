@@ -24,12 +24,12 @@ struct Line {
 }
 
 impl Store {
-    /// Open or create the file; `fresh` discards its contents. An incomplete last line is dropped.
+    /// Opens or creates the file; `fresh` discards its contents. An incomplete last line is dropped.
     pub(crate) fn open(path: &Path, fresh: bool) -> Result<Self, Failure> {
         let text = if fresh { String::new() } else { fs::read_to_string(path).unwrap_or_default() };
         let lines = text.lines().filter_map(|line| serde_json::from_str::<Line>(line).ok());
         let known: HashMap<_, _> = lines.map(|line| (line.key, line.value)).collect();
-        // Keep whole lines only: the next line must not follow an incomplete one.
+        // Keep only whole lines, because the next line must not follow an incomplete one.
         let whole = known.iter().map(|(key, value)| as_line(key, value)).collect::<String>();
         fs::write(path, whole).map_err(|error| in_file(path, &error))?;
         let file = OpenOptions::new().append(true).open(path).map_err(|error| in_file(path, &error))?;
@@ -41,7 +41,7 @@ impl Store {
         serde_json::from_value(self.known.get(key)?.clone()).ok()
     }
 
-    /// Store a measurement at once.
+    /// Stores a measurement immediately.
     pub(crate) fn put<T: Serialize>(&self, key: &str, value: &T) -> Result<(), Failure> {
         let value = serde_json::to_value(value).map_err(|error| Failure::Output(error.into()))?;
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);

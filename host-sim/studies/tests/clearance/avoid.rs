@@ -1,4 +1,4 @@
-//! Excitations that keep out of a box.
+//! Excitation motions that avoid a box.
 
 use crate::motions::{block, links, model};
 use dynamics_core::control::trajectory::{Bounds, FourierSpec, HARMONICS_MAX, Motion};
@@ -64,7 +64,7 @@ fn a_box_in_the_way_is_avoided_and_without_it_the_motion_goes_through() {
     let free = search(&model, &nothing).unwrap();
     let motion_of = |series: &FourierSeries| motion(&series.sine, &series.cosine);
     let through = motion_of(&free);
-    // A box where the tip gets farthest from where it starts.
+    // A box at the farthest point that the tip reaches from its start.
     let tip = |q: &[f64; 6]| tip_pose(&model, &Libm.sin_cos_all(q), q).translation;
     let farthest = (0..110)
         .map(|k| tip(&through.sample(0.1 * f64::from(k)).q))
@@ -79,9 +79,9 @@ fn a_box_in_the_way_is_avoided_and_without_it_the_motion_goes_through() {
     let kept = search(&model, &Watched { cell: cell.clone() }).unwrap();
     let least = cell.least(&motion_of(&kept), 1e-4).unwrap();
     assert!(least.found >= CLEARANCE && least.bound >= CLEARANCE - 1e-4, "{least:?}");
-    // It still moves, and tells less than without the box.
+    // It still moves, but with less information than without the box.
     assert!(kept.information < free.information && kept.condition < 200.0, "{kept:?}");
-    // A box about the arm itself leaves nothing.
+    // With a box around the arm itself, no motion is found.
     let inside = tip(&CENTRE);
     let blocked = Watched { cell: with(vec![block(inside.x, inside.y, inside.z, 0.2)]) };
     assert!(search(&model, &blocked).is_none());

@@ -1,4 +1,4 @@
-//! Distances and clearances that are known, and bounds against dense sampling.
+//! Known distances and clearances, and bounds compared with dense sampling.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should say so")]
 
 mod avoid;

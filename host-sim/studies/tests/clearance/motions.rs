@@ -1,4 +1,4 @@
-//! Clearances of motions: closed forms, and bounds against dense sampling.
+//! Clearances of motions: compared with closed forms, and bounds compared with dense sampling.
 
 use dynamics_core::Model;
 use dynamics_core::control::trajectory::{Bounds, FourierSpec, HARMONICS_MAX, Motion, Timing, Waypoint};
@@ -32,11 +32,11 @@ fn turn<const N: usize>(from: [f64; N], to: [f64; N]) -> Motion<f64, N> {
 
 #[test]
 fn a_turning_rod_passes_a_box_at_the_distance_of_the_closed_form() {
-    // Two rods of 1 m, the outer one stretched: the tip passes on a circle of 2 m.
+    // Two rods of 1 m, the outer one stretched: the tip moves on a circle of 2 m.
     let model = model::<2>("planar2r.toml");
     let stretch: f64 = model.links()[1].translation.norm() + model.tip().translation.norm();
     let mut parts = links(&model, 0.05);
-    // A cube of 0.2 m whose nearest corner lies outside the circle, in the middle of the motion.
+    // A cube of 0.2 m with its nearest corner outside the circle, in the middle of the motion.
     let far = (stretch + 0.05 + 0.03) / 2.0_f64.sqrt() + 0.1;
     parts.push(block(far, far, 0.0, 0.2));
     let cell = Cell::new(&model, parts, &[0.0; 2], 0.0);
@@ -45,7 +45,7 @@ fn a_turning_rod_passes_a_box_at_the_distance_of_the_closed_form() {
     assert!((found.found - 0.03).abs() < 1e-4 && (0.0299 - 1e-6..=0.03).contains(&found.bound), "{found:?}");
     assert!((found.time - 1.0).abs() < 0.02 && cell.names(found.pair) == ("box", "link 2"), "{found:?}");
     assert!(cell.keeps(&motion, 0.0299) && !cell.keeps(&motion, 0.0301));
-    // Through the box.
+    // A motion through the box.
     let motion = turn([0.0, 0.2], [std::f64::consts::FRAC_PI_2, 0.2]);
     let near = Cell::new(&model, [links(&model, 0.05), vec![block(1.2, 1.2, 0.0, 0.2)]].concat(), &[0.0; 2], 0.0);
     assert!(near.least(&motion, 1e-3).unwrap().bound < 0.0 && !near.keeps(&motion, 0.0));
@@ -70,7 +70,7 @@ fn an_arm_that_folds_onto_itself_is_found() {
     let cell = Cell::new(&model, links(&model, 0.02), &[0.0; 3], 0.0);
     assert!(cell.exempt.contains(&("link 1".to_owned(), "link 2".to_owned(), Reason::Neighbours)));
     assert!(!cell.exempt.iter().any(|(a, b, _)| (a, b) == (&"link 1".to_owned(), &"link 3".to_owned())));
-    // The third link turns back over the first.
+    // The third link folds back over the first.
     let folded = cell.least(&turn([0.0; 3], [0.0, 2.8, 2.8]), 1e-3).unwrap();
     assert!(folded.bound < 0.0 && cell.names(folded.pair).1 == "link 3", "{folded:?}");
     let open = cell.least(&turn([0.0; 3], [0.5, 0.3, -0.3]), 1e-3).unwrap();
@@ -101,7 +101,7 @@ fn series<const N: usize>(model: &Model<f64, N>, random: &mut dyn FnMut() -> f64
     Motion::fourier(&spec, &Bounds::none()).unwrap()
 }
 
-/// Bounds hold against 20,000 samples, and are as tight as asked for.
+/// Checks bounds against 20,000 samples, and that they are as tight as requested.
 fn bounds_hold<const N: usize>(name: &str, seed: u64) {
     let model = model::<N>(name);
     let mut random = ChaCha8Rng::seed_from_u64(seed);

@@ -1,4 +1,4 @@
-//! Gaps between shapes, against closed forms.
+//! Gaps between shapes, compared with closed forms.
 
 use dynamics_core::geometry::from_rpy;
 use nalgebra::{Matrix3, Vector3};
@@ -51,18 +51,18 @@ fn gaps_are_those_of_closed_forms() {
     for (name, found, expected) in cases {
         assert!((found - expected).abs() < 1e-7, "{name}: {found}, {expected}");
     }
-    // Overlapping hulls: the sum of the radii. Overlap of the thickening alone: its depth.
+    // If the hulls overlap: the sum of the radii. If only the thickened parts overlap: the depth.
     assert!((lying.distance(&sphere(at(0.5, 0.0, 0.0), 0.2)) + 0.3).abs() < 1e-7);
     assert!((cube(straight).distance(&sphere(at(0.1, 0.2, 0.3), 0.2)) + 0.2).abs() < 1e-7);
     assert!((lying.distance(&sphere(at(0.5, 0.25, 0.0), 0.2)) + 0.05).abs() < 1e-7);
-    // The prism about a cylinder is wider by 2 %, never narrower.
+    // The prism that encloses a cylinder is up to 2 % wider, never narrower.
     let beside = cylinder.distance(&sphere(at(2.0 * (PI / 7.0).cos(), 2.0 * (PI / 7.0).sin(), 0.0), 0.0));
     assert!((1.49..1.5).contains(&beside), "{beside}");
 }
 
 #[test]
 fn a_simplified_mesh_still_contains_all_of_its_points() {
-    // A sphere of 10,000 points: the true gap is known.
+    // A sphere approximated by 10,000 points, for which the true gap is known.
     let points: Vec<Vector3<f64>> = (0..10_000)
         .map(|k| {
             let z = 1.0 - (2 * k + 1) as f64 / 10_000.0;

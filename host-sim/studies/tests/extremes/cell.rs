@@ -1,4 +1,4 @@
-//! A cell: its outcome, what it requires, and how it is judged.
+//! A cell: its outcome, its requirement, and its judgement.
 
 /// Largest relative deviation from an expected number.
 pub(crate) const PINNED_WITHIN: f64 = 0.02;
@@ -9,9 +9,9 @@ const EXPECTED: &str = include_str!("expected.csv");
 /// Meaning of a cell that passes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// A bound from theory or from use holds, or the documented outcome came.
+    /// A bound from theory or from practical use holds, or the documented outcome occurred.
     Requirement,
-    /// The number is the one measured before: nothing requires it.
+    /// The number equals the one measured before; no requirement applies.
     Record,
 }
 
@@ -38,13 +38,13 @@ pub(crate) struct Cell {
     pub(crate) kind: Kind,
     /// Expected result: the number and its requirement, or the outcome in words.
     pub(crate) expected: String,
-    /// Result of the test.
+    /// Result that was found.
     pub(crate) found: String,
     /// The measured number; `None` for an outcome in words.
     pub(crate) value: Option<f64>,
-    /// Share of its upper bound that the number takes.
+    /// The number as a share of its upper bound.
     pub(crate) share: Option<f64>,
-    /// The expected number from an earlier measurement, if any; long cells have only their requirement.
+    /// The expected number from an earlier measurement, if any; long cells only have their requirement.
     pub(crate) pinned: Option<f64>,
     /// True if the outcome differs from the expected one, in either direction.
     pub(crate) moved: bool,
@@ -57,9 +57,9 @@ pub(crate) struct Cell {
 /// Outcome of a cell before it is judged.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Outcome {
-    /// A number with its required range and unit; without a bound, a record.
+    /// A number with its required range and unit; without a bound it is a record.
     Number { value: f64, least: f64, most: f64, unit: &'static str },
-    /// Words, compared with the expected words.
+    /// A text, compared with the expected text.
     Words { found: String, expected: String },
 }
 
@@ -74,7 +74,7 @@ impl Outcome {
         Self::Number { value, least, most, unit }
     }
 
-    /// A number that nothing requires.
+    /// A number without a requirement.
     pub(crate) fn record(value: f64, unit: &'static str) -> Self {
         Self::Number { value, least: f64::NEG_INFINITY, most: f64::INFINITY, unit }
     }
@@ -87,14 +87,14 @@ impl Outcome {
         }
     }
 
-    /// Words and the expected words.
+    /// A text and the expected text.
     pub(crate) fn words(found: impl Into<String>, expected: impl Into<String>) -> Self {
         Self::Words { found: found.into(), expected: expected.into() }
     }
 }
 
 impl Cell {
-    /// Word for a passing cell.
+    /// Verdict of a passing cell.
     pub(crate) const fn passes(&self) -> &'static str {
         match (self.kind, self.pinned) {
             (Kind::Requirement, _) => "pass",
@@ -103,7 +103,7 @@ impl Cell {
         }
     }
 
-    /// Judge an outcome; `reason` explains a requirement that cannot be met.
+    /// Judges an outcome; `reason` explains a requirement that cannot be met.
     pub(crate) fn new(
         group: &'static str,
         name: impl Into<String>,
@@ -156,7 +156,7 @@ impl Cell {
     }
 }
 
-/// Number with three digits, with an exponent if it is very large or small.
+/// Formats a number with three digits, with an exponent if it is very large or small.
 pub(crate) fn number(x: f64, unit: &str) -> String {
     let size = x.abs();
     let text = if x == 0.0 {
@@ -170,7 +170,7 @@ pub(crate) fn number(x: f64, unit: &str) -> String {
     if unit.is_empty() { text } else { format!("{text} {unit}") }
 }
 
-/// The expected number of a cell.
+/// Expected number of a cell from the file.
 fn pinned(group: &str, name: &str) -> Option<f64> {
     let mut rows = csv::ReaderBuilder::new().has_headers(true).from_reader(EXPECTED.as_bytes());
     let found = rows.records().flatten().find(|row| row.get(0) == Some(group) && row.get(1) == Some(name))?;

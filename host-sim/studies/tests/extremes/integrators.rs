@@ -1,5 +1,4 @@
-//! The plant's integration methods: their order, their energy errors, and the time for which two scalars agree about a
-//! chaotic arm.
+//! The plant's integration methods: their order, their energy errors, and the time until two scalar types disagree about a chaotic arm.
 //!
 //! A method is a row of `METHODS`; every row is tested on the same falls.
 
@@ -17,8 +16,7 @@ const GROUP: &str = "integrators";
 
 /// Length of a tick, s.
 const TICK: f64 = 1e-2;
-/// Length of a tick for the adaptive method, s. A tick ends a step, and the adaptive steps are longer than the other
-/// methods' tick.
+/// Length of a tick for the adaptive method, s. A step cannot extend beyond a tick, and the adaptive steps are longer than the other methods' tick.
 const LONG_TICK: f64 = 0.1;
 
 /// Step size or tolerance of a method.
@@ -45,14 +43,14 @@ impl Grain {
 /// An integration method of the plant and its expected accuracy.
 struct Method {
     name: &'static str,
-    /// Order of the position's error after a second as a power of the step, and the least order of the energy's error.
-    /// For the adaptive method the power is that of its tolerance.
+    /// Order of the position error after one second as a power of the step, and the smallest allowed order of the energy error. For the adaptive
+    /// method the power refers to its tolerance.
     order: f64,
-    /// Coarse and fine grain, for a second.
+    /// Coarse and fine grain for one second.
     order_from: [Grain; 2],
-    /// Largest change of energy in a second with the coarse grain, J.
+    /// Largest change of energy in one second with the coarse grain, J.
     energy: f64,
-    /// Grains for a hundred seconds, with the largest change of energy, J.
+    /// Grains for 100 s, with the largest change of energy, J.
     long: [(Grain, f64); 2],
     drift_reason: &'static str,
 }
@@ -92,7 +90,7 @@ const METHODS: [Method; 3] = [
     },
 ];
 
-/// Reference for the positions of the other grains.
+/// Reference grain for the position errors of the others.
 const NEAR: Grain = Grain::steps("steps of 0.16 ms", RUNGE_KUTTA, 64);
 
 /// All cells of this group.
@@ -122,7 +120,7 @@ struct Fall<const N: usize> {
     state: State<N>,
 }
 
-/// Release the arm from `start` and simulate `seconds`; `None` if the plant diverges.
+/// Releases the arm from `start` and simulates `seconds`; `None` if the plant diverges.
 fn fall<const N: usize>(grain: Grain, arm: &Arm<N>, start: [f64; N], seconds: f64) -> Option<Fall<N>> {
     let Grain { integrator, clock, .. } = grain;
     let mut plant = Plant::new(arm, None, ActuatorSettings::default(), clock, start).with_integrator(integrator);
@@ -185,7 +183,7 @@ fn method_cells<const N: usize>(cells: &mut Vec<Cell>, method: &Method, arm_name
     }
 }
 
-/// One step of the plant's method in a scalar.
+/// One step of the plant's method in a given scalar type.
 fn step<S: Real>(mechanism: &Mechanism<2, S>, q: [S; 2], qd: [S; 2], h: f64) -> ([S; 2], [S; 2])
 where
     Polynomial: Trig<S>,
@@ -207,7 +205,7 @@ where
     (mix(&q, [&v1, &v2, &v3, &v4]), mix(&qd, [&a1, &a2, &a3, &a4]))
 }
 
-/// Joint angles after every step of one millisecond.
+/// Joint angles after every step of 1 ms, rad.
 fn path<S: Real>(mechanism: &Mechanism<2>, start: [f64; 2], steps: usize) -> Vec<[f64; 2]>
 where
     Polynomial: Trig<S>,
@@ -221,16 +219,16 @@ where
     path
 }
 
-/// First time, s, at which two paths differ by `apart` rad; infinite if never.
+/// First time, s, at which two paths differ by `apart` rad; infinite if they never do.
 fn parting(one: &[[f64; 2]], other: &[[f64; 2]], apart: f64) -> f64 {
     let near = |a: &[f64; 2], b: &[f64; 2]| (0..2).all(|i| (a[i] - b[i]).abs() < apart);
     one.iter().zip(other).position(|(a, b)| !near(a, b)).map_or(f64::INFINITY, |step| 1e-3 * (step + 1) as f64)
 }
 
-/// Cells of a chaotic fall: the two rods are released level and almost stretched, so with all of their energy.
+/// Cells of a chaotic fall: the two rods are released level and almost stretched, and so with high potential energy.
 fn chaos_cells(cells: &mut Vec<Cell>, arm: &Arm<2>) {
     let mechanism = arm.mechanism();
-    // Numbers that single precision holds, so that both scalars start in the same state.
+    // Numbers that single precision represents exactly, so that both scalar types start in the same state.
     let start = [1.25, 0.75];
     let double = path::<f64>(&mechanism, start, 60_000);
     let mut cell = |name: &str, done: &str, time: f64| {

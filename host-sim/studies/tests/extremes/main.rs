@@ -1,11 +1,11 @@
-//! Extremes: the dynamics, the controller and the simulated arm at the edges of their range, cell by cell.
+//! Extremes: the dynamics, the controller and the simulated arm at the edges of their range. Each case is a cell of a table.
 //!
-//! A cell is a requirement, on which a user may rely, or a record ([`Kind`]). A cell with a numeric outcome also has an
-//! expected number, which was measured before (`expected.csv`). The cell passes if its requirement holds, if it
-//! has one, and the number is within [`PINNED_WITHIN`] of the expected one. A better number fails too, so that every
-//! change is seen. A cell that cannot meet its requirement stays in the table as failing, with the reason.
+//! A cell is a requirement, on which a user may rely, or a record ([`Kind`]). A cell with a numeric outcome also has an expected number, which was
+//! measured before (`expected.csv`). The cell passes if its requirement holds, if it has one, and the number is within [`PINNED_WITHIN`] of the
+//! expected one. A better number fails too, so that every change is noticed. A cell that cannot meet its requirement stays in the table as failing,
+//! with the reason.
 //!
-//! Tables and page are written anew by `UPDATE_EXTREMES=1 cargo nextest run -p studies --test extremes`, twice: the page comes from the tables.
+//! Run `UPDATE_EXTREMES=1 cargo nextest run -p studies --test extremes` twice to write tables and page again: the page is made from the tables.
 //!
 //! | module | holds |
 //! |---|---|
@@ -36,11 +36,11 @@ use dynamics_core::{JointSpec, Limits, Real};
 use robot_compiler::Robot;
 use sim::failure::Failure;
 
-/// Largest relative error of a torque that is required in single and double precision. Single: a tenth of what use allows
-/// (1e-4 of a torque limit). Double: as many units in the last place.
+/// Largest allowed relative error of a torque in single and double precision. Single: a tenth of the practical tolerance (1e-4 of a torque limit).
+/// Double: the same number of units in the last place.
 pub(crate) const ROUNDING_MOST: [f64; 2] = [1e-5, 2e-14];
 
-/// Cells that fail today.
+/// Cells that fail at present.
 const FAILING: [(&str, &str); 8] = [
     ("integrators", "energy over 100 s, steps of 1 ms, planar 2R, semi-implicit Euler"),
     ("integrators", "energy over 100 s, steps of 2.5 ms, planar 2R, semi-implicit Euler"),
@@ -52,7 +52,7 @@ const FAILING: [(&str, &str); 8] = [
     ("control", "torque limits times 0.25"),
 ];
 
-/// True if the number of a cell is required by nothing: what a table says a record is, name by name.
+/// True if nothing requires the number of a cell, by its name; it must then be a record.
 fn is_record(cell: &Cell) -> bool {
     let starts = [
         "predicted period, ",
@@ -77,7 +77,7 @@ impl Random {
         (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
-    /// A number for each joint, in [-size, size).
+    /// One number for each joint, in [-size, size).
     pub(crate) fn joints<const N: usize>(&mut self, size: f64) -> [f64; N] {
         core::array::from_fn(|_| size * self.next())
     }
@@ -116,7 +116,7 @@ pub(crate) fn unlimited<const N: usize>(joints: [JointSpec; N]) -> [JointSpec; N
     joints.map(|joint| JointSpec { limits: Limits::none(), ..joint })
 }
 
-/// Asserts for the cells of one group that none moved, that exactly the known ones fail, and that the group's table says so.
+/// Asserts for the cells of one group that none has moved, that exactly the known ones fail, and that the group's table is up to date.
 fn hold(group: &str, count: usize, cells: &[Cell]) {
     tables::hold(group, cells);
     let wrong: Vec<String> = cells
@@ -135,7 +135,7 @@ fn hold(group: &str, count: usize, cells: &[Cell]) {
     let unlike: Vec<&String> =
         cells.iter().filter(|cell| (cell.kind == Kind::Record) != is_record(cell)).map(|cell| &cell.name).collect();
     assert!(unlike.is_empty(), "{unlike:?}");
-    // A requirement says more than the number as it was: a window is never wider than from a tenth to ten times it.
+    // A requirement must be a meaningful bound: if its window is above zero, the upper end is at most 100 times the lower end.
     for cell in cells.iter().filter(|cell| cell.kind == Kind::Requirement) {
         if let Some((least, most)) = cell.expected.split_once(", in ").and_then(|(_, window)| window.split_once(" to "))
         {
@@ -184,7 +184,7 @@ fn stable_periods_are_predicted() {
     hold("stability", 47, &stability::cells().unwrap());
 }
 
-/// 24 simulated hours take two minutes: without `UPDATE_EXTREMES` a part of an hour stands for them.
+/// 24 simulated hours take two minutes, so without `UPDATE_EXTREMES` only a tenth of an hour is run.
 #[test]
 fn a_day_does_not_drift() {
     let cells = time::long_cells(if tables::is_update() { 24.0 } else { 0.1 }).unwrap();

@@ -1,16 +1,15 @@
 //! The loop of arm and controller about a posture, linearised and sampled, to find the stable gains.
 //!
-//! Between two ticks the torque is held. Let `x = (dq, dqd)` be the deviation from rest at `q0`, `u` the torque, and
-//! `d` the delay in ticks. The derivatives of the recursion come from dual numbers:
+//! Between two ticks the torque is held. Let `x = (dq, dqd)` be the deviation from rest at `q0`, `u` the torque, and `d` the delay in ticks. The
+//! derivatives of the recursion come from dual numbers:
 //!
 //! ```text
 //! x' = A x + B u,   A = [0 1; -D^-1 dID/dq  -D^-1 dID/dqd],   B = [0; D^-1]              of the arm
 //! x(k+1) = e^(A h) x(k) + (int_0^h e^(A s) ds) B u(k-d),   u(k) = K x(k),   K = (dlaw/dq, dlaw/dqd)   of the model
 //! ```
 //!
-//! The loop is stable if every eigenvalue of the map from `(x(k), u(k-1), .., u(k-d))` to the next such vector lies
-//! inside the unit circle. Arm and model may differ: if the model is wrong, a constant torque is assumed to hold the
-//! arm in its posture all the same.
+//! The loop is stable if every eigenvalue of the map from `(x(k), u(k-1), .., u(k-d))` to the next such vector is inside the unit circle. Arm and
+//! model may differ: if the model is wrong, a constant torque is assumed to hold the arm in its posture.
 
 use dynamics_core::control::{ControlLaw, Gains, computed_torque};
 use dynamics_core::dual::Dual;
@@ -25,12 +24,12 @@ use num_traits::Zero as _;
 pub(crate) struct SampledLoop<const N: usize> {
     /// The arm and its surroundings.
     pub(crate) arm: Dynamics<f64, N>,
-    /// The law's model of the arm.
+    /// The control law's model of the arm.
     pub(crate) model: Dynamics<f64, N>,
     /// Posture in which the arm is held, rad or m.
     pub(crate) posture: [f64; N],
-    /// [`ControlLaw::ComputedTorque`], [`ControlLaw::Pd`] or [`ControlLaw::PdGravity`]. Feedforward is treated as PD, and a diagonal inertia
-    /// as PD with gravity.
+    /// [`ControlLaw::ComputedTorque`], [`ControlLaw::Pd`] or [`ControlLaw::PdGravity`]. Feedforward is treated as PD, and a diagonal inertia as PD
+    /// with gravity.
     pub(crate) law: ControlLaw,
     /// Gains of each joint.
     pub(crate) gains: [Gains<f64>; N],
@@ -41,8 +40,8 @@ pub(crate) struct SampledLoop<const N: usize> {
 impl<const N: usize> SampledLoop<N> {
     /// Largest magnitude of the eigenvalues of the map over one period `h` (s).
     ///
-    /// `lim |A^m|^(1/m)`, at `m = 2^40` by squaring. A QR iteration may fail to end on such a map, which can have six
-    /// equal eigenvalues; squaring always ends.
+    /// Computed as `lim |A^m|^(1/m)`, at `m = 2^40` by squaring. A QR iteration may not converge for such a map, which can have six equal
+    /// eigenvalues; squaring always ends.
     ///
     /// Cost: `4 N` inverse dynamics on dual numbers, and 40 products of matrices of size `(2 + delay) N`.
     #[must_use]
@@ -62,7 +61,7 @@ impl<const N: usize> SampledLoop<N> {
         libm::exp(logarithm)
     }
 
-    /// The loop with another natural frequency of every joint, rad/s, critically damped.
+    /// The loop with another natural frequency for every joint, rad/s, critically damped.
     #[must_use]
     pub(crate) fn with_frequency(&self, frequency: f64) -> Self {
         Self { gains: self.gains.map(|gains| Gains::new(frequency, 1.0, gains.inertia)), ..self.clone() }
@@ -79,7 +78,7 @@ impl<const N: usize> SampledLoop<N> {
             let mut closed = map.view_mut((0, 0), (2 * N, 2 * N));
             closed += &forced * &feedback;
         } else {
-            // The delayed torques, newest first: the oldest acts, the newest comes from the law.
+            // The delayed torques, newest first: the oldest one acts, the newest one comes from the control law.
             map.view_mut((0, size - N), (2 * N, N)).copy_from(&forced);
             map.view_mut((2 * N, 0), (N, 2 * N)).copy_from(&feedback);
             for k in 0..(self.delay - 1) * N {
@@ -89,15 +88,13 @@ impl<const N: usize> SampledLoop<N> {
         map
     }
 
-    /// The longest stable period, s, between 10 us and 1 s, to a ten-thousandth; the loop is stable for all shorter
-    /// ones.
+    /// The longest stable period, s, between 10 us and 1 s, to 0.01 %; the loop is stable for all shorter ones.
     #[must_use]
     pub(crate) fn period_max(&self) -> f64 {
         last((1e-5, 1.0), 17, |h| self.spectral_radius(h) < 1.0)
     }
 
-    /// The highest stable natural frequency of every joint, rad/s, at the period `h` (s), between a tenth and ten over
-    /// the period, to a thousandth.
+    /// The highest stable natural frequency of all joints, rad/s, at the period `h` (s), between 0.1 / h and 10 / h, to 0.1 %.
     #[must_use]
     pub(crate) fn frequency_max(&self, h: f64) -> f64 {
         last((0.1 / h, 10.0 / h), 13, |frequency| self.with_frequency(frequency).spectral_radius(h) < 1.0)
@@ -187,8 +184,7 @@ fn dual<const N: usize>(dynamics: &Dynamics<f64, N>) -> Dynamics<Dual, N> {
     Dynamics::new(dynamics.model().cast(), dynamics.scene().cast())
 }
 
-/// The largest number inside `(low, high)` up to which `stable` holds: the interval's logarithm is halved `halvings`
-/// times.
+/// Returns the largest number inside `(low, high)` up to which `stable` holds; bisects the interval's logarithm `halvings` times.
 pub(crate) fn last((low, high): (f64, f64), halvings: u32, stable: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (libm::log2(low), libm::log2(high));
     for _ in 0..halvings {

@@ -1,8 +1,8 @@
-//! Stability of the closed loop: the longest control period from the eigenvalues of the linearised sampled loop, beside
-//! the longest period at which the simulated arm settles.
+//! Stability of the closed loop: the longest control period predicted by the eigenvalues of the linearised sampled loop, compared with the longest
+//! period at which the simulated arm settles.
 //!
-//! The arms are the planar arm with two rods and the Puma at three postures, under three laws; then the Puma with a
-//! wrong model. The fixed inertias of PD with gravity belong to one posture in all tests, as in a scene.
+//! The arms are the planar arm with two rods and the Puma at three postures, under three control laws; then the Puma with a wrong model. The fixed
+//! inertias of PD with gravity belong to one posture in all tests, as in a scene.
 
 use super::sampled_loop::{SampledLoop, last};
 use super::{Cell, Outcome, joints, planar, puma, unlimited};
@@ -23,7 +23,7 @@ use std::f64::consts::FRAC_PI_2;
 
 const GROUP: &str = "stability";
 
-/// A law in the plot of stable regions.
+/// A control law in the plot of stable regions.
 #[derive(Clone, Copy, Debug)]
 struct StableLaw {
     name: &'static str,
@@ -37,7 +37,7 @@ const LAWS: [StableLaw; 3] = [
     StableLaw { name: "PD with gravity", law: ControlLaw::PdGravity, delay: 0 },
 ];
 
-/// The Puma's postures: the start of the shipped scenes, level and stretched, and with axes 4 and 6 in line.
+/// The Puma's postures: the start of the shipped scenes; level and stretched; and with axes 4 and 6 in line.
 const POSTURES: [(&str, [f64; 6]); 3] = [
     ("ready", READY),
     ("stretched", [0.0, 0.0, -FRAC_PI_2, 0.0, 0.5, 0.0]),
@@ -48,7 +48,7 @@ const READY: [f64; 6] = [0.0, 0.9, -1.6, 0.0, 0.5, 0.0];
 /// Natural frequency of the shipped Puma scenes, rad/s.
 const PUMA_FREQUENCY: f64 = 40.0;
 
-/// Assumed and true properties of the arm, masses in kg at the tip.
+/// Assumed and true properties of the arm; masses at the tip in kg.
 #[derive(Clone, Copy, Debug)]
 struct Knowledge {
     name: &'static str,
@@ -102,7 +102,7 @@ pub(crate) fn cells() -> Result<Vec<Cell>, Failure> {
     Ok(cells)
 }
 
-/// Cells of the predicted period, and of the simulated one relative to it.
+/// Cells of the predicted period, and of the simulated period relative to it.
 fn period_cells<const N: usize>(cells: &mut Vec<Cell>, name: &str, done: &str, case: &Case<N>) {
     let predicted = case.sampled.period_max();
     cells.push(Cell::new(
@@ -137,14 +137,14 @@ fn puma_case(law: StableLaw, frequency: f64, posture: [f64; 6], knowledge: Knowl
     Case::new(puma()?, Vector3::new(0.0, 0.0, -9.81), law, frequency, [READY, posture], knowledge)
 }
 
-/// A steel block at the tip with its centre 5 cm beyond.
+/// A steel block at the tip, with its centre 5 cm beyond the tip.
 fn block(mass: f64) -> Option<Body> {
     let inertia = Matrix3::from_diagonal(&Vector3::new(0.00072, 0.00072, 0.0006)) * mass;
     (mass > 0.0).then_some(Body { mass, com: Vector3::new(0.0, 0.0, 0.05), inertia })
 }
 
 impl<const N: usize> Case<N> {
-    /// Create a case without limits, friction or guards; the fixed inertias are those at `start`.
+    /// Creates a case without limits, friction or guards; the fixed inertias are those at `start`.
     fn new(
         robot: Robot,
         gravity: Vector3<f64>,
@@ -192,8 +192,8 @@ impl<const N: usize> Case<N> {
         Ok(Self { arm, config, sampled })
     }
 
-    /// The longest period, s, at which the simulated arm settles, to a third of a percent. The search covers 0.8 to
-    /// 1.25 of the predicted period; a result at an end of that interval shows as such a ratio.
+    /// The longest period, s, at which the simulated arm settles, to 0.3 %. The search covers 0.8 to 1.25 of the predicted period; a ratio at an end
+    /// of that interval means that the true value may be outside.
     fn simulated(&self, predicted: f64) -> f64 {
         last((predicted / 1.25, predicted * 1.25), 7, |h| self.settles(h))
     }
@@ -201,13 +201,13 @@ impl<const N: usize> Case<N> {
     /// True if the oscillations of the simulated arm about its posture decay at this period (s).
     fn settles(&self, h: f64) -> bool {
         const TICKS: usize = 400;
-        /// A hundredth of a degree.
+        /// Initial deviation, rad: a hundredth of a degree.
         const OFF: f64 = 1.75e-4;
         let posture = self.sampled.posture;
         let at_rest = torque_at_rest(&self.sampled.arm, &posture);
         let believed = torque_at_rest(&self.sampled.model, &posture);
         let mut controller = Controller::new(self.config, self.sampled.model, Method::Libm);
-        // The delay is in this loop, not in the actuators: they would let the arm fall until the first command arrives.
+        // The delay is implemented in this loop, not in the actuators, which would let the arm fall until the first command arrives.
         let mut waiting = VecDeque::from(vec![at_rest; self.sampled.delay]);
         let start = core::array::from_fn(|i| posture[i] + if i % 2 == 0 { OFF } else { -OFF });
         let clock = Clock { period: h, steps_per_tick: 4 };
@@ -217,7 +217,7 @@ impl<const N: usize> Case<N> {
         for tick in 0..TICKS {
             let state = *plant.state();
             let off = (0..N).fold(0.0_f64, |off, i| off.max((state.q[i] - posture[i]).abs()));
-            // Far from the posture the linear model does not hold, and large oscillations may decay again.
+            // Far from the posture the linear model is not valid, and large oscillations may decay again.
             if off > 100.0 * OFF {
                 return false;
             }
@@ -228,7 +228,7 @@ impl<const N: usize> Case<N> {
             }
             let measured = Measurement { sensed: Sensed::State { q: state.q, qd: state.qd }, age_ticks: 0 };
             let Command::Drive { torque, .. } = controller.tick(&reference, &measured) else { return false };
-            // Compensate the weight that the model has wrong, so that the arm rests in its posture.
+            // Compensate the gravity error of a wrong model, so that the arm rests in its posture.
             waiting.push_back(core::array::from_fn(|i| torque[i] + (at_rest[i] - believed[i])));
             let Some(torque) = waiting.pop_front() else { return false };
             if plant.drive(&torque).is_err() {

@@ -1,4 +1,4 @@
-//! The tables of `docs/measured/extremes`, one for each group, and the page that sums them up.
+//! The tables of `docs/measured/extremes`, one for each group, and the page that summarises them.
 
 use crate::cell::{Cell, Kind, number};
 use std::fmt::Write as _;
@@ -13,12 +13,12 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/measured/extremes")
 }
 
-/// True if tables and page are written anew.
+/// True if tables and page are to be written again.
 pub(crate) fn is_update() -> bool {
     std::env::var_os("UPDATE_EXTREMES").is_some()
 }
 
-/// Asserts that a file holds this text; writes it if `UPDATE_EXTREMES` is set.
+/// Asserts that a file contains this text; writes it if `UPDATE_EXTREMES` is set.
 fn same(path: &Path, text: &str) {
     if is_update() {
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
@@ -29,7 +29,7 @@ fn same(path: &Path, text: &str) {
     assert_eq!(found, text, "{} is not what was measured: `{command}` writes it", path.display());
 }
 
-/// Asserts that the group's table holds these cells.
+/// Asserts that the group's table contains these cells.
 pub(crate) fn hold(group: &str, cells: &[Cell]) {
     let mut rows = csv::Writer::from_writer(Vec::new());
     rows.write_record(COLUMNS).unwrap();
@@ -71,7 +71,7 @@ fn rows(group: &str) -> Vec<Row> {
     table.records().map(|row| Row { words: core::array::from_fn(|k| row.as_ref().unwrap()[k].to_owned()) }).collect()
 }
 
-/// Number of a group's requirements that the page shows: those that are nearest to their bounds.
+/// Number of a group's requirements on the page: those nearest to their bounds.
 const SHOWN: usize = 3;
 
 #[test]

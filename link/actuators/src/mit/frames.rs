@@ -1,4 +1,4 @@
-//! Frames in, and the replies to them.
+//! Received frames, and the replies to them.
 
 use super::{Electronics, Language, REGISTERS, Setpoint, Shaft, TIMEOUT_UNIT, error, to_code, to_float};
 use crate::frame::Frame;
@@ -17,7 +17,7 @@ impl Electronics {
         }
     }
 
-    /// Take a frame; the reply. It measures now.
+    /// Takes a frame and returns the reply, with the present state of the shaft.
     pub fn answer(&mut self, frame: &Frame, shaft: &Shaft) -> Option<Frame> {
         match self.language {
             _ if !self.powered => None,
@@ -29,8 +29,8 @@ impl Electronics {
         }
     }
 
-    /// Identifier, 0, 0x33 to read or 0x55 to write, the register, a value, low byte first; the answer is the same with the value. Register 9
-    /// is the timeout, by 50 us.
+    /// Answers a request about a register. Request: identifier, 0, 0x33 to read or 0x55 to write, the register, and a value, low byte first. The
+    /// answer repeats it with the register's value. Register 9 is the timeout in units of 50 us.
     fn answer_about_a_register(&mut self, frame: &Frame) -> Option<Frame> {
         let &[id, 0, what, register, a, b, c, d] = frame.data.as_slice() else { return None };
         if self.has_no_settings {
@@ -45,7 +45,8 @@ impl Electronics {
         Some(Frame::standard(self.reply_id, vec![id, 0, what, register, a, b, c, d]))
     }
 
-    /// Bits 28 to 24 of the identifier say what it is: 1 a command, whose torque stands in bits 23 to 8, 3 on, 4 off.
+    /// Answers a frame of the RobStride protocol. Bits 28 to 24 of the identifier are its kind: 1 a command (with the torque in bits 23 to 8), 3
+    /// on, 4 off, 17 read a parameter, 18 write one.
     fn answer_as_robstride(&mut self, frame: &Frame, shaft: &Shaft) -> Option<Frame> {
         let &[b0, b1, b2, b3, b4, b5, b6, b7] = frame.data.as_slice() else { return None };
         self.silent_for = 0.0;
@@ -71,7 +72,7 @@ impl Electronics {
                     self.error = 0;
                 }
             }
-            // A parameter: 17 read, 18 written. Index, 0, 0, value, low bytes first; 0x7028 is the timeout, by 50 us.
+            // A parameter: index, 0, 0, value, low bytes first. 0x7028 is the timeout in units of 50 us.
             17 if !self.has_no_settings => {
                 let value = if [b0, b1] == [0x28, 0x70] { (self.timeout / TIMEOUT_UNIT).round() as u32 } else { 0 };
                 let id = 17 << 24 | u32::from(self.id) << 8 | u32::from(self.reply_id);
@@ -105,7 +106,7 @@ impl Electronics {
         Some(Frame { id, extended: true, data: data.concat() })
     }
 
-    /// Take a command; the reply's data. It measures now.
+    /// Takes a command's data and returns the reply's data, with the present state of the shaft.
     pub fn receive(&mut self, data: &[u8], shaft: &Shaft) -> Option<Vec<u8>> {
         let &[b0, b1, b2, b3, b4, b5, b6, b7] = data else { return None };
         self.silent_for = 0.0;

@@ -8,14 +8,15 @@ use crate::queued::OUT;
 use dynamics_core::drive::MitDrive;
 use embedded_can::{Frame, Id};
 
-/// Joints by falling identifier; of equal ones (on two buses) the first joint first. At most `N` exchanges a joint.
+/// Joints by decreasing identifier; of equal ones (on two buses) the first joint first.
 pub(super) fn sending_order<const N: usize>(drives: &[MitDrive; N]) -> [u8; N] {
     let mut order: [u8; N] = core::array::from_fn(|i| i as u8);
     order.sort_unstable_by_key(|&i| (drives.get(usize::from(i)).map(|drive| core::cmp::Reverse(drive.id)), i));
     order
 }
 
-/// Rank of an identifier in arbitration: the lower one goes first. A standard one goes before the extended ones that begin as it does.
+/// Rank of an identifier in arbitration: the lower rank is sent first. A standard identifier is sent before extended ones with the same first 11
+/// bits.
 pub(super) fn rank(id: Id) -> u32 {
     match id {
         Id::Standard(id) => u32::from(id.as_raw()) << 18,
@@ -28,15 +29,15 @@ pub(super) fn rank(id: Id) -> u32 {
 pub(super) enum Sent {
     /// It waits to be sent.
     Queued,
-    /// It waits, and has pushed out the frame with this identifier.
+    /// It waits, and has displaced the frame with this identifier.
     InPlaceOf(Id),
-    /// There is no room for it, or the transmitter has an error.
+    /// The transmitter is full or has an error.
     Refused,
 }
 
-/// Queue one command.
+/// Queues one command.
 pub(super) fn transmit<B: CanBus>(bus: &mut B, packet: &Packet, counts: &mut BusCounts) -> Sent {
-    // Eight bytes are always a frame.
+    // Eight bytes always fit into a frame.
     let Some(frame) = B::Frame::new(packet.id, &packet.data) else { return Sent::Refused };
     for _ in 0..TRANSMIT_POLLS {
         match bus.transmit(&frame) {
@@ -52,7 +53,8 @@ pub(super) fn transmit<B: CanBus>(bus: &mut B, packet: &Packet, counts: &mut Bus
     Sent::Refused
 }
 
-/// Note for the joint that a frame with this identifier was for that it was not sent. A frame about a setting names no joint.
+/// Records that a frame with this identifier was not sent, for the joint that it was for. A Damiao's frame about a setting has an identifier that
+/// belongs to no joint and is not recorded.
 pub(super) fn drop_frame<const N: usize>(id: Id, bus: u8, drives: &[MitDrive; N], joints: &mut [CanJoint; N]) {
     let to = match id {
         Id::Standard(id) => u32::from(id.as_raw()),
@@ -64,7 +66,7 @@ pub(super) fn drop_frame<const N: usize>(id: Id, bus: u8, drives: &[MitDrive; N]
     }
 }
 
-/// Empty a bus's receiver; whether the bus is off.
+/// Empties a bus's receiver. Returns true if the bus is off.
 pub(super) fn collect<F: Frames, B: CanBus, const N: usize>(
     bus: &mut B,
     index: u8,
@@ -92,7 +94,7 @@ pub(super) fn collect<F: Frames, B: CanBus, const N: usize>(
     off
 }
 
-/// Give a frame to its sender's joint; returns the error count to raise when no joint is the sender.
+/// Passes a frame to its sender's joint. Returns the error count to increment if no joint accepts it.
 pub(super) fn take_frame<'a, F: Frames, T: Frame, const N: usize>(
     frame: &T,
     index: u8,

@@ -1,4 +1,4 @@
-//! The calls of a control tick.
+//! [`JointIo`] of the CAN joints: the calls of a control tick.
 
 use super::CanJoints;
 use super::bus::collect;
@@ -64,7 +64,7 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> J
     }
 
     fn drive(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>) {
-        // They open only on replies of this tick, none of which lacks its torque; then they stay open while every drive is on.
+        // The brakes open only if every drive has replied in this tick with its full torque. Then they stay open while every drive is on.
         let shown = |joint: &CanJoint| joint.age(false) == 0 && joint.weak == 0;
         if self.all_on() && (self.released || self.joints.iter().all(shown)) {
             self.release_brakes();

@@ -1,4 +1,4 @@
-//! Effects of a reply, and of a missing one, on a joint's state.
+//! Effects of replies and of missing replies on a joint's state.
 
 use super::joint::{CanJoint, probe};
 use super::limits::{OWED_MAX, SHOWN, WEAK_MAX};
@@ -16,7 +16,7 @@ impl CanJoint {
         }
     }
 
-    /// A frame that was counted as sent was not: no reply is due for it.
+    /// Records that a frame counted as sent was not sent: no reply to it is outstanding.
     pub(super) fn dropped(&mut self) {
         self.owed = self.owed.saturating_sub(1);
         self.counts.unsent = self.counts.unsent.wrapping_add(1);
@@ -28,7 +28,7 @@ impl CanJoint {
             return;
         }
         if self.came > 0 {
-            // Two replies were due, and this is the second: the one before answers the tick before.
+            // This is the second reply of this tick: the first one answers the previous tick's command.
             self.counts.late = self.counts.late.wrapping_add(1);
         }
         self.owed -= 1;
@@ -53,7 +53,7 @@ impl CanJoint {
         let was_powered = core::mem::replace(&mut self.powered, shows_on);
         if shows_on {
             if self.on {
-                // One that is on and gives no torque has not restarted.
+                // Its state is "on": even if it gives no torque, it has not restarted.
                 self.weigh(reply, drive);
             } else if first {
                 self.off_due = self.off_due.saturating_sub(1);
@@ -63,14 +63,14 @@ impl CanJoint {
                 }
             }
         } else if reply.error == 0 && (self.on || (was_powered && self.off_due == 0)) {
-            // It was not commanded off, whether it gave torque, damped, or was about to.
+            // It was on or powered, and was not commanded off.
             self.restarted(drive);
         } else {
             (self.on, self.shown) = (false, 0);
         }
     }
 
-    /// Takes the torque in a reply of a protocol whose replies carry no state.
+    /// Takes the torque in a reply, for a protocol with replies that carry no state.
     pub(super) fn take_torque(&mut self, reply: &Reply, drive: &MitDrive) {
         let floor = probe(drive);
         if reply.error != 0 {
@@ -87,11 +87,11 @@ impl CanJoint {
         }
     }
 
-    /// Counts the replies, one after the other, in which the drive gives less than half of its torque. After too many of them it no longer
-    /// counts as on, whatever state it reports: true then.
+    /// Counts consecutive replies in which the drive gives less than half of the commanded torque. After too many the drive no longer counts as
+    /// on, whatever state it reports. Returns true in that case.
     pub(super) fn weigh(&mut self, reply: &Reply, drive: &MitDrive) -> bool {
         let floor = probe(drive);
-        // It answers the last command or, as a drive measures before it acts, the one before.
+        // The reply belongs to the last command or, because a drive measures before it acts, to the one before.
         let [new, old] = self.told.map(|told| {
             let Setpoint { position, velocity, kp, kd, torque } = told;
             kp * (position - reply.position) + kd * (velocity - reply.velocity) + torque
@@ -109,7 +109,7 @@ impl CanJoint {
         lost
     }
 
-    /// Takes a drive's answer about a setting; false when none was asked for.
+    /// Takes a drive's answer about a setting. Returns false if none was requested.
     #[cold]
     #[inline(never)]
     pub(super) fn take_setting(&mut self, setting: Setting) -> bool {
@@ -123,13 +123,13 @@ impl CanJoint {
         asked
     }
 
-    /// Greatest age of the reading, ticks. While a second reply is outstanding, the one that came may be late: it shows the drive as it was a tick
-    /// ago, and brakes must not open on it. Once they are open a late reading counts as fresh.
+    /// Largest possible age of the reading, ticks. While a second reply is outstanding, the reply that arrived may be late: it shows the drive as
+    /// it was a tick ago, and the brakes must not open on it. Once they are open (`released`), a late reading counts as fresh.
     pub(super) fn age(&self, released: bool) -> u32 {
         self.age_ticks.max(u32::from(self.overdue && !released))
     }
 
-    /// Begin a tick: count the replies that came, and age the measurements without one.
+    /// Begins a tick: evaluates the replies that have arrived, and ages the measurement if there is none.
     pub(super) fn begin_tick(&mut self, drive: &MitDrive) {
         let dark = self.age_ticks;
         self.timeout.due = self.timeout.due.saturating_sub(1);
@@ -138,8 +138,7 @@ impl CanJoint {
             if dark > drive.restart_ticks && core::mem::replace(&mut self.heard, true) {
                 self.restarted(drive);
             }
-            // One reply came and one more is outstanding: either this one was late, and two come next, or the other is
-            // lost.
+            // One reply arrived and another is outstanding. Either this one was late, and the next tick brings two, or the other is lost.
             self.overdue = self.owed > 0 && !self.overdue;
             if !self.overdue {
                 self.owed = 0;

@@ -9,8 +9,8 @@ use dynamics_core::control::Spring;
 use embedded_hal::digital::OutputPin;
 
 impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> CanJoints<F, A, B, C, P, N> {
-    /// The joint whose drive gets a frame about its communication timeout in this tick: one of all, because all such frames of a bus can have one
-    /// identifier. Its drive has answered in this tick, is off, and has not confirmed its timeout.
+    /// Returns the joint whose drive gets a frame about its communication timeout in this tick. Only one of all joints gets one, because all such
+    /// frames of a bus may have the same identifier. Its drive has replied in this tick, is off, and has not confirmed its timeout.
     pub(super) fn next_setting(&mut self, order: &impl Fn(usize) -> Order) -> Option<usize> {
         let needs = |i: usize| {
             let (Some(joint), Some(drive)) = (self.joints.get(i), self.drives.get(i)) else { return false };
@@ -38,7 +38,7 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> C
         let clears = self.clearing > 0;
         self.clearing = self.clearing.saturating_sub(1);
         if !F::COMMAND_IN_IDENTIFIER {
-            // Its identifier is the highest of all.
+            // The frame about a setting has the highest identifier, so it is queued first.
             if let Some(i) = setting {
                 let packet = self.setting_packet(i);
                 self.send(i, packet.as_ref());
@@ -60,12 +60,12 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> C
         }
     }
 
-    /// The frame that carries out an order to a joint; `None` for a joint that is not there.
+    /// Returns the frame that carries out an order to a joint; `None` for a joint that does not exist.
     pub(super) fn packet(&mut self, i: usize, order: Order, clears: bool) -> Option<Packet> {
         Some(self.joints.get_mut(i)?.packet::<F>(self.drives.get(i)?, order, clears))
     }
 
-    /// The frame that reads or writes the communication timeout of a joint's drive.
+    /// Returns the frame that reads or writes the communication timeout of a joint's drive.
     #[cold]
     #[inline(never)]
     pub(super) fn setting_packet(&mut self, i: usize) -> Option<Packet> {

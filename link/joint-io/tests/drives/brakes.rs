@@ -1,4 +1,4 @@
-//! A brake that needs 80 ms to engage, under a joint that its drive carries.
+//! Tests with a brake that needs 80 ms to engage, on a joint that carries a weight.
 
 use crate::rig::{BRAKE_DELAY, ENGAGES, FALL, H, INERTIA, Rig, WEIGHT, rules};
 use actuator_model::mit::Language;
@@ -8,7 +8,8 @@ use dynamics_core::safety::{SafeAction, State};
 use joint_io::frames::Frames;
 use link::Request;
 
-/// Disarms a joint on a board that gives its brake so many ticks. Returns the ticks in which torque goes on, and how far the joint sinks, rad.
+/// Disarms a joint on a board with a brake delay of `delay` ticks. Returns the number of ticks for which torque goes on, and how far the joint
+/// sinks, rad.
 fn disarm<F: Frames>(language: Language, delay: u32) -> (u32, f64) {
     let mut rules = rules(SafeAction::Brake);
     rules.brake_delay = delay;
@@ -40,7 +41,7 @@ fn a_joint_that_is_disarmed_is_carried_until_its_brake_has_engaged() {
         assert_eq!(ticks, BRAKE_DELAY, "{language:?}");
         assert!(sank.abs() < 0.001, "{language:?}: sank {sank} rad");
     }
-    // Without the setting, and with one that is too short, the joint falls for the rest of the time that the brake needs.
+    // With no delay or one that is too short, the joint falls for the rest of the time that the brake needs.
     for delay in [0, 40] {
         let left = f64::from(ENGAGES - delay) * H;
         let falls = 0.5 * WEIGHT / INERTIA * left * left;
@@ -50,7 +51,7 @@ fn a_joint_that_is_disarmed_is_carried_until_its_brake_has_engaged() {
     }
 }
 
-/// The stop line, before and while the joint is disarmed. Returns how far it sinks, rad.
+/// Presses the emergency stop, `after` ticks into disarming if that is not 0. Returns how far the joint sinks, rad.
 fn stop<F: Frames>(language: Language, after: u32) -> f64 {
     let mut rig = Rig::<F>::new(language, SafeAction::Brake).armed();
     let at = rig.q;
@@ -66,7 +67,7 @@ fn stop<F: Frames>(language: Language, after: u32) -> f64 {
     at - rig.q
 }
 
-/// No torque is trusted after a fault: the brake alone stops the joint, and the weight moves it until then.
+/// After a fault no torque acts: the brake alone stops the joint, and the weight moves it until then.
 #[test]
 fn a_fault_lets_the_joint_fall_until_the_brake_has_engaged_and_no_farther() {
     for after in [0, 1, 30, 79] {
@@ -86,7 +87,7 @@ fn a_fault_lets_the_joint_fall_until_the_brake_has_engaged_and_no_farther() {
     }
 }
 
-/// The host is gone, and the arm has no rest pose.
+/// The host is lost, and the arm has no rest pose. Returns how far the joint sinks, rad.
 fn lose_host<F: Frames>(language: Language) -> f64 {
     let mut rig = Rig::<F>::new(language, SafeAction::Brake).armed();
     let at = rig.q;
@@ -111,7 +112,7 @@ fn a_joint_whose_host_is_gone_is_carried_until_its_brake_has_engaged() {
     }
 }
 
-/// An arm whose drives hold it by springs of their own is not left to the bus's delay while its brakes engage.
+/// With the law `split` the drives' springs keep holding the arm while its brakes engage.
 #[test]
 fn the_drives_own_springs_hold_the_joint_until_its_brake_has_engaged() {
     let rules = rules(SafeAction::Brake);

@@ -1,4 +1,4 @@
-//! A drive is on when it has shown it, and brakes open only then.
+//! Tests that a drive counts as on only when it has confirmed it, and that brakes open only then.
 
 use crate::rig::{ARMING, Rig};
 use actuator_model::bus::Fate;
@@ -13,24 +13,25 @@ use link::Request;
 #[derive(Clone, Copy, Debug)]
 enum Loss {
     Nothing,
-    /// The transmitter has no room.
+    /// The transmitter is full.
     Refused,
-    /// Queued, and abandoned a tick later.
+    /// Queued, and dropped a tick later.
     Swallowed,
-    /// On the wire, and the drive does not hear it.
+    /// Sent, but the drive does not receive it.
     Unplugged,
-    /// The drive hears it, and its reply is lost.
+    /// The drive receives it, but its reply is lost.
     Unanswered,
-    /// The reply comes a tick late.
+    /// The reply arrives a tick late.
     Late,
-    /// The reply comes twice.
+    /// The reply arrives twice.
     Twice,
 }
 
 const LOSSES: [Loss; 7] =
     [Loss::Nothing, Loss::Refused, Loss::Swallowed, Loss::Unplugged, Loss::Unanswered, Loss::Late, Loss::Twice];
 
-/// Arms while the frames of some ticks are lost, from some tick on. Returns how far the joint sinks, rad, and the tick in which the brakes open.
+/// Arms while the frames of `ticks` ticks are disturbed, beginning with tick `from`. Returns how far the joint sinks, rad, and the tick in which
+/// the brakes open.
 fn arm<F: Frames>(language: Language, loss: Loss, from: u32, ticks: u32) -> (f64, Option<u32>) {
     let mut rig = Rig::<F>::new(language, SafeAction::Brake);
     for _ in 0..ARMING {
@@ -96,8 +97,8 @@ fn brakes_open_only_on_a_drive_that_has_shown_that_it_is_on() {
     assert!(worst.0 < 0.005, "{}", worst.1);
 }
 
-/// The reply to the command of this tick after arming comes a tick late, and the drive loses its power in the next tick. Returns true if the brakes
-/// open after that.
+/// The reply to the command of tick `at` after arming arrives a tick late, and the drive loses its power in the next tick. Returns true if the
+/// brakes open after that.
 fn late_and_dark<F: Frames>(language: Language, at: u32) -> bool {
     let mut rig = Rig::<F>::new(language, SafeAction::Brake);
     for _ in 0..ARMING {
@@ -130,14 +131,14 @@ fn a_late_reply_does_not_open_the_brakes_on_a_drive_that_has_lost_its_power() {
     }
 }
 
-/// A drive that hears nothing while it is armed, or whose replies never show it on. Returns the fault and its tick.
+/// Arms a drive that ignores the frame that enables it. Returns the fault and its tick.
 fn never<F: Frames>(language: Language) -> (Option<Fault>, u32) {
     let mut rig = Rig::<F>::new(language, SafeAction::Brake);
     for _ in 0..ARMING {
         rig.tick();
     }
     rig.home();
-    // The frame that enables never arrives; everything else does.
+    // The drive ignores only the frame that enables it.
     rig.electronics(|it| it.ignores_enable = true);
     rig.ask(Request::Arm);
     let mut ticks = 0;
@@ -195,12 +196,12 @@ fn a_drive_that_missed_its_enable_frame_is_enabled_by_the_next_arming() {
     }
 }
 
-/// The drive of an armed joint does not hear the first frames that tell it to be off.
+/// The drive of an armed joint does not receive the first `lost` frames that switch it off.
 fn exit_lost<F: Frames>(language: Language, lost: u32) {
     let mut rig = Rig::<F>::new(language, SafeAction::Brake).armed();
     rig.stop = true;
     rig.powered = false;
-    // It hears nothing, and goes on.
+    // It receives nothing, and stays on.
     for _ in 0..lost {
         rig.tick();
         assert!(!rig.brake.0.get() && rig.electronics(|it| it.is_enabled()));
@@ -223,7 +224,7 @@ fn a_drive_that_did_not_hear_that_it_has_to_be_off_is_told_in_every_tick() {
 
 fn clears<F: Frames>(language: Language, action: SafeAction) -> u32 {
     let mut rig = Rig::<F>::new(language, action).armed();
-    // The drive latches it until it is cleared.
+    // The drive latches the error until it is cleared.
     rig.electronics(|it| it.error = 0xc);
     for _ in 0..20 {
         rig.tick();
@@ -245,7 +246,7 @@ fn clears<F: Frames>(language: Language, action: SafeAction) -> u32 {
 #[test]
 fn a_latched_error_of_a_drive_is_cleared_through_the_session_whatever_the_safe_action() {
     for action in [SafeAction::Brake, SafeAction::DampedStop, SafeAction::Off] {
-        // The first request has the drives clear it, and is rejected; the second finds it gone.
+        // The first request makes the drives clear the error and is rejected; at the second the error is gone.
         assert_eq!(clears::<Damiao>(Language::Damiao, action), 2, "{action:?}");
         assert_eq!(clears::<RobStride>(Language::RobStride, action), 2, "{action:?}");
     }

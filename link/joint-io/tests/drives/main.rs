@@ -1,4 +1,4 @@
-//! Drives that do not hear, do not answer, go off or lose their power, between a host's requests and a shaft with a weight on it.
+//! Tests with drives that receive nothing, do not answer, switch off or lose power: from a host's requests to a shaft with a weight on it.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 #![allow(clippy::float_cmp, reason = "where a test asks for equality, the bits must be equal")]
 #![allow(clippy::disallowed_types, reason = "the models and the bounds are in double precision")]

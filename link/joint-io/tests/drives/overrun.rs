@@ -1,4 +1,4 @@
-//! A tick is late wherever its time went: the firmware's own tick before a clock that its parts take time of.
+//! Tests of overruns: the firmware's tick with a simulated clock that its parts advance. A tick is late whichever part took the time.
 
 use crate::rig::{Rig, Uncounted};
 use dynamics_core::control::{Fault, Spring};
@@ -12,7 +12,7 @@ use std::cell::Cell;
 /// Period of the clock, us.
 const PERIOD: u32 = 1000;
 
-/// A joint on whose outputs time passes.
+/// A joint with outputs that take time.
 struct Slow<'a> {
     now: &'a Cell<u32>,
     drive: u32,
@@ -36,7 +36,7 @@ impl JointIo<1> for Slow<'_> {
     }
 }
 
-/// The end of a tick whose computation and outputs take so many us: whether it was in time, drove, and the fault of the next one.
+/// Runs a tick with computation and outputs of these durations, us. Returns true if it was in time, true if it drove, and the next tick's fault.
 fn tick(compute: u32, drive: u32) -> (bool, bool, Option<Fault>) {
     let mut rig = Rig::<dynamics_core::drive::MiniCheetah>::new(Default::default(), SafeAction::Brake);
     let now = Cell::new(0);
@@ -72,10 +72,10 @@ fn tick(compute: u32, drive: u32) -> (bool, bool, Option<Fault>) {
 #[test]
 fn a_tick_that_ends_after_the_next_ones_time_is_an_overrun_wherever_it_was_late() {
     assert_eq!(tick(600, 300), (true, true, None));
-    // Late in its outputs.
+    // The tick becomes late during its outputs.
     for (compute, drive) in [(600, 400), (600, 1500), (990, 20)] {
         assert_eq!(tick(compute, drive), (false, true, Some(Fault::Overrun)), "{compute} + {drive} us");
     }
-    // Late before them: its torque is not given.
+    // The tick is late before its outputs: its torque is not applied.
     assert_eq!(tick(1200, 20), (false, false, Some(Fault::Overrun)));
 }

@@ -1,4 +1,4 @@
-//! Drives that go off by themselves, and drives without power.
+//! Tests with drives that switch themselves off, and with drives that lose power.
 
 use crate::rig::{ARMING, ENGAGES, H, INERTIA, Rig, WEIGHT};
 use actuator_model::bus::{CommandFate, Disturbance, Fate};
@@ -13,13 +13,13 @@ use joint_io::frames::Frames;
 use link::Request;
 use session::readings::JointFaults;
 
-/// An armed joint whose drive goes off by itself and answers on. Returns the ticks until it is seen, and how far the joint sinks until its brake
-/// has engaged, rad.
+/// The drive of an armed joint switches itself off but still answers. Returns the number of ticks until the fault, and how far the joint sinks
+/// until its brake has engaged, rad.
 fn trip<F: Frames>(language: Language) -> (u32, f64) {
     let mut rig = Rig::<F>::new(language, SafeAction::Brake).armed();
     let at = rig.q;
     let zero = rig.electronics(|it| {
-        // Over-current: off, and nothing else. The frames are those of the board.
+        // Stands for an over-current trip: the drive is off and reports no error. The board did not send this frame.
         let off = match language {
             Language::RobStride => actuator_model::frame::Frame { id: 4 << 24 | 1, extended: true, data: vec![0; 8] },
             _ => actuator_model::frame::Frame::standard(1, vec![0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xfd]),
@@ -57,8 +57,8 @@ fn a_drive_that_goes_off_by_itself_is_seen_and_the_brakes_hold_the_joint() {
     }
 }
 
-/// An armed joint whose drive loses its power for so many ticks, a turn of its motor away from its zero. Returns in how many ticks the zero was lost, and
-/// how wrong the drive's position is then, rad.
+/// The drive of an armed joint loses power for `ticks` ticks, a turn of its motor away from its zero. Returns the number of ticks that report a
+/// lost zero, and the error of the drive's position afterwards, rad.
 fn dark<F: Frames>(language: Language, ticks: u32, absolute: bool) -> (u32, f64) {
     let mut rig = Rig::<F>::with(language, SafeAction::Brake, |drive| drive.absolute = absolute);
     rig.q = 1.2;
@@ -83,12 +83,12 @@ fn dark<F: Frames>(language: Language, ticks: u32, absolute: bool) -> (u32, f64)
         rig.tick();
         lost += u32::from(rig.readings().zero_lost);
     }
-    // Until the brake has engaged the joint has fallen.
+    // The joint falls until the brake has engaged.
     for _ in 0..ENGAGES {
         rig.tick();
     }
     let Sensed::State { q, .. } = rig.readings().sensed else { panic!("a state") };
-    // Armed again without homing: only a drive that has kept its zero.
+    // Only a drive that has kept its zero can be armed again without homing.
     rig.ask(Request::Clear);
     rig.ask(Request::Arm);
     let armed = rig.state() == safety::State::Arming;
@@ -99,10 +99,10 @@ fn dark<F: Frames>(language: Language, ticks: u32, absolute: bool) -> (u32, f64)
 #[test]
 fn a_drive_that_was_without_power_has_lost_its_zero_unless_it_is_absolute() {
     for ticks in [12, 30, 175, 2000] {
-        // A gear of 6: 1.2 rad are more than half a turn of the motor, and the drive comes back 60 degrees off.
+        // With a gear ratio of 6, 1.2 rad are more than half a turn of the motor: after the restart the position is off by 60 degrees.
         let (lost, wrong) = dark::<MiniCheetah>(Language::MiniCheetah, ticks, false);
         assert!(lost > 0 && (wrong - std::f64::consts::TAU / 6.0).abs() < 1e-3, "{ticks}: {lost}, {wrong}");
-        // Within one turn of the shaft these know their angle.
+        // These drives know their angle within one turn of the shaft.
         for absolute in [false, true] {
             let (lost, wrong) = dark::<Damiao>(Language::Damiao, ticks, absolute);
             assert!((lost == 0) == absolute && wrong < 1e-3, "{ticks}: {lost}, {wrong}");
@@ -127,7 +127,7 @@ fn replies_that_are_missing_for_less_than_a_restart_leave_the_zero() {
     }
 }
 
-/// A joint without brakes whose drive damps after an emergency stop, and is heard in every tick.
+/// Creates a joint without brakes; its drive damps after an emergency stop and replies in every tick.
 fn damping<F: Frames>(language: Language, absolute: bool) -> Rig<F> {
     // Until it is armed something holds the arm.
     let mut rig = Rig::<F>::with(language, SafeAction::DampedStop, |drive| drive.absolute = absolute).armed();
@@ -141,7 +141,7 @@ fn damping<F: Frames>(language: Language, absolute: bool) -> Rig<F> {
     rig
 }
 
-/// A drive that damps restarts within so many ticks in which it is not heard.
+/// A drive that damps restarts within `dark` ticks without replies.
 fn restarts_while_it_damps<F: Frames>(language: Language, dark: u32, absolute: bool) {
     let name = format!("{language:?}, not heard for {dark} ticks, absolute: {absolute}");
     let mut rig = damping::<F>(language, absolute);
@@ -183,7 +183,7 @@ fn a_drive_that_restarts_while_it_damps_has_lost_its_zero_and_its_timeout() {
     }
 }
 
-/// The same so many ticks after it has heard its enable frame.
+/// A drive restarts `after` ticks after its enable frame.
 fn restarts_while_it_is_enabled<F: Frames>(language: Language, after: u32) {
     let mut rig = Rig::<F>::new(language, SafeAction::Brake);
     rig.home();
@@ -211,7 +211,7 @@ fn a_drive_that_restarts_while_it_is_enabled_has_lost_its_zero() {
     }
 }
 
-/// A drive that is commanded off, with this fate of its exit frames, and this one of its replies, for some ticks.
+/// Commands a drive off while its exit frames and its replies have these fates for `ticks` ticks; that must not count as a restart.
 fn is_commanded_off<F: Frames>(
     language: Language,
     action: SafeAction,
@@ -222,7 +222,7 @@ fn is_commanded_off<F: Frames>(
     let mut rig = Rig::<F>::new(language, action).armed();
     for again in 0..3 {
         let name = format!("{language:?}, {action:?}, {command:?}, {reply:?} for {ticks} ticks, {again}");
-        // The first tick is the last one that drives: its reply may come after the exit frame was sent.
+        // The first tick is the last one that drives: its reply may arrive after the exit frame was sent.
         for tick in 0..20 {
             rig.stop = tick > 0;
             let disturbed = tick <= ticks;
@@ -233,7 +233,7 @@ fn is_commanded_off<F: Frames>(
                 bus.fates = if disturbed { vec![(1, reply)] } else { vec![] };
             }
             rig.tick();
-            // Without brakes, and until they engage, something else holds the arm.
+            // Something else holds the arm here: it has no brakes, or they have not engaged.
             (rig.q, rig.qd) = (0.0, 0.0);
             assert!(!rig.readings().zero_lost, "{name}: in tick {tick}");
         }
@@ -267,14 +267,14 @@ fn a_drive_that_is_commanded_off_has_not_restarted() {
     }
 }
 
-/// A drive that damps latches an error, is commanded off, and its error is cleared; with this fate of exit and clear frames and of replies.
+/// A drive that damps latches an error, is commanded off, and its error is cleared, while exit and clear frames and replies have these fates.
 fn error_is_cleared<F: Frames>(language: Language, command: Option<CommandFate>, reply: Fate, ticks: u32) {
     let name = format!("{language:?}, {command:?}, {reply:?} for {ticks} ticks");
     let mut rig = damping::<F>(language, false);
-    // Something holds the arm.
+    // Something else holds the arm here.
     let at = rig.q;
     rig.stop = false;
-    // Too hot.
+    // The drive is too hot.
     rig.electronics(|it| it.error = if language == Language::Damiao { 0xb } else { 4 });
     for tick in 0..60 {
         if matches!(tick, 10 | 30) {
@@ -306,7 +306,8 @@ fn a_drive_whose_error_is_cleared_has_not_restarted() {
     }
 }
 
-/// The drivers alone, with every reply a tick late: a drive that is on, and then one tick of this and again commands. Nothing of it is a restart.
+/// Uses the drivers alone, with every reply a tick late. The drive is on; then one tick differs (`once`), and commands follow again. Nothing of
+/// this must count as a restart.
 fn in_one_tick<F: Frames>(
     language: Language,
     name: &str,
@@ -345,7 +346,7 @@ fn a_late_reply_from_before_the_drive_was_commanded_off_makes_no_restart() {
         let exit = |rig: &mut Rig<F>| rig.joints.inner.safe(SafeAction::Brake);
         in_one_tick::<F>(language, "off for a tick, then enabled", exit, SafeAction::Brake, true);
         in_one_tick::<F>(language, "off for a tick, then damped", exit, SafeAction::DampedStop, false);
-        // An error that one reply shows: the drive is commanded off, or its error is cleared, and the reply after that one shows it on.
+        // One reply shows an error. The drive is commanded off, or its error is cleared, and the next reply shows it on.
         for (again, enables) in
             [(SafeAction::DampedStop, false), (SafeAction::DampedStop, true), (SafeAction::Brake, true)]
         {

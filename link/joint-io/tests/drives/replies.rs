@@ -1,4 +1,4 @@
-//! Replies that do not fit what was sent.
+//! Tests with replies that do not match the commands.
 
 use crate::rig::Rig;
 use actuator_model::bus::Fate;
@@ -15,7 +15,7 @@ fn a_damiaos_answer_about_a_register_is_no_position() {
     let mut rig = Rig::<Damiao>::new(Language::Damiao, SafeAction::Brake).armed();
     let before = rig.joints.inner.bus_counts()[0].malformed;
     let Sensed::State { q: at, .. } = rig.readings().sensed else { panic!("a state") };
-    // A reply is owed, and this comes in its place: register 21 is 12.5.
+    // A reply is outstanding, and this answer arrives instead: register 21 has the value 12.5.
     rig.wire.bus.borrow_mut().fates.push((1, actuator_model::bus::Fate::Lost));
     rig.tick();
     rig.wire.bus.borrow_mut().inject(Frame::standard(0x11, vec![0x01, 0x00, 0x33, 0x15, 0x00, 0x00, 0x48, 0x41]));
@@ -39,7 +39,7 @@ fn a_robstrides_version_is_no_position() {
     assert_eq!((rig.readings().age_ticks, rig.fault()), ([1], None));
 }
 
-/// A drive of another kind at the identifier of one: it is never on, and the brakes stay closed.
+/// A drive of another kind than the board expects never counts as on, and the brakes stay closed.
 fn strange<F: Frames>(board: Language, drive: Language, reply_bytes: usize) {
     let mut rig = Rig::<F>::new(board, SafeAction::Brake);
     let reply_id = rig.electronics(|it| it.reply_id);
@@ -69,9 +69,9 @@ fn a_drive_of_another_kind_never_counts_as_on() {
     strange::<RobStride>(Language::RobStride, Language::Damiao, 8);
 }
 
-/// An arm without brakes whose drive hears the board, and whose replies are lost for so many ticks: the drive goes on damping.
+/// An arm without brakes: its drive receives all frames, but its replies are lost for `ticks` ticks. The drive must go on damping.
 fn damps_unheard<F: Frames>(language: Language, ticks: u32) {
-    // Until it is armed something holds the arm.
+    // Something else holds the arm until it is armed.
     let mut rig = Rig::<F>::new(language, SafeAction::DampedStop).armed();
     rig.brakeless = true;
     for tick in 0..ticks + 30 {

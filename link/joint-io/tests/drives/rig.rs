@@ -1,6 +1,6 @@
-//! One joint with a drive on a CAN bus, the session around it, and a pendulum under it: everything between a host's frames and a shaft.
+//! Test rig: a session, one joint with a simulated drive on a CAN bus, and a pendulum on its shaft.
 //!
-//! The tick is the firmware's own, [`run_tick`].
+//! The rig runs the firmware's own tick, [`run_tick`].
 use actuator_model::bus::Bus;
 use actuator_model::frame::Frame as CanFrame;
 use actuator_model::mit::{Actuator, Electronics, Language, Ranges, Shaft};
@@ -36,20 +36,20 @@ pub(crate) const H: f64 = 0.001;
 /// Inertia of the pendulum, kg m^2.
 pub(crate) const INERTIA: f64 = 0.55;
 
-/// Torque of its weight, N m: 2 kg at half a metre, level at `q = 0`.
+/// Torque of its weight at `q = 0`, where it is horizontal, N m: 2 kg at 0.5 m.
 pub(crate) const WEIGHT: f64 = 9.81;
 
-/// Ticks that the brake needs to engage after its line closes, and those that the board believes; it opens at once.
+/// Ticks that the brake needs to engage after its line goes low, and the delay that the board assumes. The brake opens at once.
 pub(crate) const ENGAGES: u32 = 80;
 pub(crate) const BRAKE_DELAY: u32 = 100;
 
-/// Way, rad, that the joint falls at most until the brake has engaged, from rest and without torque.
+/// Largest fall of the joint until the brake has engaged, from rest and without torque, rad.
 pub(crate) const FALL: f64 = 0.5 * WEIGHT / INERTIA * (ENGAGES as f64 * H) * (ENGAGES as f64 * H);
 
-/// Ticks that the drives' timeouts and their enabling take.
+/// Ticks for setting the drives' timeouts and enabling them.
 pub(crate) const ARMING: u32 = 20;
 
-/// The pendulum as its controller knows it.
+/// The controller's model of the pendulum.
 #[derive(Clone, Copy)]
 pub(crate) struct Pendulum;
 
@@ -71,9 +71,9 @@ impl InverseDynamics<f32, 1> for Pendulum {
 pub(crate) struct Wire {
     /// The bus.
     pub(crate) bus: Rc<RefCell<Bus>>,
-    /// Transmissions to refuse from now on (no room in the transmitter).
+    /// Number of transmissions to refuse from now on (the transmitter is full).
     pub(crate) refuse: Rc<Cell<u32>>,
-    /// The transmitter takes frames, and they never reach the wire: the next tick abandons them.
+    /// True if accepted frames never reach the wire: the next tick drops them.
     pub(crate) swallow: Rc<Cell<bool>>,
 }
 impl Can for Wire {
@@ -98,7 +98,7 @@ impl CanBus for Wire {
     }
 }
 
-/// The line to the brake; true: open.
+/// The line to the brake; true opens it.
 #[derive(Clone, Default)]
 pub(crate) struct Brake(pub(crate) Rc<Cell<bool>>);
 impl ErrorType for Brake {
@@ -115,7 +115,7 @@ impl OutputPin for Brake {
     }
 }
 
-/// No counter.
+/// A counter that does not count.
 pub(crate) struct Uncounted;
 impl Counter for Uncounted {
     fn now(&self) -> u32 {
@@ -179,11 +179,11 @@ pub(crate) fn rules(safe_action: SafeAction) -> Rules<f32, 1> {
     }
 }
 
-/// The joint, which remembers what passed.
+/// A joint that records the readings and torque of the last tick.
 pub(crate) struct Recorded<F> {
-    /// The firmware's.
+    /// The firmware's driver.
     pub(crate) inner: CanJoints<F, Wire, NoBus, NoBus, Brake, 1>,
-    /// Of this tick.
+    /// Readings of this tick.
     pub(crate) readings: Option<Readings<1>>,
     /// Torque of this tick, N m; `None` in the safe action.
     pub(crate) torque: Option<f32>,
@@ -221,7 +221,7 @@ impl<F: Frames> JointIo<1> for Recorded<F> {
 /// The parts of the controller.
 type Build = BuildOf<Pendulum, Polynomial, ControllerConfig<f32, 1>, Unprotected, Protected<f32, 1>>;
 
-/// Everything.
+/// The rig.
 pub(crate) struct Rig<F> {
     /// The joint.
     pub(crate) joints: Recorded<F>,
@@ -235,23 +235,23 @@ pub(crate) struct Rig<F> {
     /// Angle of the joint, rad, and its velocity, rad/s.
     pub(crate) q: f64,
     pub(crate) qd: f64,
-    /// The emergency stop.
+    /// True while the emergency stop is pressed.
     pub(crate) stop: bool,
-    /// Power of the drive: without it, it neither hears nor answers nor gives torque.
+    /// True if the drive has power. Without it, the drive neither receives nor answers nor gives torque.
     pub(crate) powered: bool,
-    /// The board's ticks run.
+    /// True if the board's ticks run.
     pub(crate) ticking: bool,
-    /// The brake does not act, as of an arm that has none.
+    /// True if the brake does not act, as on an arm without brakes.
     pub(crate) brakeless: bool,
-    /// The host says nothing.
+    /// True if the host sends nothing.
     pub(crate) host_gone: bool,
-    /// Ticks for which the brake is still open after its line closes.
+    /// Ticks for which the brake is still open after its line went low.
     engaging: u32,
     /// Number of the last request.
     number: u8,
 }
 
-/// Ranges of the drive, whatever its kind.
+/// Ranges of the drive; the same for every kind.
 fn ranges() -> MitRanges {
     let symmetric = |max: f32| Range { min: -max, max };
     MitRanges {
@@ -264,17 +264,17 @@ fn ranges() -> MitRanges {
 }
 
 impl<F: Frames> Rig<F> {
-    /// A joint whose drive speaks `language`, at rest and off, in a live session.
+    /// Creates a rig in a live session with a drive of protocol `language`, at rest and off.
     pub(crate) fn new(language: Language, action: SafeAction) -> Self {
         Self::with(language, action, |_| {})
     }
 
-    /// The same, with another drive than the board believes.
+    /// As [`Rig::new`], with a changed drive.
     pub(crate) fn with(language: Language, action: SafeAction, change: impl FnOnce(&mut MitDrive)) -> Self {
         Self::with_rules(language, (ControlLaw::ComputedTorque, rules(action)), change)
     }
 
-    /// The same, with this law and these rules of the safety machine.
+    /// As [`Rig::with`], with this control law and these rules of the safety state machine.
     pub(crate) fn with_rules(
         language: Language,
         (law, rules): (ControlLaw, Rules<f32, 1>),
@@ -340,7 +340,7 @@ impl<F: Frames> Rig<F> {
         rig
     }
 
-    /// Home and arm, and let the drive come on.
+    /// Homes and arms the joint, and waits until the drive is on.
     pub(crate) fn armed(mut self) -> Self {
         self.home();
         self.ask(Request::Arm);
@@ -351,19 +351,19 @@ impl<F: Frames> Rig<F> {
         self
     }
 
-    /// A frame of the host.
+    /// Receives a frame of the host.
     pub(crate) fn receive(&mut self, frame: Frame) -> Reaction {
         self.session.receive(Ok(Received { frame, missed: 0 }))
     }
 
-    /// A request of the host, and the tick that judges it.
+    /// Sends a request of the host and runs the tick that decides on it.
     pub(crate) fn ask(&mut self, request: Request) {
         self.number = self.number.wrapping_add(1);
         self.receive(Frame::request(self.number, request));
         self.tick();
     }
 
-    /// Home, where the joint is.
+    /// Homes the joint at its present position.
     pub(crate) fn home(&mut self) {
         self.ask(Request::Home);
         self.ask(Request::Confirm);
@@ -389,7 +389,7 @@ impl<F: Frames> Rig<F> {
     pub(crate) fn electronics<T>(&self, look: impl FnOnce(&mut Electronics) -> T) -> T {
         look(&mut self.wire.bus.borrow_mut().actuators[0].electronics)
     }
-    /// One tick of the board, then 1 ms of the world.
+    /// Runs one tick of the board, then simulates 1 ms of drive, joint and brake.
     pub(crate) fn tick(&mut self) {
         if self.ticking {
             if !self.host_gone {
@@ -426,12 +426,12 @@ impl<F: Frames> Rig<F> {
         }
     }
 
-    /// True if no brake holds the joint: its line is open, or was so until a moment ago.
+    /// True if no brake holds the joint: its line is high, the brake has not engaged yet, or there is none.
     pub(crate) fn is_open(&self) -> bool {
         self.brake.0.get() || self.engaging > 0 || self.brakeless
     }
 
-    /// Power comes back after it was off.
+    /// Switches the drive's power on again.
     pub(crate) fn restart(&mut self) {
         let shaft = Shaft { position: self.q, velocity: self.qd };
         self.electronics(|it| it.restart(&shaft));

@@ -1,4 +1,4 @@
-//! The drives' own communication timeouts: set before they are enabled, and what they are worth.
+//! Tests of the drives' communication timeouts: they are set before the drives are enabled, and they stop a drive if the board fails.
 
 use crate::rig::Rig;
 use actuator_model::mit::Language;
@@ -20,7 +20,7 @@ fn set<F: Frames>(language: Language) {
     println!("{language:?}: {before} s before, set within {} ticks", ticks + 5);
     assert!((rig.electronics(|it| it.timeout) - 0.05).abs() < 1e-9);
     assert!(rig.readings().faults == [JointFaults::NONE]);
-    // What was written is lost with the power, and is written again.
+    // The written value is lost at power-off, and is written again.
     rig.powered = false;
     for _ in 0..50 {
         rig.tick();
@@ -41,7 +41,7 @@ fn a_timeout_is_read_set_and_read_back_before_the_arm_is_armed_and_after_each_lo
 
 fn at_once<F: Frames>(language: Language) {
     let mut rig = Rig::<F>::new(language, SafeAction::Brake);
-    // It restarts while it is enabled: its timeout is the maker's again.
+    // The drive restarts while it is enabled: its timeout is again the maker's.
     let shaft = actuator_model::mit::Shaft { position: 0.0, velocity: 0.0 };
     rig.powered = false;
     for _ in 0..20 {
@@ -93,8 +93,8 @@ fn a_timeout_that_is_not_confirmed_is_a_fault_of_the_joint() {
     unset::<RobStride>(Language::RobStride);
 }
 
-/// The board of an armed joint without brakes stops in the middle of a push. Returns the ticks for which the drive goes on, 2000 at most, and how far
-/// the joint has gone by then, rad.
+/// The board of an armed joint without brakes fails during a push. Returns the number of ticks for which the drive goes on, at most 2000, and how
+/// far the joint has moved by then, rad.
 fn dead<F: Frames>(language: Language) -> (u32, f64) {
     let mut rig = Rig::<F>::new(language, SafeAction::Off).armed();
     rig.brakeless = true;
@@ -116,7 +116,7 @@ fn a_drive_whose_board_has_died_gives_no_torque_after_its_timeout() {
         (Language::RobStride, dead::<RobStride>(Language::RobStride)),
     ] {
         println!("{language:?}: torque for {ticks} ms after its board's end, {way:.5} rad until then");
-        // The mini-cheetah's is 0.1 s in the model; nobody can read it.
+        // The mini-cheetah's timeout is 0.1 s in the model; it cannot be read.
         let most = if language == Language::MiniCheetah { 101 } else { 51 };
         assert!(ticks <= most, "{language:?}: {ticks}");
     }

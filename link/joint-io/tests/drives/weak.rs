@@ -1,4 +1,4 @@
-//! A drive that is on and gives too little torque.
+//! Tests with a drive that is on and gives too little torque.
 
 use crate::rig::{Rig, WEIGHT};
 use actuator_model::mit::Language;
@@ -10,11 +10,11 @@ use joint_io::frames::Frames;
 use link::Request;
 use session::readings::JointFaults;
 
-/// Torque that a full drive of the rig gives, N m.
+/// Full torque of the rig's drive, N m.
 const FULL: f64 = 18.0;
 
-/// The brakes of an arm that its drive cannot carry stay engaged, and the arm is not armed: a reference that went ahead meanwhile would be
-/// caught up with in a jerk when the drive recovers.
+/// If the drive cannot carry the arm, the brakes stay engaged and arming fails. Otherwise a reference could move ahead meanwhile, and the arm would
+/// jerk after it when the drive recovers.
 fn armed_weak<F: Frames>(language: Language) {
     let mut rig = Rig::<F>::new(language, SafeAction::Brake);
     rig.electronics(|it| it.torque_max = 0.2 * WEIGHT);
@@ -26,14 +26,14 @@ fn armed_weak<F: Frames>(language: Language) {
         rig.tick();
     }
     assert_eq!(rig.fault(), Some(Fault::DriveFault { joint: 0 }), "{language:?}");
-    // The drive recovers: nothing moves.
+    // When the drive recovers, nothing moves.
     rig.electronics(|it| it.torque_max = FULL);
     for _ in 0..300 {
         rig.tick();
         assert!(!rig.brake.0.get(), "{language:?}");
     }
     assert!((rig.q - at).abs() < 1e-4, "{language:?}: {} rad", rig.q - at);
-    // Nor is it a fault that stays.
+    // The fault can be cleared.
     rig.ask(Request::Clear);
     rig.ask(Request::Arm);
     for _ in 0..100 {
@@ -49,7 +49,7 @@ fn an_arm_whose_drive_is_on_without_its_torque_is_not_armed() {
     armed_weak::<RobStride>(Language::RobStride);
 }
 
-/// Torque is lost with open brakes. Returns the way until it is found, rad, and the ticks.
+/// The drive loses torque while the brakes are open. Returns how far the joint moves until the fault, rad, and the number of ticks.
 fn loses<F: Frames>(language: Language) -> (f64, u32) {
     let mut rig = Rig::<F>::new(language, SafeAction::Brake).armed();
     let (at, mut ticks) = (rig.q, 0);

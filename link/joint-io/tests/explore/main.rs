@@ -1,4 +1,4 @@
-//! The quick part of the exploration ([`checker`]): one or two events, each search to its end. Longer ones: `examples/search.rs`.
+//! The quick part of the exploration ([`checker`]): complete searches with one event. `examples/search.rs` has longer ones.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 mod checker;
@@ -36,7 +36,7 @@ fn run<const N: usize>(setup: Setup) -> Explored {
     explored
 }
 
-/// The search ends by itself, and no rule is broken.
+/// Checks that the search is complete and no rule is broken.
 fn holds<const N: usize>(setup: Setup) {
     let explored = run::<N>(setup);
     assert!(explored.broken.is_empty(), "{explored}");
@@ -88,7 +88,7 @@ one_event! {
     one_event_two_joints_damiao_damped_stop: Damiao, DampedStop, 2;
 }
 
-/// The shortest counterexample to the rule, with this broken.
+/// Checks that the search finds the deliberate fault, and prints a shortest counterexample.
 fn finds(rule: Rule, mutant: Mutant, setup: Setup) {
     let explored = run::<1>(Setup { mutant: Some(mutant), ..setup });
     let found = explored.broken.iter().find(|(name, _)| *name == rule.name());

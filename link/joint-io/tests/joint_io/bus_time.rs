@@ -1,4 +1,4 @@
-//! The bus time that the schedule is held to, against frames laid out bit by bit.
+//! Tests of the bus time of a schedule, against frames laid out bit by bit.
 
 use super::drive;
 use actuator_model::wire;
@@ -17,15 +17,15 @@ const THREE: BusLoad = BusLoad {
 
 #[test]
 fn three_actuators_a_bus_at_1_mbit_hold_1_khz() {
-    // 3 (135 + 115) bits at a microsecond each, and the last actuator's answer.
+    // 3 (135 + 115) bits of 1 us each, plus 60 us for the turnaround.
     assert_eq!((classic_bits(Identifier::Standard, 8), classic_bits(Identifier::Standard, 6)), (135, 115));
     assert_eq!((THREE.bits(), THREE.time_us()), (Bits { nominal: 750, data: 0 }, 810));
     // Commands go out 100 us after the tick began.
     assert_eq!(THREE.max_rate_hz(LEAD_US), 1098);
-    // Replies of eight bytes still hold it, with 30 us to spare.
+    // Replies of eight bytes still permit 1 kHz, with 30 us to spare.
     let longer = BusLoad { reply_bytes: 8, ..THREE };
     assert_eq!((longer.time_us(), longer.max_rate_hz(100)), (870, 1030));
-    // Half the bit rate, six on one bus, or longer identifiers, do not.
+    // Half the bit rate, six actuators on one bus, or longer identifiers do not.
     assert_eq!(BusLoad { bit_rate: 500_000, ..THREE }.max_rate_hz(100), 602);
     assert_eq!(BusLoad { actuators: 6, ..THREE }.max_rate_hz(100), 602);
     assert_eq!(BusLoad { identifier: Identifier::Extended, ..longer }.max_rate_hz(100), 892);
@@ -33,7 +33,7 @@ fn three_actuators_a_bus_at_1_mbit_hold_1_khz() {
 
 #[test]
 fn frames_have_the_worst_lengths_of_the_literature() {
-    // Davis et al., eq. 2 and the sentence behind it: 55 + 10 n and 80 + 10 n.
+    // Davis et al., eq. 2 and the sentence after it: 55 + 10 n and 80 + 10 n.
     for bytes in 0..=8 {
         assert_eq!(classic_bits(Identifier::Standard, bytes), 55 + 10 * bytes);
         assert_eq!(classic_bits(Identifier::Extended, bytes), 80 + 10 * bytes);
@@ -43,7 +43,7 @@ fn frames_have_the_worst_lengths_of_the_literature() {
         assert_eq!(fd_bits(Identifier::Standard, bytes), Bits { nominal: 33, data });
         assert_eq!(fd_bits(Identifier::Extended, bytes), Bits { nominal: 57, data });
     }
-    // Padded to the next length that there is.
+    // Padded to the next permitted length.
     assert_eq!(fd_bits(Identifier::Standard, 9), fd_bits(Identifier::Standard, 12));
     assert_eq!(fd_bits(Identifier::Standard, 33), fd_bits(Identifier::Standard, 48));
 }
@@ -65,7 +65,7 @@ fn six_joints_at_1_khz_leave_a_third_of_an_fd_bus_and_nearly_half_of_three_class
     // 12 (33 us + 113 / 5 us).
     assert_eq!((fd.actuators, fd.frames_ns(), fd.slack_percent(1000)), (6, 667_200, 33));
     assert_eq!((fd.time_us(), fd.max_rate_hz(LEAD_US)), (728, 1207));
-    // Neither 2 Mbit/s nor classic frames do.
+    // Neither 2 Mbit/s nor classic frames permit 1 kHz.
     let slower = busiest(|_| 0, Some(DataRate::Mbit2));
     assert_eq!((slower.frames_ns(), slower.slack_percent(1000), slower.max_rate_hz(LEAD_US)), (1_074_000, 0, 810));
     let classic = busiest(|_| 0, None);
@@ -78,14 +78,14 @@ fn no_bit_rate_is_no_rate() {
     assert_eq!((none.time_us(), none.max_rate_hz(0), none.slack_percent(1)), (u32::MAX, 0, 0));
     let none = BusLoad { data_rate: Some(0), ..THREE };
     assert_eq!((none.time_us(), none.max_rate_hz(0)), (u32::MAX, 0));
-    // An empty bus takes the turnaround and nothing else.
+    // An empty bus needs only the turnaround.
     let empty = BusLoad { actuators: 0, ..THREE };
     assert_eq!((empty.time_us(), empty.slack_percent(1000)), (60, 100));
 }
 
 #[test]
 fn a_frame_can_come_near_its_bound() {
-    // Data that stuffs as often as can be: alike in fours after the first five. Identifier, length and check sum do not.
+    // Data with the most stuff bits: groups of four equal bits after the first five. Identifier, length and check sum do not reach that.
     let worst =
         (0..=0x7ff).map(|id| wire::length(id, false, &[0x3c; 8]).max(wire::length(id, false, &[0x78; 8]))).max();
     let found = worst.unwrap();
@@ -113,7 +113,7 @@ fn an_fd_frame_can_come_within_a_bit_of_its_bound() {
 
 #[test]
 fn a_frame_without_stuffing_has_the_bits_of_the_standard() {
-    // 44 bits beside the data, and 3 between frames.
+    // 44 bits in addition to the data, and 3 between frames.
     for data in [&[][..], &[0x55; 6], &[0x55; 8]] {
         let bits = wire::stuffed_part(0x555, false, data);
         assert_eq!(bits.len() + 10, 44 + 8 * data.len());
@@ -127,7 +127,7 @@ fn a_frame_without_stuffing_has_the_bits_of_the_standard() {
     assert_eq!((long.nominal, long.data), (30, 197));
 }
 
-/// Bytes that stuff often, and any.
+/// Bytes that cause many stuff bits, and arbitrary ones.
 fn byte() -> impl Strategy<Value = u8> {
     prop_oneof![any::<u8>(), Just(0), Just(0xff), Just(0x0f), Just(0xf0), Just(0x3c), Just(0x78)]
 }

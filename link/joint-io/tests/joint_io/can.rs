@@ -1,4 +1,4 @@
-//! The schedule on two buses, with replies that come, do not, come late, twice, cut short or from strangers.
+//! Tests of the schedule on two buses, with replies that are missing, late, doubled, too short or from other devices.
 
 use super::{drive, model_ranges};
 use actuator_model::bus::{Bus, Fate};
@@ -17,12 +17,12 @@ use session::readings::{JointFaults, Readings};
 use std::cell::RefCell;
 use std::rc::Rc;
 
-/// The model's bus behind the trait that the firmware sees; it counts how often it was asked.
+/// The model's bus with the trait that the firmware uses; it counts receptions.
 #[derive(Clone)]
 struct Mock {
     bus: Rc<RefCell<Bus>>,
     polls: Rc<RefCell<u32>>,
-    /// Every reception is an error.
+    /// True if every reception is an error.
     broken: Rc<RefCell<bool>>,
 }
 
@@ -63,7 +63,7 @@ impl CanBus for Mock {
 const PERIOD: f64 = 0.001;
 const HOLD: [f32; 6] = [0.0; 6];
 
-/// Ticks in which drives that hear everything are on.
+/// Largest number of ticks until undisturbed drives are on.
 const ON_MAX: usize = 4;
 
 struct Bench {
@@ -91,12 +91,12 @@ impl Bench {
         bench
     }
 
-    /// A bench whose drives are on.
+    /// Creates a bench with drives that are on.
     fn running() -> Self {
         Self::new().on()
     }
 
-    /// The same with drives that have shown that they are on, and give no torque.
+    /// Enables the drives until they have confirmed that they are on; they give no torque.
     fn on(mut self) -> Self {
         for _ in 0..ON_MAX {
             if self.enable().on == [true; 6] {
@@ -154,7 +154,7 @@ fn every_actuator_gets_one_command_a_tick_and_answers_before_the_next() {
         assert_eq!(readings.faults, [JointFaults::NONE; 6], "tick {tick}");
     }
     for mock in &bench.buses {
-        // The poll, three of enabling, the first torque, and a hundred more, three actuators each; lowest identifier first on the wire.
+        // Three actuators each in the poll, three ticks of enabling, the first torque and a hundred more; lowest identifier first on the wire.
         let bus = mock.bus.borrow();
         assert_eq!(bus.sent.len(), 3 * 105);
         for tick in bus.sent.chunks(3) {
@@ -180,7 +180,7 @@ fn a_torque_arrives_through_gear_and_direction_and_moves_the_joint() {
     let (position, velocity) = bench.actuator(1, |a| (a.shaft.position, a.shaft.velocity));
     let readings = bench.joints.measure().unwrap();
     let Sensed::State { q, qd } = readings.sensed else { panic!("actuators report a state") };
-    // Reported as the command arrived, a period before.
+    // The position is that of one period before, when the command arrived.
     let measured = (position - velocity * PERIOD - 1.0) / -4.0;
     assert!((f64::from(q[1]) - measured).abs() < 2e-4, "{} and {measured}", q[1]);
     assert!(qd[1] > 0.5, "a positive torque moves the joint up: {}", qd[1]);
@@ -196,7 +196,7 @@ fn a_spring_is_renewed_by_the_drive_about_the_measurement_that_its_torque_follow
     let place = |a: &mut Actuator| (a.shaft.position, a.shaft.velocity) = (0.4, -0.6);
     bench.actuator(1, place);
     bench.drive(&HOLD);
-    // It goes on after it was measured.
+    // The joint moves on after the measurement.
     let springs = [Spring { stiffness: 80.0, damping: 2.0 }; 6];
     bench.actuator(1, place);
     bench.joints.measure().unwrap();
@@ -210,14 +210,14 @@ fn a_spring_is_renewed_by_the_drive_about_the_measurement_that_its_torque_follow
     assert!(near(told.kp, 20.0, 500.0 / 4095.0) && near(told.kd, 0.5, 5.0 / 4095.0), "{told:?}");
     assert!(near(told.torque, -3.0, 36.0 / 4095.0), "{told:?}");
     assert!(near(told.position, 0.4, 25.0 / 65535.0) && near(told.velocity, -0.6, 130.0 / 4095.0), "{told:?}");
-    // Where it was measured it gives the torque; elsewhere the spring's and the damper's beside it.
+    // At the measured state the drive gives the torque; elsewhere also that of spring and damper.
     let given =
         |bench: &Bench, position, velocity| bench.actuator(1, |a| a.electronics.drive(&Shaft { position, velocity }));
     let here = given(&bench, told.position, told.velocity);
     assert!(near(here, told.torque, 1e-9), "{here}");
     let there = given(&bench, told.position + 0.05, told.velocity + 0.2);
     assert!(near(there, told.torque - 0.05 * told.kp - 0.2 * told.kd, 1e-9), "{there}");
-    // Without a spring, as ever; one beyond the frame's range is renewed as far as it goes, and no special frame comes of it.
+    // Without a spring the gains are zero. A spring beyond the frame's range is limited, and never makes a special frame.
     bench.joints.drive(&torque, None);
     bench.pass();
     assert_eq!(bench.actuator(1, |a| (a.electronics.told().kp, a.electronics.told().kd)), (0.0, 0.0));
@@ -226,7 +226,7 @@ fn a_spring_is_renewed_by_the_drive_about_the_measurement_that_its_torque_follow
     bench.pass();
     let told = bench.actuator(1, |a| a.electronics.told());
     assert!(told.kp > 498.0 && told.kp < 500.0 && near(told.kd, 5.0, 1e-9), "{told:?}");
-    // A torque that is no number takes its spring with it.
+    // With a torque of NaN, no spring is sent either.
     bench.joints.drive(&[f32::NAN; 6], Some(&springs));
     bench.pass();
     assert_eq!(bench.actuator(1, |a| (a.electronics.told().kp, a.electronics.told().kd)), (0.0, 0.0));
@@ -256,7 +256,7 @@ fn torque_that_a_spring_gives_counts_and_one_that_is_missing_is_found_in_a_state
         bench.pass();
     }
     bench.drive(&[2.0; 6]);
-    // Off by itself.
+    // The drive switches itself off.
     bench.actuator(4, |a| a.receive(&joint_io::mit::EXIT));
     let mut weak = 0;
     loop {
@@ -449,7 +449,7 @@ fn safe_actions_take_effect_within_one_tick() {
             (0..6).all(|joint| bench.actuator(joint, |a| !a.electronics.is_enabled() && a.electronics.torque() == 0.0)),
             "{action:?}"
         );
-        // Off, they still say where they are.
+        // Drives that are off still report their position.
         bench.safe(action);
         assert_eq!(bench.safe(action).age_ticks, [0; 6]);
     }
@@ -489,11 +489,11 @@ fn a_full_transmitter_is_asked_a_bounded_number_of_times_and_an_old_torque_never
     assert_eq!(readings.faults[3..], [JointFaults::NONE; 3]);
     bench.buses[0].bus.borrow_mut().stuck = false;
     bench.drive(&[4.0; 6]);
-    // 2 and 3 N m were given up, not sent late.
+    // The commands of 2 and 3 N m were dropped, not sent late.
     let sent = bench.buses[0].bus.borrow().sent.len();
     bench.drive(&[4.0; 6]);
     assert_eq!(bench.buses[0].bus.borrow().sent.len(), sent + 3);
-    // They were silent, and have to show again that they are on.
+    // The drives were silent, and must confirm again that they are on.
     for _ in 0..ON_MAX {
         bench.drive(&[4.0; 6]);
     }
@@ -510,7 +510,7 @@ fn a_bus_that_is_off_is_a_fault_of_its_joints_at_once_and_ends_with_it() {
         readings.faults.map(|faults| faults.contains(JointFaults::BUS)),
         [false, false, false, true, true, true]
     );
-    // They are not on until they have shown it again.
+    // They do not count as on until they have confirmed it again.
     assert_eq!(readings.on, [true, true, true, false, false, false]);
     assert_eq!(bench.joints.bus_counts()[1].off, 1);
     bench.buses[1].bus.borrow_mut().off = false;
@@ -539,7 +539,7 @@ fn fate() -> impl Strategy<Value = Fate> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
-    /// Whatever happens to replies: an age is never less than the truth allows, and everything that came is counted once.
+    /// Whatever happens to replies, no reading is older than its reported age permits, and every reply is counted once.
     #[test]
     fn any_sequence_of_fates_gives_finite_readings_and_honest_counts(
         fates in proptest::collection::vec((0..6_usize, fate()), 0..120),

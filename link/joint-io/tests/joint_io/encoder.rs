@@ -1,4 +1,4 @@
-//! The magnetic encoder against its model, and turns counted from it.
+//! Tests of the magnetic encoder's driver against a model, and of the count of turns.
 
 use actuator_model::encoder::Encoder;
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use std::cell::RefCell;
 use std::rc::Rc;
 
-/// The model behind the trait that the firmware sees; can be unplugged.
+/// The model with the trait that the firmware uses; it can be unplugged.
 #[derive(Clone, Default)]
 pub(crate) struct Spi {
     pub(crate) encoder: Rc<RefCell<Encoder>>,
@@ -80,7 +80,7 @@ fn an_encoder_is_doubtful_until_its_first_diagnostics_and_while_its_magnet_is_we
 
 #[test]
 fn a_flipped_bit_is_counted_and_costs_the_angle_only_where_it_hit_the_angle() {
-    // The first word of a tick brings diagnostics, the second the angle.
+    // The first word of a tick returns diagnostics, the second the angle.
     for (words, hit) in [(0, false), (1, true)] {
         for bit in 0..16 {
             let (mut encoder, spi) = bench();
@@ -96,7 +96,7 @@ fn a_flipped_bit_is_counted_and_costs_the_angle_only_where_it_hit_the_angle() {
     }
 }
 
-/// Flips one bit of a command on its way.
+/// Flips one bit of a command on the wire.
 #[derive(Clone)]
 struct Noisy(Spi, Rc<RefCell<u32>>);
 
@@ -177,7 +177,7 @@ fn an_impossible_jump_is_refused_and_counted() {
     turns.update(Some(500));
     turns.update(Some(601));
     assert_eq!((turns.position(), turns.jumps(), turns.age_ticks()), (500, 1, 1));
-    // Two ticks have gone by: twice as far is possible now.
+    // After two ticks, twice the step is possible.
     turns.update(Some(601));
     assert_eq!((turns.position(), turns.speed(), turns.age_ticks()), (601, 50, 0));
 }

@@ -1,4 +1,4 @@
-//! Frames of Damiao's and RobStride's motors, made by hand from their documented layout, and drives that answer in them.
+//! Tests of the frames of Damiao's and RobStride's motors, against frames written by hand from the documented layout, and with simulated drives.
 
 use super::drive;
 use dynamics_core::drive::{Damiao, MitDrive, MitRanges, Range, RobStride};
@@ -23,7 +23,7 @@ fn extended(id: u32) -> Id {
     ExtendedId::new(id).unwrap().into()
 }
 
-/// Every field spans exactly its codes, so that a value is its own code.
+/// A drive with ranges equal to the range of codes, so that every value equals its code.
 fn with_unit_ranges(bits: [u32; 5]) -> MitDrive {
     let [position, velocity, kp, kd, torque] =
         bits.map(|bits| Range { min: 0.0, max: f32::from(u16::MAX >> (16 - bits)) });
@@ -73,7 +73,7 @@ fn a_damiaos_reply_has_its_state_and_the_higher_of_its_temperatures() {
     }
 }
 
-/// RobStride number 0x15, whose host is 0xfd.
+/// A RobStride drive with identifier 0x15 and host 0xfd.
 fn robstride() -> MitDrive {
     MitDrive { reply_id: 0xfd, ..with_unit_ranges([16; 5]) }
 }
@@ -105,7 +105,7 @@ fn a_robstrides_reply_has_its_state_and_errors_in_the_identifier() {
     let low = RobStride::reply(&drive, extended(0x0281_15fd), &data).unwrap();
     assert_eq!((RobStride::error_text(low.error), low.off), ("supply voltage too low", false));
     assert_eq!(RobStride::reply(&drive, extended(0x0280_15fd), &data[..7]), None);
-    // Another motor's, another host's, another kind of frame, a standard identifier.
+    // Frames of another motor, to another host, of another kind, and with a standard identifier.
     for id in [extended(0x0280_16fd), extended(0x0280_15fc), extended(0x0180_15fd), standard(0x5fd)] {
         assert!(!RobStride::answers(&drive, id), "{id:?}");
     }
@@ -148,7 +148,7 @@ impl Frame for Wire {
     }
 }
 
-/// Packets sent on a bus, and those to be received.
+/// A bus that records sent packets and returns prepared ones.
 #[derive(Clone, Default)]
 struct Tape(Rc<RefCell<(Vec<Packet>, VecDeque<Packet>)>>);
 
@@ -181,7 +181,7 @@ impl CanBus for Tape {
     fn abandon(&mut self) {}
 }
 
-/// Two motors on the first bus, and the tape of it.
+/// Creates two motors on the first bus; also returns that bus.
 fn pair<F: Frames>(drive: impl Fn(u8) -> MitDrive) -> (CanJoints<F, Tape, NoBus, NoBus, NoPin, 2>, Tape) {
     let tape = Tape::default();
     let mut joints = CanJoints::new((tape.clone(), NoBus, NoBus), NoPin, [drive(1), drive(2)]);
@@ -210,7 +210,7 @@ fn an_error_stops_the_joint_and_is_cleared_before_torque_is_given_again() {
     joints.measure();
     joints.drive(&[0.0; 2], None);
     tape.sent();
-    // The winding of the second becomes too hot.
+    // The winding of the second motor becomes too hot.
     reply(&tape, [1, 0xc]);
     assert_eq!(faults(&mut joints), [JointFaults::NONE, JointFaults::DRIVE]);
     assert_eq!(joints.drive_errors(), [0, 0xc]);
@@ -218,7 +218,7 @@ fn an_error_stops_the_joint_and_is_cleared_before_torque_is_given_again() {
     assert_eq!(kinds(&tape), [0xfd, 0xfd]);
     reply(&tape, [0, 0xc]);
     joints.measure();
-    // Torque is wanted again: the second is cleared first, and on a tick later.
+    // Torque is commanded again: the second drive's error is cleared first, and the drive is enabled a tick later.
     joints.drive(&[0.0; 2], None);
     assert_eq!(kinds(&tape), [0xfc, 0xfb]);
     reply(&tape, [1, 0]);
@@ -237,7 +237,7 @@ fn a_drive_that_goes_off_by_itself_is_seen_in_its_tick_and_one_that_never_goes_o
     };
     reply(&tape, [0, 0]);
     joints.measure();
-    // Brought on: the second never says that it is.
+    // Both are enabled; the second never reports that it is on.
     for tick in 0..30 {
         joints.enable(SafeAction::Off);
         reply(&tape, [2, 0]);
@@ -253,7 +253,7 @@ fn a_drive_that_goes_off_by_itself_is_seen_in_its_tick_and_one_that_never_goes_o
     reply(&tape, [0, 0]);
     joints.preload(&[0.0; 2], None);
     let readings = joints.measure().unwrap();
-    // In the same tick.
+    // Detected in the same tick.
     assert_eq!((readings.on, readings.zero_lost), ([false; 2], true));
 }
 

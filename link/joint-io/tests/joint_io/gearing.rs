@@ -1,4 +1,4 @@
-//! Joint and shaft, both ways.
+//! Tests of the conversion between joint and shaft, in both directions.
 
 use dynamics_core::drive::Gearing;
 use proptest::prelude::*;
@@ -13,7 +13,7 @@ proptest! {
         let ratio = if reversed { -gear } else { gear };
         let gearing = Gearing { ratio, per_ratio: 1.0 / ratio, zero };
         let drive = gearing.drive_position(joint);
-        // Rounding of the drive's position, seen from the joint, and three roundings on the way back.
+        // Rounding of the drive's position, converted to the joint, and three more roundings.
         let bound = (drive.abs() / gear + 3.0 * joint.abs()) * f32::EPSILON;
         prop_assert!((gearing.joint_position(drive) - joint).abs() <= bound);
         let torque = joint * 10.0;

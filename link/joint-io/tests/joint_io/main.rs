@@ -1,4 +1,4 @@
-//! Ways of reaching the joints, against models of the devices at the other end of the wire.
+//! Tests of the joints' drivers against models of the devices at the other end of the wire.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 #![allow(clippy::float_cmp, reason = "where a test asks for equality, the bits must be equal")]
 #![allow(clippy::disallowed_types, reason = "the models and the bounds are in double precision")]
@@ -44,7 +44,7 @@ fn drive(bus: u8, id: u8) -> MitDrive {
     }
 }
 
-/// The same ranges as the model has them.
+/// The same ranges in the model's type.
 fn model_ranges() -> actuator_model::mit::Ranges {
     let pair = |range: Range| (f64::from(range.min), f64::from(range.max));
     let MitRanges { position, velocity, kp, kd, torque } = ranges();

@@ -1,4 +1,4 @@
-//! Frames against the documented packing and against the actuator's own reading of them.
+//! Tests of MIT-mode frames against the documented packing and against the simulated actuator.
 
 use super::{drive, model_ranges, ranges};
 use actuator_model::mit::{Actuator, Shaft};
@@ -6,7 +6,7 @@ use dynamics_core::drive::{MitRanges, Range};
 use joint_io::mit::{ENTER, EXIT, FIELD_BITS, POSITION_BITS, Reply, Setpoint, ZERO};
 use proptest::prelude::*;
 
-/// Every field spans exactly its codes, so that a value is its own code.
+/// Ranges equal to the range of codes, so that every value equals its code.
 fn unit_ranges() -> MitRanges {
     let codes = |bits: u32| Range { min: 0.0, max: f32::from(u16::MAX >> (16 - bits)) };
     let field = codes(FIELD_BITS);

@@ -1,4 +1,4 @@
-//! Duty from torque, bridges and encoders together.
+//! Tests of the joints with H-bridges: duty from torque, bridges and encoders.
 
 use super::encoder::Spi;
 use dynamics_core::control::Sensed;
@@ -140,7 +140,7 @@ impl Bench {
         Self { joints, log, spi, shunt }
     }
 
-    /// A bench whose encoder has been believed, from its first tick on.
+    /// Creates a bench with an encoder that is reliable from the first tick on.
     fn ready() -> Self {
         let mut bench = Self::new();
         assert_eq!(bench.counts().1, JointFaults::NONE);
@@ -157,7 +157,7 @@ impl Bench {
 
 #[test]
 fn duty_is_resistance_and_back_emf_over_supply() {
-    // 1.8 N m / 50 / 0.045 N m/A = 0.8 A; 0.6 ohm of it and 0.045 V s/rad at 100 rad/s: 4.98 V of 24.
+    // 1.8 N m / 50 / 0.045 N m/A = 0.8 A; 0.6 ohm times 0.8 A plus 0.045 V s/rad times 100 rad/s are 4.98 V of 24 V.
     let given = Drive::torque(1.8, 100.0, &drive()).unwrap();
     assert!((given.current - 0.8).abs() < 1e-5, "{given:?}");
     assert!((given.duty - 4.98 / 24.0).abs() < 1e-6, "{given:?}");
@@ -168,7 +168,7 @@ fn duty_is_resistance_and_back_emf_over_supply() {
 fn duty_and_current_stop_at_their_limits() {
     let held = Drive::torque(1000.0, 0.0, &drive()).unwrap();
     assert!(held.saturated && (held.current - 5.0).abs() < 1e-5 && (held.duty - 3.0 / 24.0).abs() < 1e-6, "{held:?}");
-    // At 600 rad/s the back-EMF alone is 27 V: no voltage drives forwards, and the estimate says so.
+    // At 600 rad/s the back-EMF alone is 27 V: no duty drives the motor forwards, and the estimated current is negative.
     let fast = Drive::torque(1.8, 600.0, &drive()).unwrap();
     assert_eq!(fast.duty, 1.0);
     assert!(fast.saturated && fast.current < 0.0, "{fast:?}");
@@ -195,7 +195,7 @@ fn the_motor_holds_before_the_brake_lets_go() {
     assert_eq!(bench.log.take(), wanted);
 }
 
-/// A joint that is disarmed: the brake loses its power while the motor still holds.
+/// During disarming the brake engages while the motor still holds.
 #[test]
 fn the_brake_engages_under_torque_before_the_motor_lets_go() {
     let mut bench = Bench::ready();
@@ -310,7 +310,7 @@ proptest! {
         }
     }
 
-    /// Without saturation, the current that the duty drives is the one that was asked for.
+    /// Without saturation, the duty drives exactly the requested current.
     #[test]
     fn torque_to_duty_and_back_is_the_same_torque(torque in -10.0..10.0_f32, speed in -400.0..400.0_f32) {
         let d = drive();

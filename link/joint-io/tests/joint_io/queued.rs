@@ -1,4 +1,4 @@
-//! Six actuators on one bus, behind a controller with room for three frames out and three in.
+//! Tests with six actuators on one bus, on a controller that holds three frames to send and three received ones.
 
 use super::{drive, model_ranges};
 use actuator_model::bus::Bus;
@@ -16,13 +16,13 @@ use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-/// Frames that the controller holds, either way.
+/// Number of frames that the controller holds in each direction.
 const ROOM: usize = 3;
 
-/// Ticks in which drives come on.
+/// Number of ticks until the drives are on.
 const ENABLING: u32 = 3;
 
-/// A controller and what is at the other end of its wire.
+/// A controller and the bus at the other end of its wire.
 struct Controller {
     bus: Bus,
     out: Vec<Frame>,
@@ -35,7 +35,7 @@ struct Controller {
 struct Fdcan(Rc<RefCell<Controller>>);
 
 impl Fdcan {
-    /// One command on the wire, the lowest identifier first, and its reply; whether there was one.
+    /// Exchanges one command, the one with the lowest identifier, and its reply. Returns false if there was none.
     fn exchange(&self) -> bool {
         let mut it = self.0.borrow_mut();
         let Some(next) = (0..it.out.len()).min_by_key(|&i| it.out[i].id) else { return false };
@@ -95,7 +95,7 @@ struct Bench {
 }
 
 impl Bench {
-    /// Six drives that are on.
+    /// Creates a bench with six drives that are on.
     fn new() -> Self {
         let actuators = (1..=6).map(|id| Actuator::new(id, model_ranges())).collect();
         let (out, received) = (Vec::new(), VecDeque::new());
@@ -107,14 +107,14 @@ impl Bench {
         let mut bench = Self { joints, wire };
         bench.joints.safe(SafeAction::Off);
         bench.pass(true);
-        // Enabled, probed, shown to be on.
+        // The drives are enabled and probed, and confirm that they are on.
         for _ in 0..ENABLING {
             bench.tick(0.0, true);
         }
         bench
     }
 
-    /// The wire's part of a tick, with the controller's interrupts or without.
+    /// Exchanges all frames of a tick, with or without the controller's interrupts.
     fn pass(&mut self, interrupts: bool) {
         while self.wire.exchange() {
             if interrupts {
@@ -163,7 +163,7 @@ fn a_torque_that_still_waits_is_never_sent_after_the_next_ticks() {
     let mut bench = Bench::new();
     bench.joints.measure();
     bench.joints.drive(&[5.0; 6], None);
-    // One is sent, and the next tick comes: five wait, of which three in the controller.
+    // One frame is sent before the next tick: five wait, three of them in the controller.
     assert!(bench.wire.exchange());
     bench.joints.interrupt();
     bench.tick(-5.0, true);
@@ -178,7 +178,7 @@ fn replies_that_the_controller_loses_are_told() {
     let mut bench = Bench::new();
     bench.joints.measure();
     bench.joints.drive(&[0.0; 6], None);
-    // Strangers fill the receiver.
+    // Foreign frames fill the receiver.
     let stranger = Frame::standard(0x123, vec![0; 8]);
     bench.wire.0.borrow_mut().received.extend([stranger.clone(), stranger.clone(), stranger]);
     assert!(bench.wire.exchange());
@@ -212,7 +212,7 @@ fn a_bus_that_is_not_there_takes_nothing() {
     assert_eq!(joints.measure().unwrap().age_ticks, [u32::MAX; 2]);
 }
 
-/// A controller that takes one frame, and pushes it out for the next.
+/// A controller that holds one frame and displaces it for the next one.
 struct Pushing(Option<Frame>);
 
 impl Can for Pushing {
@@ -243,13 +243,13 @@ fn a_frame_that_was_pushed_out_of_its_mailbox_or_dropped_from_the_queue_counts_a
         CanJoints::new((Pushing(None), NoBus, NoBus), NoPin, three);
     joints.safe(SafeAction::Off);
     assert_eq!(joints.joint_counts().map(|counts| counts.unsent), [0, 1, 1]);
-    // The same where the queue hands frames on; and those that the next tick abandons.
+    // The same if the queue passes frames to the controller; and frames that the next tick drops.
     let mut bench = Bench::new();
     bench.joints.measure();
     bench.joints.drive(&[1.0; 6], None);
     bench.joints.drive(&[2.0; 6], None);
     bench.pass(true);
     bench.joints.measure();
-    // Three were in the controller, whose own are not known.
+    // Three were in the controller, which does not report its dropped frames.
     assert_eq!(bench.joints.joint_counts().map(|counts| counts.unsent), [1, 1, 1, 0, 0, 0]);
 }

@@ -1,4 +1,4 @@
-//! Changes of live inputs and parameters: between ticks where no torque acts, else by the tick that has computed their
+//! Changes of live inputs and parameters. While no torque acts, they are made between ticks; otherwise by the tick that has computed their
 //! effect.
 
 use super::waiting::{Change, Changed};
@@ -10,7 +10,7 @@ use dynamics_core::safety::SafetyConfiguration as _;
 use dynamics_core::scene::Live;
 use link::{Pacing, Refusal, Setting, Value};
 
-/// Share of a joint's torque limit that its torque may change by at once where no torque rate is given.
+/// Largest permitted jump of a joint's torque as a share of its torque limit, if no torque rate is given.
 pub const JUMP: f32 = 0.02;
 
 impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A, B> {
@@ -25,7 +25,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         Ok(Outcome::None)
     }
 
-    /// Make a change at once where no torque acts, else in the next tick; returns whether it is made already.
+    /// Makes a change at once if no torque acts, otherwise in the next tick. Returns true if it is made already.
     fn change(&mut self, change: Change<N>) -> Result<bool, Refusal> {
         // While arming, torque may act on engaged brakes, and the brakes are about to open.
         let state = self.supervisor.state();
@@ -62,13 +62,13 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         let tunable = self.is_tunable();
         let payload = &self.safety.rules().payload;
         parameters::check(setting, self.safety.get(), self.controller.live(), payload, tunable)?;
-        // The reference of an arm that is led is where it is, of any other the trajectory's.
+        // A hand-guided arm's reference is its own position, that of any other arm comes from the trajectory: no switching during a motion.
         if setting.index == parameters::LAW && self.supervisor.runs_or_stops() {
             return Err(Refusal::Running);
         }
         Ok(match self.change(Change::Parameter(setting))? {
             true => Outcome::Value(self.value(setting.index)?),
-            // Answered by the tick that makes it.
+            // The tick that makes the change answers it.
             false => Outcome::None,
         })
     }
@@ -77,7 +77,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         self.tunable && self.controller.config_mut().is_some()
     }
 
-    /// Make a change that waited, or refuse it.
+    /// Makes a change that has waited, or refuses it if the torque of joint `jumps` would jump.
     #[cold]
     pub(super) fn settle(&mut self, change: &Change<N>, jumps: Option<u8>) {
         let changed = match jumps {
@@ -91,7 +91,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
             }
         };
         if let Some(changed) = changed {
-            // There is room: a change is taken only while there is.
+            // There is capacity: otherwise the change would not have been accepted.
             self.changed.push_back(changed).ok();
         }
     }
@@ -100,8 +100,8 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
 /// Torques, and the limits that acted.
 pub(super) type Torques<const N: usize> = ([f32; N], [LimitFlags; N]);
 
-/// The first joint whose torque would change at once by more than it may, if there is one. Where a limit holds only one
-/// of both answers, their torques do not show the true difference.
+/// Returns the first joint for which a change would make the torque jump by more than permitted, if there is one. It also counts as a jump if a
+/// limit acts on only one of both answers, because the limited torque hides the true difference.
 #[cold]
 pub(super) fn jump<const N: usize>(
     ask: &TorqueRequest<'_, f32, N>,

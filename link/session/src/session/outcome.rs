@@ -6,13 +6,13 @@ use link::{Answer, Frame, Hello, Pacing, Refusal, Value};
 #[derive(Clone, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "made and taken apart at once, where there is nothing to allocate from")]
 pub enum Reaction {
-    /// Nothing: it was taken.
+    /// Nothing to do: the frame was accepted.
     None,
-    /// Send these, in order; ticks stop until the next agreed hello.
+    /// Send these frames, in order; ticks stop until the next matching hello.
     Stop(Frame, Frame),
-    /// Send this.
+    /// Send this frame.
     Reply(Frame),
-    /// Start pacing like this, and send this hello.
+    /// Start ticks with this pacing, and send this hello.
     Start(Pacing, Frame),
     /// Send this hello: the live session goes on.
     Resume(Frame),
@@ -20,32 +20,32 @@ pub enum Reaction {
     Tick,
 }
 
-/// The same, small enough to be handed out of a lock.
+/// Effect of a received frame, as [`Reaction`] but without frames: small enough to be copied out of a lock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outcome {
-    /// Nothing: it was taken.
+    /// Nothing to do: the frame was accepted.
     None,
-    /// It was not taken.
+    /// The frame was refused.
     Refused(Refusal),
     /// A parameter's value.
     Value(Value),
     /// The verdict on a request.
     Answer(Answer),
-    /// A host's hello: no tick runs until [`Session::forget_controller`](super::Session::forget_controller),
+    /// A host's hello: no tick runs until the caller has called [`Session::forget_controller`](super::Session::forget_controller),
     /// [`Session::forget_arm`](super::Session::forget_arm) and [`Session::begin`](super::Session::begin).
     Hello(Hello),
-    /// Start pacing as this hello says.
+    /// Start ticks with the pacing of this hello.
     Start(Hello),
-    /// The live session goes on, for the host that sent this hello.
+    /// The live session goes on for the host that sent this hello.
     Resume(Hello),
-    /// Ticks stop until the next agreed hello; this is the own one, and why.
+    /// Ticks stop until the next matching hello; holds the session's own hello and the reason.
     Stop(Hello, Refusal),
     /// Run one tick now.
     Tick,
 }
 
 impl Outcome {
-    /// With the frames to send.
+    /// Converts to a reaction with the frames to send.
     #[must_use]
     pub fn reaction(self) -> Reaction {
         match self {

@@ -1,6 +1,6 @@
-//! Frames in.
+//! Received frames.
 //!
-//! A frame is read before the session is locked, so that a tick waits for its effect alone.
+//! A frame is converted before the session is locked, so that a tick only has to wait while its effect is applied.
 
 use super::outcome::{Outcome, Reaction};
 use super::requests::{Arrived, Requests};
@@ -21,7 +21,7 @@ pub struct Message<const N: usize> {
     said: FrameContent<N>,
 }
 
-/// Content of a frame, as far as it can be read.
+/// Content of a frame, converted as far as possible.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "made and taken apart at once, where there is nothing to allocate from")]
 enum FrameContent<const N: usize> {
@@ -29,13 +29,13 @@ enum FrameContent<const N: usize> {
     Measurement(u32, Result<Measurement<f32, N>, Refusal>),
     Live(Result<Live<f32, N>, Refusal>),
     Reference(Result<Reference<f32, N>, Refusal>),
-    /// A point, so many ticks behind the one before, and the way to it.
+    /// Ticks since the previous point, the point, and the segment to it.
     Point(u16, Result<Reference<f32, N>, Refusal>, Option<Segment<N>>),
     Other(Frame),
 }
 
 impl<const N: usize> Message<N> {
-    /// Read a frame, or the error in its place.
+    /// Converts a frame, or the error that came instead of one.
     #[must_use]
     pub fn new(received: Result<Received, DecodeError>) -> Self {
         let Received { frame, missed } = match received {
@@ -60,13 +60,13 @@ impl<const N: usize> Message<N> {
         Self { missed, said }
     }
 
-    /// True if it is a point that goes on from another: it wants the way from there.
+    /// True for a point that follows another: it needs the segment from there ([`Message::find_way`]).
     #[must_use]
     pub fn goes_on(&self) -> bool {
         matches!(self.said, FrameContent::Point(1.., Ok(_), _))
     }
 
-    /// Work out the way to a point from the start that [`Session::way_from`] gave.
+    /// Computes the segment to a point from the start that [`Session::way_from`] returned.
     pub fn find_way(&mut self, from: Option<(Reference<f32, N>, f32)>) {
         if let (FrameContent::Point(ticks, Ok(point), way), Some((last, period))) = (&mut self.said, from) {
             *way = Segment::new(&last, point, *ticks, period);
@@ -75,7 +75,7 @@ impl<const N: usize> Message<N> {
 }
 
 impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A, B> {
-    /// Take the link's received frame, or its error, all at once: for who has no lock.
+    /// Takes a received frame, or its error, in one call. For single-threaded callers, which need no lock.
     pub fn receive(&mut self, received: Result<Received, DecodeError>) -> Reaction {
         let mut message = Message::new(received);
         if message.goes_on() {
@@ -92,20 +92,21 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         outcome.reaction()
     }
 
-    /// Start of the next way of the trajectory, and the control period, s.
+    /// Returns the start of the next segment of the trajectory, and the control period, s; `None` if there is no start.
     pub fn way_from(&self) -> Option<(Reference<f32, N>, f32)> {
         self.buffers.borrow().trajectory.last().map(|last| (*last, self.supervisor.period()))
     }
 
-    /// Take a message. A tick since [`Session::way_from`] can only have ended the trajectory, and then the point is refused.
+    /// Takes a message. If a tick has ended the trajectory since [`Session::way_from`], the point is refused; a tick can change nothing else that
+    /// matters to the segment.
     pub fn take(&mut self, message: &Message<N>) -> Outcome {
         let Message { missed, said } = message;
         if let FrameContent::Undecodable(error) = said {
             return Outcome::Refused(Refusal::Undecodable(*error));
         }
-        // Those that were lost before it are behind the host as well.
+        // Lost packets count too: the host has sent them.
         self.taken = self.taken.wrapping_add(1).wrapping_add(*missed as u16);
-        // Even if packets were lost before it: a stop must not wait for the host to notice.
+        // A stop is accepted even after lost packets: it must not wait until the host notices the loss.
         let stops = matches!(
             said,
             FrameContent::Other(Frame::Request(NumberedRequest { request: Request::Hold | Request::Stop, .. }))
@@ -141,8 +142,8 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         outcome.unwrap_or_else(Outcome::Refused)
     }
 
-    /// Takes a host's hello. While the arm is driven, the hello that the session has begun with lets it go on, and no other counts: an arm that
-    /// is held or lowered must not fall because its host has come back.
+    /// Takes a host's hello. While the arm is driven, only the hello that began the session is accepted, and it continues the session: an arm
+    /// that is held or lowered must not fall because its host has reconnected.
     #[cold]
     #[inline(never)]
     fn greeted(&mut self, theirs: Hello) -> Outcome {
@@ -161,7 +162,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         Outcome::Hello(theirs)
     }
 
-    /// Forgets the previous host, and nothing of the arm.
+    /// Deletes the state of the previous host, and none of the arm's.
     fn resume(&mut self) {
         (self.taken, self.requests, self.foreign) = (0, Requests::NONE, 0);
         (self.change, self.past, self.watch, self.until, self.unsaid) = (None, None, QUIET, 0, false);
@@ -178,7 +179,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         Ok(Outcome::None)
     }
 
-    /// A frame that has a meaning only under supervision.
+    /// Takes a frame that is valid only under supervision.
     fn supervised(&mut self, pacing: Pacing, frame: &Frame) -> Result<Outcome, Refusal> {
         match frame {
             Frame::Alive => {}
@@ -202,9 +203,9 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         Ok(Outcome::None)
     }
 
-    /// Take a request for the next tick, or answer it.
+    /// Queues a request for the next tick, or answers it at once.
     fn request(&mut self, request: NumberedRequest) -> Outcome {
-        // After a change of host the supervisor may hold a stop that no request here stands for.
+        // After a change of host the supervisor may hold a request that stops the arm and is not in `requests`.
         let stronger = |asked: safety::Request| {
             let waiting = self.supervisor.inputs().request.filter(|_| !self.requests.is_waiting());
             waiting.is_some_and(|waiting| waiting.rank() >= asked.rank())

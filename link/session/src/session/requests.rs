@@ -1,9 +1,9 @@
-//! Requests between two ticks: their ranks, their numbers, and the verdicts that are sent.
+//! Requests that arrive between two ticks: ranks, numbers and verdicts.
 
 use dynamics_core::safety::{Refusal, Request};
 use link::{Answer, Denial, NumberedRequest, Verdict};
 
-/// Requests that are remembered with their verdicts.
+/// Number of requests that are remembered with their verdicts.
 pub(super) const REMEMBERED: usize = 8;
 
 /// A request and its verdict.
@@ -12,7 +12,7 @@ struct Entry {
     request: NumberedRequest,
     /// `None` while the request waits for its tick.
     verdict: Option<Verdict>,
-    /// The verdict is still to be sent.
+    /// True if the verdict is still to be sent.
     unsent: bool,
 }
 
@@ -20,11 +20,11 @@ struct Entry {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Requests {
     ring: [Option<Entry>; REMEMBERED],
-    /// Place of the next entry.
+    /// Index of the next entry.
     next: usize,
-    /// Place of the request that waits.
+    /// Index of the request that waits.
     waiting: Option<usize>,
-    /// Some entry is unsent.
+    /// True if an entry may be unsent.
     unsent: bool,
 }
 
@@ -32,9 +32,9 @@ pub(super) struct Requests {
 pub(super) enum Arrived {
     /// Send this answer.
     Answered(Answer),
-    /// Nothing yet: it waits already.
+    /// Nothing to do yet: the request is waiting already.
     Waits,
-    /// It is the strongest request of the next tick.
+    /// The request has the highest rank so far and waits for the next tick.
     New,
 }
 
@@ -48,7 +48,7 @@ const fn rank(request: NumberedRequest) -> u8 {
 impl Requests {
     pub(super) const NONE: Self = Self { ring: [None; REMEMBERED], next: 0, waiting: None, unsent: false };
 
-    /// Take a request. One of the last eight, number and kind, is the same one that was sent again. Of different ones for one tick the
+    /// Takes a request. If its number and kind equal one of the last eight, it is a repetition. Of several requests for one tick the one of
     /// highest rank wins, and the first among equals.
     pub(super) fn take(&mut self, request: NumberedRequest) -> Arrived {
         if let Some(answer) = self.known(request) {
@@ -70,7 +70,7 @@ impl Requests {
         }
     }
 
-    /// Take a request that is judged at once.
+    /// Takes a request that is decided at once.
     pub(super) fn judge(&mut self, request: NumberedRequest, verdict: impl FnOnce() -> Verdict) -> Arrived {
         self.known(request).unwrap_or_else(|| {
             let verdict = verdict();
@@ -79,7 +79,7 @@ impl Requests {
         })
     }
 
-    /// The answer to a request that was there before.
+    /// Returns the answer to a request that has been received before.
     fn known(&mut self, request: NumberedRequest) -> Option<Arrived> {
         let entry = self.ring.iter_mut().flatten().find(|entry| entry.request == request)?;
         Some(match entry.verdict {
@@ -91,9 +91,9 @@ impl Requests {
         })
     }
 
-    /// Write an entry over the oldest one, except one that waits or is still to be answered; returns its place.
+    /// Overwrites the oldest entry that neither waits nor is still to be answered; returns its index.
     fn remember(&mut self, request: NumberedRequest, verdict: Option<Verdict>) -> usize {
-        // The oldest that has been answered; if none has, the oldest that does not wait.
+        // The oldest answered entry; if there is none, the oldest that does not wait.
         let waits = |place: usize| self.waiting == Some(place);
         let unsent = |place: usize| matches!(self.ring.get(place), Some(Some(entry)) if entry.unsent);
         let places = || (0..REMEMBERED).map(|offset| (self.next + offset) % REMEMBERED);
@@ -113,7 +113,7 @@ impl Requests {
         self.waiting.is_some()
     }
 
-    /// The tick has judged the request that waited: it is returned, with its verdict still to be sent.
+    /// Stores the tick's verdict on the request that waited, to be sent later. Returns that request.
     #[cold]
     pub(super) fn settle(&mut self, refused: Option<Refusal>) -> Option<link::Request> {
         let place = self.waiting.take()?;
@@ -123,14 +123,14 @@ impl Requests {
         Some(entry.request.request)
     }
 
-    /// True if the request that waits must not meet a change that waits for the same tick: all but stop, hold and disarm.
+    /// True if the waiting request must not be decided in the same tick as a waiting change: all but stop, hold and disarm.
     #[cold]
     pub(super) fn yields(&self) -> bool {
         let entry = self.waiting.and_then(|place| self.ring.get(place)).and_then(Option::as_ref);
         entry.is_some_and(|entry| rank(entry.request) < Request::Disarm.rank())
     }
 
-    /// The next answer to be sent, the oldest first.
+    /// Returns the next answer to be sent, the oldest first.
     pub(super) fn say(&mut self) -> Option<Answer> {
         if !self.unsent {
             return None;

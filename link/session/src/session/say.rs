@@ -1,4 +1,4 @@
-//! Reports out.
+//! Reports to be sent.
 
 use super::{Buffers, Session};
 use crate::black_box::{LiveContext, Report};
@@ -8,9 +8,9 @@ use dynamics_core::safety;
 use link::{Frame, Parts};
 
 impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A, B> {
-    /// Next report to be sent; `None` when there are no more. It only copies: the frame is made outside the lock.
+    /// Returns the next report to be sent; `None` if there are no more. It only copies: the frame is made outside the lock.
     ///
-    /// The black box comes after all other reports.
+    /// The ticks of the black box are sent after all other reports.
     pub fn say(&mut self) -> Option<Report<N>> {
         if let Some(answer) = self.answer.take() {
             return Some(Report::Answer(answer));
@@ -35,7 +35,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         Some(Report::Past(past))
     }
 
-    /// True if the black box is being sent: [`Session::say`] has more to say without another tick.
+    /// True if the black box is being sent: [`Session::say`] has more reports without another tick.
     #[must_use]
     pub fn dumps(&self) -> bool {
         self.past.is_some()
@@ -52,7 +52,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         }
     }
 
-    /// The parts of the last tick that are to be reported, if any are.
+    /// Returns the parts of the last tick to report, if a report is due.
     fn is_due(&mut self) -> Option<Parts> {
         match self.watch.every {
             0 => None,

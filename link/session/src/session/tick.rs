@@ -1,4 +1,4 @@
-//! One tick, on the bench or under supervision.
+//! One tick, in a bench mode or under supervision.
 
 use super::change::{Torques, jump};
 use super::waiting::Change;
@@ -9,26 +9,26 @@ use dynamics_core::control::{ArmBuild, Controller, ControllerConfig, Fault, Limi
 use dynamics_core::safety::{self, Actuation, SafeAction};
 use link::{Cost, Frame, Pacing, TickCost};
 
-/// Order of a tick to the drives.
+/// Command of a tick to the drives.
 #[derive(Clone, Copy, Debug, PartialEq)]
-// A tag of a word: behind a byte, copies of the rest start at odd addresses, at three times the instructions.
+// The tag is a whole word: after a one-byte tag, copies of the rest would start at odd addresses and need three times the instructions.
 #[repr(u32)]
 pub enum Drives<const N: usize> {
-    /// These torques or forces, N m or N.
+    /// Apply these torques or forces, N m or N.
     Drive([f32; N]),
-    /// The safe action.
+    /// Perform the safe action.
     Safe(SafeAction),
-    /// Switch the drives on, without torque, brakes engaged; meanwhile a drive that is on does this.
+    /// Switch the drives on, without torque and with brakes engaged; drives that are already on perform this action.
     Enable(SafeAction),
-    /// These torques or forces, N m or N, brakes engaged.
+    /// Apply these torques or forces, N m or N, with brakes engaged.
     Preload([f32; N]),
 }
 
 impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A, B> {
-    /// Run one tick, and return the order to the drives. Its report waits in [`Session::say`].
+    /// Runs one tick and returns the command to the drives. [`Session::say`] then returns its report.
     ///
-    /// The bench's cost is that of the controller alone. Nothing is reported while the session waits, or while the
-    /// timer already runs on the bench but reference or measurement has not come yet.
+    /// In bench modes the reported cost is that of the controller alone. Nothing is reported while the session waits for a hello, or in a bench
+    /// mode before the first reference and measurement.
     #[inline]
     pub fn tick<M: Counter>(&mut self, meter: &Meter<M>) -> Drives<N> {
         let safe = Drives::Safe(self.safe_action());
@@ -49,12 +49,12 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         safe
     }
 
-    /// A tick under supervision. The black box's place for it is where it is computed.
+    /// Runs a tick under supervision. Its output is computed in place, in its record of the black box.
     #[inline]
     fn supervise<M: Counter>(&mut self, pacing: Pacing, meter: &Meter<M>) -> Drives<N> {
-        // Nearly every tick has none, and taking it would copy all of it.
+        // Nearly every tick has no change, and `take` would copy all of the option.
         let change = if self.change.is_some() { self.change.take() } else { None };
-        // The change is settled first. A request that it could falsify is not judged in the same tick.
+        // The change is made first. A request that it could invalidate is rejected in this tick.
         let yields = change.is_some() && self.requests.yields();
         if yields {
             self.supervisor.withdraw();
@@ -96,7 +96,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
             let refused = if yields { Some(safety::Refusal::ChangePending) } else { record.output.refused };
             record.output.refused = refused;
             let asked = self.requests.settle(refused);
-            // Cleared by a host that has read it all: the black box goes on.
+            // The host has cleared the fault after reading all of it: recording resumes.
             if asked == Some(link::Request::Clear) && refused.is_none() && black_box.is_read() {
                 black_box.release();
             }
@@ -109,7 +109,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
     }
 }
 
-/// Answer that the controller would give after a change. Out of line: nearly every tick does without a second controller on the stack.
+/// Computes the controller's answer after a change. Not inlined, so that only a tick with a change has a second controller on the stack.
 #[cold]
 #[inline(never)]
 fn tried<const N: usize, A: ArmBuild<f32, N>>(
@@ -123,8 +123,8 @@ fn tried<const N: usize, A: ArmBuild<f32, N>>(
     trial.answer(ask, &mut torque, &mut limits).map(|()| (torque, limits))
 }
 
-/// The first torques of an arm that is armed, at rest and where it should be: they hold the arm. A joint whose torque limit acts
-/// cannot. What was told while no torque acted has jumped from nothing, and this is where it is judged.
+/// Checks that the first torques after arming can hold the arm: a joint that needs more than its torque limit cannot. Live inputs and parameters
+/// that were changed while no torque acted were not checked for jumps; this check covers them.
 #[cold]
 fn bearable<const N: usize>(torque: &[f32; N], config: &ControllerConfig<f32, N>) -> Result<(), Fault> {
     let over = |i: usize| torque[i].is_finite() && torque[i].abs() > config.limits[i].torque;

@@ -1,4 +1,4 @@
-//! Changes of live inputs and parameters that wait for a tick, and its answers.
+//! Changes of live inputs and parameters that wait for a tick, and the answers to them.
 
 use crate::parameters;
 use dynamics_core::control::{ArmBuild, Controller};
@@ -12,7 +12,7 @@ pub(super) enum Change<const N: usize> {
     Parameter(Setting),
 }
 
-/// Answer of a tick that has settled a change.
+/// Answer of a tick that has made or refused a change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Changed {
     Value(Value),

@@ -1,4 +1,4 @@
-//! The session on the bench, from outside: frames in, ticks and frames out.
+//! Tests of the session in bench modes, through its interface: frames in, ticks and frames out.
 
 use super::{Build, Looks, OWN, UnitMasses, config, protected};
 use dynamics_core::control::{Controller, Measurement, Reference, Sensed};
@@ -164,7 +164,7 @@ fn whatever_cannot_be_used_is_refused_by_name_and_changes_nothing() {
     assert!(matches!(bench.tick(), Some(Frame::Command(_))));
 }
 
-/// The torques of one tick at rest on a reference that asks for an acceleration of 1.
+/// Torques of one tick at rest, with a reference acceleration of 1.
 fn torques(bench: &mut Bench) -> Vec<f32> {
     bench.receive(reference(1.0));
     assert_eq!(bench.receive(measurement(1, 0.0)), Reaction::Tick);

@@ -1,4 +1,4 @@
-//! Edges between host and board: requests and changes of one tick, what outlives a fault, readings that are missing.
+//! Tests of edge cases between host and board: several requests and changes in one tick, state that is kept after a fault, missing readings.
 
 #![allow(clippy::float_cmp, reason = "a torque that does not act is zero to the bit")]
 
@@ -28,7 +28,7 @@ const fn rank(request: Request) -> u8 {
     }
 }
 
-/// A situation from which requests collide: its name, and how an arm comes into it.
+/// A situation in which several requests arrive in one tick: its name, and a function that creates an arm in it.
 type Situation = (&'static str, fn() -> Arm);
 
 fn situations() -> [Situation; 4] {
@@ -66,7 +66,7 @@ fn collide(mut arm: Arm, requests: &[Request]) -> (safety::State, Vec<Verdict>) 
         _ => None,
     }));
     let state = arm.state();
-    // Nothing is answered a second time.
+    // No request is answered twice.
     arm.tick();
     assert!(!arm.said().iter().any(|frame| matches!(frame, Frame::Answer(_))), "{requests:?}");
     let verdicts = (1..=requests.len()).map(|at| {
@@ -80,9 +80,9 @@ fn collide(mut arm: Arm, requests: &[Request]) -> (safety::State, Vec<Verdict>) 
     (state, verdicts.collect())
 }
 
-/// The strongest of several requests acts as if it were alone, and every other one is superseded.
+/// The request of highest rank acts as if it were the only one, and every other one is superseded.
 fn the_strongest_wins(name: &str, start: fn() -> Arm, requests: &[Request]) {
-    // The first among equals; `max_by_key` takes the last.
+    // The first among equals: `max_by_key` returns the last, so the order is reversed.
     let strongest = (0..requests.len()).rev().max_by_key(|&i| rank(requests[i])).unwrap();
     let (state, verdicts) = collide(start(), requests);
     let (alone, verdict) = collide(start(), &[requests[strongest]]);
@@ -108,7 +108,7 @@ fn of_all_pairs_and_triples_of_requests_in_one_tick_the_strongest_acts_and_each_
         }
     }
     assert_eq!(cases, 4 * 9 * 9 * 9);
-    // What the ranks are for.
+    // The purpose of the ranks: a hold wins over a run.
     let (state, verdicts) = collide(Arm::running(), &[Request::Hold, Request::Run]);
     assert_eq!((state, verdicts[0]), (safety::State::Holding(HoldCause::Requested), Verdict::Accepted));
 }
@@ -129,7 +129,7 @@ fn a_request_that_is_sent_again_acts_once_and_gets_the_same_answer() {
         arm.tick();
         assert_eq!(arm.state(), safety::State::Holding(HoldCause::Requested));
     }
-    // Run, and then the old hold comes out of some queue: it is the same one, and the arm goes on.
+    // The arm runs again, then the old hold arrives late from some queue: it is a repetition, and the arm goes on.
     let mut arm = Arm::running();
     arm.receive(hold.clone());
     for _ in 0..60 {
@@ -151,7 +151,7 @@ fn torque(drives: Drives<2>) -> [f32; 2] {
     }
 }
 
-/// A reference 0.4 rad away is no jump for an arm that is guided by hand, and 40 N m for one that follows it.
+/// A reference 0.4 rad away makes no difference to a hand-guided arm, but means 40 N m for an arm that follows it.
 #[test]
 fn a_change_of_law_and_a_request_in_one_tick_never_make_torque_jump() {
     for requests in ALL.iter().filter(|request| **request != Request::Stop) {
@@ -246,7 +246,7 @@ fn the_black_box_of_a_fault_survives_the_hello_of_somebody_who_comes_to_look() {
     }
     let status = arm.watched();
     assert!(status.kept && status.state == StateCode::Idle, "{status:?}");
-    // Nobody has read it: it is not released.
+    // The black box has not been read: it is not released.
     let (_, verdicts) = collide_one(&mut arm, Request::Release);
     assert!(matches!(verdicts, Verdict::Rejected(denial) if denial.code == 14), "{verdicts:?}");
     let kept = past(&mut arm);
@@ -273,9 +273,9 @@ fn collide_one(arm: &mut Arm, request: Request) -> (safety::State, Verdict) {
     (arm.state(), answer.or(later).unwrap().verdict)
 }
 
-/// Torques along a motion at 2 rad/s that an encoder reports, with so many readings missing.
+/// Torques along a motion at 2 rad/s that an encoder measures, with `missing` readings missing.
 fn torques_with_missing_readings(missing: i32) -> Vec<f32> {
-    // 0.1 mrad a count; bandwidth 500 rad/s at 500 Hz.
+    // 0.1 mrad per count; bandwidth 500 rad/s at 500 Hz.
     let (pole, h, speed) = ((-1.0_f32).exp(), 0.002, 2.0);
     let control = ControllerConfig {
         encoder: [Encoder { zero: 0, per_count: 1e-4 }; 2],
@@ -339,7 +339,7 @@ fn torques_with_missing_readings(missing: i32) -> Vec<f32> {
     torques
 }
 
-/// From rest to `v` and 0.2 rad in 100 ticks, then on.
+/// Position that goes from rest to 0.2 rad and velocity `v` in 100 ticks, then continues at `v`.
 fn quintic(k: i32, h: f32, v: f32) -> f32 {
     if k >= 100 {
         return 0.2 + v * h * (k - 100) as f32;
@@ -384,7 +384,7 @@ fn no_trajectory_outlives_a_fault_a_disarming_or_a_homing() {
         for request in [Request::Home, Request::Confirm, Request::Arm, Request::Run] {
             arm.asked(request);
         }
-        // Nobody has sent a point since.
+        // No point has been sent since.
         assert_eq!(arm.state(), safety::State::Armed, "{name}");
     }
 }
@@ -401,7 +401,7 @@ fn an_arm_that_is_armed_beyond_its_limit_stays_where_it_is_and_may_be_moved_inwa
     for _ in 0..50 {
         assert_eq!(torque(arm.tick()), [0.0; 2]);
     }
-    // Outward is out of the question.
+    // A motion further outward is rejected.
     arm.point(0, arm.q);
     arm.point(100, [3.09, 0.2]);
     arm.asked(Request::Run);
@@ -409,7 +409,7 @@ fn an_arm_that_is_armed_beyond_its_limit_stays_where_it_is_and_may_be_moved_inwa
         let drives = arm.follow();
         assert!(arm.q[0] <= 3.0801 && matches!(drives, Drives::Drive(_)), "{:?}", arm.q);
     }
-    // Inward is followed.
+    // A motion inward is followed.
     let mut arm = Arm::live();
     arm.q = [3.08, 0.2];
     arm.tick();
@@ -427,7 +427,7 @@ fn an_arm_that_is_armed_beyond_its_limit_stays_where_it_is_and_may_be_moved_inwa
     assert!((arm.q[0] - 2.9).abs() < 0.01, "{:?}", arm.q);
 }
 
-/// The scene's payload is live: the arm is not armed before the payload has been sent.
+/// The scene's payload is live: arming is rejected until the payload has been sent.
 #[test]
 fn an_arm_with_live_inputs_is_not_armed_before_they_came() {
     let mut session_rules = protected();

@@ -1,4 +1,4 @@
-//! A hello and a fault that meet: in every order the black box keeps the fault, and the ticks around it.
+//! Tests of a hello and a fault at nearly the same time: in every order the black box keeps the fault and the ticks around it.
 
 use super::OWN;
 use super::supervised::Arm;
@@ -22,7 +22,7 @@ fn hello(arm: &mut Arm, pacing: Pacing) {
     arm.receive(Frame::Hello(Hello { pacing, ..OWN }));
 }
 
-/// A hello of a host that has another robot's files: the session ends.
+/// Sends the hello of a host with another robot's files: the session ends.
 fn stranger(arm: &mut Arm) {
     arm.receive(Frame::Hello(Hello { robot: 8, ..OWN }));
 }
@@ -43,7 +43,7 @@ fn past(arm: &mut Arm) -> Vec<Status> {
     past.collect()
 }
 
-/// Something happens that is a fault in the next tick, and is gone after it.
+/// An event that causes a fault in the next tick and ends after it: name, fault, start and end.
 type Happens = (&'static str, Fault, fn(&mut Arm), fn(&mut Arm));
 
 const FAULTS: [Happens; 4] = [
@@ -63,7 +63,7 @@ const FAULTS: [Happens; 4] = [
     ("an overrun", Fault::Overrun, |arm| arm.session.overrun(), |_| {}),
 ];
 
-/// The fault is kept, with so many ticks after it, and with ticks in motion up to it. Read, it is released.
+/// Checks that the fault is kept, with `after` ticks after it and with ticks in motion before it, and that it can be released after reading.
 fn keeps(arm: &mut Arm, fault: Fault, after: u32, name: &str) {
     let status = arm.watched();
     assert!(status.kept, "{name}: it is not kept");
@@ -82,7 +82,7 @@ fn keeps(arm: &mut Arm, fault: Fault, after: u32, name: &str) {
 fn a_hello_in_the_tick_of_a_fault_or_in_those_after_it_keeps_the_fault_and_its_ticks() {
     for (name, fault, happens, passes) in FAULTS {
         for after in 0..=12 {
-            // One hello; two in a row; a second one some ticks later, which may be before the black box has stopped.
+            // One hello; two in a row; or a second one some ticks later, possibly before the black box has stopped.
             for second in [None, Some(0), Some(1), Some(2), Some(7)] {
                 let mut arm = long_running();
                 happens(&mut arm);
@@ -120,7 +120,7 @@ fn a_fault_is_kept_through_a_session_without_the_machine_and_through_a_stranger_
     }
 }
 
-/// A hello comes before the tick that judges this: the session goes on, and keeps the ticks before it.
+/// A hello arrives before the tick that raises the fault: the session goes on and keeps the ticks before it.
 #[test]
 fn a_hello_before_the_tick_of_a_fault_keeps_the_ticks_before_it() {
     for hellos in 1..=2 {
@@ -135,7 +135,7 @@ fn a_hello_before_the_tick_of_a_fault_keeps_the_ticks_before_it() {
     }
 }
 
-/// The last tick of a live session was late, and a hello comes before the tick that would have said so.
+/// The last tick of a live session was late, and a hello arrives before the tick that would have raised the fault.
 #[test]
 fn a_late_tick_before_a_hello_is_a_fault_of_the_new_session_with_the_ticks_before_it() {
     for hellos in 1..=2 {
@@ -149,7 +149,7 @@ fn a_late_tick_before_a_hello_is_a_fault_of_the_new_session_with_the_ticks_befor
         ticks(&mut arm, 60);
         keeps(&mut arm, Fault::Overrun, u32::from(TICKS_AFTER), "late");
     }
-    // On the bench the controller has said it already.
+    // In a bench mode the controller reports the fault itself.
     let mut arm = Arm::live();
     hello(&mut arm, Pacing::Timer);
     arm.session.overrun();
@@ -158,7 +158,7 @@ fn a_late_tick_before_a_hello_is_a_fault_of_the_new_session_with_the_ticks_befor
     assert_eq!(arm.state(), safety::State::Idle);
 }
 
-/// A fault that a host has read and released is not kept again, though the places of the ring still hold it.
+/// A fault that a host has read and released is not kept again, although the ring still holds its ticks.
 #[test]
 fn a_hello_does_not_bring_back_a_fault_that_was_released() {
     for hellos in 1..=2 {

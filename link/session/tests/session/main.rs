@@ -1,4 +1,4 @@
-//! The session from outside: frames in, ticks and frames out, on the bench and under supervision.
+//! Tests of the session through its interface: frames in, ticks and frames out, in bench modes and under supervision.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 mod bench;
@@ -18,7 +18,7 @@ use link::{Cost, Hello, Pacing};
 use newtau_session::meter::Counter;
 use std::cell::Cell;
 
-/// Two unit masses on unit gears, nothing between them, rotors that are live, and a force on the first: `tau = (1 + rotor) qdd - f`.
+/// Two uncoupled unit masses on unit gears with live rotor inertias, and an external force on the first: `tau = (1 + rotor) qdd - f`.
 #[derive(Clone)]
 struct UnitMasses;
 
@@ -36,7 +36,7 @@ impl InverseDynamics<f32, 2> for UnitMasses {
     }
 }
 
-/// Counts one for each look, and ten for the exercise.
+/// A counter that advances by 1 at each reading and by 10 at each exercise.
 struct Looks(Cell<u32>);
 
 impl Counter for Looks {
@@ -76,8 +76,7 @@ fn config() -> ControllerConfig<f32, 2> {
     }
 }
 
-/// The safety state machine's numbers: heard within 3 ticks, 4 more on its own, a joint as quick to stop as it likes.
-/// With hand guiding, and torques that may jump.
+/// A configuration with hand guiding and without a limit of the torque rate.
 fn soft() -> ControllerConfig<f32, 2> {
     let teach = Teach {
         friction: 0.0,

@@ -1,4 +1,4 @@
-//! The session under supervision: requests of a host, actions of the drives, and reports.
+//! Tests of the session under supervision: requests of a host, actions of the drives, and reports.
 
 use super::{Build, Looks, OWN, UnitMasses, config, protected, soft};
 use dynamics_core::Inertia;
@@ -25,7 +25,7 @@ fn refused(refusal: Refusal) -> Reaction {
 
 const SAFE: Drives<2> = Drives::Safe(SafeAction::DampedStop);
 
-/// A session whose host is heard before every tick.
+/// A session with a host that sends a heartbeat before every tick.
 pub(super) struct Arm {
     pub(super) session: Session<2, Build>,
     pub(super) meter: Meter<Looks>,
@@ -73,7 +73,7 @@ impl Arm {
         arm
     }
 
-    /// Homed and holding its place by torque.
+    /// An arm that is homed and holds its position by torque.
     pub(super) fn armed() -> Self {
         Self::live().arm()
     }
@@ -87,7 +87,7 @@ impl Arm {
         self
     }
 
-    /// On a way of 100 ticks to 0.1 rad further, and back.
+    /// An arm on a motion to 0.1 rad further in 100 ticks, and back.
     pub(super) fn running() -> Self {
         let mut arm = Self::armed();
         arm.point(0, arm.q);
@@ -136,7 +136,7 @@ impl Arm {
         self.receive(Frame::request(self.number, request))
     }
 
-    /// One tick of an arm that is where the reference is.
+    /// Runs one tick of an arm that follows the reference.
     pub(super) fn follow(&mut self) -> Drives<2> {
         let drives = self.tick();
         if let Drives::Drive(torque) = drives {
@@ -357,7 +357,7 @@ fn a_stop_is_taken_even_where_frames_were_lost_before_it_and_nothing_else_is() {
     assert_eq!(arm.state(), safety::State::Holding(HoldCause::Requested));
 }
 
-/// Where no tick follows, the host still hears that the drives do the safe action.
+/// Even if no tick follows, the host gets a report that the drives perform the safe action.
 #[test]
 fn a_status_follows_a_hello_that_ends_a_live_session() {
     let safe = link::Actuation::new(&safety::Actuation::<f32, 2>::Safe(SafeAction::DampedStop));
@@ -421,7 +421,7 @@ fn a_hello_takes_everything_away_from_an_arm_that_is_not_driven() {
     assert_eq!(arm.watched().tick, 3, "ticks are counted from 1 again");
 }
 
-/// A host that comes back to an arm that is driven, and its hello as often as it needs to be sent.
+/// A host reconnects to a driven arm, and repeats its hello.
 #[test]
 fn the_same_hello_keeps_an_arm_that_is_driven_and_stops_its_motion() {
     let live = Hello { pacing: Pacing::Live, ..OWN };
@@ -445,16 +445,16 @@ fn the_same_hello_keeps_an_arm_that_is_driven_and_stops_its_motion() {
         assert_eq!(arm.state(), safety::State::Holding(HoldCause::Requested));
         let status = arm.watched();
         assert_eq!((status.tick, status.homed), (tick + 101, true), "its ticks go on");
-        // An alive before each tick, and one that asked for this status.
+        // A heartbeat before each tick, and the frame that requested this status.
         assert!((100..110).contains(&status.taken), "frames are counted from the hello: {}", status.taken);
         let value = Frame::Value(Value { index: 16, value: 99.0, low: 25.0, high: 400.0 });
         assert_eq!(answers(&mut arm, Frame::Get(16)).first(), Some(&value), "parameters are kept");
-        // Requests of the host before may come again with their numbers: they are new ones.
+        // A request may have the number of a request of the previous host: it is a new one.
         assert!(matches!(arm.asked(Request::Disarm), Drives::Drive(_) | Drives::Safe(_)));
     }
 }
 
-/// The previous host has asked for a motion that has not begun: it does not begin.
+/// A motion that the previous host has requested and that has not begun does not begin.
 #[test]
 fn a_motion_that_waits_does_not_begin_for_another_host() {
     let live = Hello { pacing: Pacing::Live, ..OWN };
@@ -467,7 +467,7 @@ fn a_motion_that_waits_does_not_begin_for_another_host() {
     assert_eq!(arm.state(), safety::State::Armed);
     arm.asked(Request::Run);
     assert_ne!(arm.state(), safety::State::Running, "its points are gone");
-    // A stop is no motion.
+    // A stop is carried out nevertheless.
     let mut arm = Arm::running();
     arm.ask(Request::Stop);
     arm.receive(Frame::Hello(live));
@@ -475,7 +475,7 @@ fn a_motion_that_waits_does_not_begin_for_another_host() {
     assert_eq!(arm.state(), safety::State::Fault(Fault::EmergencyStop));
 }
 
-/// Nothing else that calls itself a host drops the arm.
+/// A hello of any other host does not let the arm fall.
 #[test]
 fn no_other_hello_counts_while_the_arm_is_driven() {
     let strangers = [
@@ -496,7 +496,7 @@ fn no_other_hello_counts_while_the_arm_is_driven() {
     }
 }
 
-/// The host has gone, and comes back before the arm is lowered or let go.
+/// The host disconnects, and reconnects before the arm is lowered or released.
 #[test]
 fn an_arm_that_holds_because_its_host_went_is_held_when_it_comes_back() {
     let live = Hello { pacing: Pacing::Live, ..OWN };
@@ -516,7 +516,7 @@ fn an_arm_that_holds_because_its_host_went_is_held_when_it_comes_back() {
     assert!(matches!(arm.state(), safety::State::Holding(_)));
 }
 
-/// Thousands of packets are lost: the count that the host waits for is still right.
+/// The count of frames stays correct even if thousands of packets are lost.
 #[test]
 fn frames_taken_are_counted_right_however_many_were_lost() {
     for missed in [1, 254, 255, 256, 1000, 70_000] {
@@ -530,7 +530,7 @@ fn frames_taken_are_counted_right_however_many_were_lost() {
     }
 }
 
-/// Answers of the session to a frame, the ones of the next tick too.
+/// Answers of the session to a frame, including those of the next tick.
 pub(super) fn answers(arm: &mut Arm, frame: Frame) -> Vec<Frame> {
     let mut all = match arm.receive(frame) {
         Reaction::None => Vec::new(),
@@ -565,7 +565,7 @@ fn every_parameter_is_read_back_with_its_bounds_and_nothing_else_is() {
 #[test]
 fn the_heat_of_a_motor_is_read_where_its_numbers_are_known_and_cannot_be_set() {
     let mut protected = protected();
-    // The second motor reaches 1 - exp(-1) of its final heat in a time constant, which is 50 of its updates: 100 ticks.
+    // The second motor reaches 1 - exp(-1) of its final heat in one time constant, which is 50 updates or 100 ticks.
     let known = HeatRules::new(2.0, 0.2, 0.004);
     let known = HeatRules { per_rated: known.per_rated as f32, share: known.share as f32 };
     protected.rules.heat = Some([HeatRules { per_rated: 0.0, share: 0.0 }, known]);
@@ -579,7 +579,7 @@ fn the_heat_of_a_motor_is_read_where_its_numbers_are_known_and_cannot_be_set() {
     };
     assert!(heat(&mut arm, 0).is_nan(), "a motor of unknown numbers has no heat");
     assert!(heat(&mut arm, 1) < 1e-3, "it begins cold");
-    // 0.02 rad off its place, 100 1/s^2: 2 N m, the rated torque.
+    // 0.02 rad away from the reference, times 100 1/s^2: 2 N m, the rated torque.
     arm.q[1] += 0.02;
     arm.tick();
     let Drives::Drive([_, torque]) = arm.tick() else { panic!("a torque") };
@@ -589,13 +589,13 @@ fn the_heat_of_a_motor_is_read_where_its_numbers_are_known_and_cannot_be_set() {
     });
     let after = heat(&mut arm, 1);
     assert!((after - 0.632).abs() < 0.02, "{after}");
-    // No host cools a motor: neither a setting nor a hello.
+    // A host can reset the heat neither by a setting nor by a hello.
     assert_eq!(answers(&mut arm, set(16 + HEAT, 0.0)), [Frame::Refusal(Refusal::Fixed)]);
     arm.receive(Frame::Hello(Hello { pacing: Pacing::Live, ..OWN }));
     arm.q[1] -= 0.02;
     arm.tick();
     assert!(heat(&mut arm, 1) > 0.6 && heat(&mut arm, 0).is_nan());
-    // Without any numbers all are unknown.
+    // Without thermal data the heat of all motors is unknown.
     let mut bare = Arm::live();
     assert!((0..2).all(|joint| heat(&mut bare, joint).is_nan()));
 }
@@ -625,10 +625,10 @@ fn a_change_is_made_while_torque_acts_only_where_no_torque_jumps() {
         [Frame::Value(value)] => value.value,
         other => panic!("{other:?}"),
     };
-    // 2 % of 50 N m may change at once. At rest on the reference no gain matters.
+    // A jump of 2 % of 50 N m is permitted. At rest on the reference a change of gain has no effect.
     let mut arm = Arm::with(slow, true).arm();
     assert!(matches!(answers(&mut arm, set(16, 200.0)).as_slice(), [Frame::Value(Value { value: 200.0, .. })]));
-    // 0.05 rad off it, 100 more of gain are 5 N m, and 10 are half a newton metre.
+    // 0.05 rad away from the reference, 100 1/s^2 more of gain change the torque by 5 N m, and 10 1/s^2 by 0.5 N m.
     arm.q[1] += 0.05;
     arm.tick();
     assert_eq!(answers(&mut arm, set(16, 300.0)), [Frame::Refusal(Refusal::WouldJump { joint: 1 })]);
@@ -636,7 +636,7 @@ fn a_change_is_made_while_torque_acts_only_where_no_torque_jumps() {
     assert!(matches!(answers(&mut arm, set(16, 210.0)).as_slice(), [Frame::Value(Value { value: 210.0, .. })]));
     let Drives::Drive([_, torque]) = arm.tick() else { panic!("a torque") };
     assert!((torque + 210.0 * 0.05).abs() < 1e-5, "{torque}");
-    // One at a time.
+    // Only one change can wait.
     assert_eq!(arm.receive(set(16, 211.0)), Reaction::None);
     assert_eq!(arm.receive(set(16, 212.0)), Reaction::Reply(Frame::Refusal(Refusal::Busy)));
 }
@@ -653,7 +653,7 @@ fn another_law_is_taken_where_no_torque_jumps_the_arm_stands_and_the_scene_has_a
         let value = number(law);
         assert_eq!(answer, [Frame::Value(Value { index: LAW, value, low: 0.0, high: 7.0 })], "{law:?}");
     }
-    // What no law has; a law whose drives were not built for it; a moving arm.
+    // Refused: a number of no control law, and a law that the drives were not configured for.
     for value in [0.5, 8.0, -1.0, f32::NAN, number(ControlLaw::Split)] {
         assert_eq!(answers(&mut arm, set(LAW, value)), [Frame::Refusal(Refusal::OutOfBounds)], "{value}");
     }
@@ -661,7 +661,7 @@ fn another_law_is_taken_where_no_torque_jumps_the_arm_stands_and_the_scene_has_a
     arm.point(100, arm.q.map(|q| q + 0.1));
     arm.asked(Request::Run);
     assert_eq!(answers(&mut arm, set(LAW, 1.0)), [Frame::Refusal(Refusal::Running)]);
-    // Off its place the two laws differ by more than 2 % of the torque limit: a joint of other inertia than its gains'.
+    // Away from the reference the torques of the two laws differ by more than 2 % of the limit, because the gains are for another inertia.
     let heavy = ControllerConfig { gains: [Gains { inertia: 4.0, ..soft.gains[0] }; 2], teach: None, ..soft };
     let mut arm = Arm::with(heavy, true).arm();
     arm.q[1] += 0.02;
@@ -669,10 +669,10 @@ fn another_law_is_taken_where_no_torque_jumps_the_arm_stands_and_the_scene_has_a
     let jumps = [Frame::Refusal(Refusal::WouldJump { joint: 1 })];
     assert_eq!(answers(&mut arm, set(LAW, number(ControlLaw::PdGravity))), jumps);
     assert_eq!(answers(&mut arm, set(LAW, number(ControlLaw::Teach))), [Frame::Refusal(Refusal::OutOfBounds)]);
-    // Where nothing can be tuned, nothing of it.
+    // Without tuning the control law is fixed too.
     let mut fixed = Arm::with(soft, false).arm();
     assert_eq!(answers(&mut fixed, set(LAW, 1.0)), [Frame::Refusal(Refusal::Fixed)]);
-    // The springs of a law that has them.
+    // A control law that uses the drives' springs returns them.
     let split = Arm::with(ControllerConfig { law: ControlLaw::Split, ..soft }, true);
     assert_eq!(split.session.springs(), Some(soft.gains.map(|gains| gains.spring())));
 }
@@ -699,7 +699,7 @@ fn an_arm_whose_law_became_teach_is_led_and_its_reference_is_where_it_is() {
     answers(&mut arm, set(LAW, f32::from(ControlLaw::Teach.code())));
     arm.point(0, arm.q);
     arm.asked(Request::Run);
-    // Further than any reach of a reference, slowly.
+    // Slowly further away than a reference may be.
     for _ in 0..400 {
         arm.q = arm.q.map(|q| q + 5e-4);
         arm.qd = [0.25; 2];
@@ -721,7 +721,7 @@ fn a_fault_of_a_drive_is_told_with_the_drive_s_own_code_until_it_is_left() {
     let told = Some(link::DriveFaultReport { joint: 1, faults: JointFaults::DRIVE.bits(), error: 0xb });
     assert_eq!(trouble(&mut arm), told);
     assert_eq!(arm.state(), safety::State::Fault(Fault::DriveFault { joint: 1 }));
-    // The drive has forgotten it; the board has not.
+    // The drive no longer reports the fault; the board still does.
     (arm.faults[1], arm.errors[1]) = (JointFaults::NONE, 0);
     assert_eq!(trouble(&mut arm), told);
     arm.asked(Request::Clear);
@@ -739,7 +739,7 @@ fn live_inputs_that_would_jump_are_refused_and_those_from_before_hold_on() {
     let mut arm = Arm::with(slow, true).arm();
     arm.q[0] += 0.05;
     arm.tick();
-    // Unit masses that want 5 rad/s^2 back: half as much again is 2.5 N m, a tenth is half a newton metre.
+    // Unit masses accelerated back at 5 rad/s^2: a rotor of 0.5 adds 2.5 N m, one of 0.1 adds 0.5 N m.
     assert_eq!(answers(&mut arm, rotor(0.5)), [Frame::Refusal(Refusal::WouldJump { joint: 0 })]);
     assert_eq!(answers(&mut arm, rotor(0.1)), []);
     let Drives::Drive([torque, _]) = arm.tick() else { panic!("a torque") };
@@ -768,7 +768,7 @@ fn a_payload_is_taken_up_to_its_bounds_and_one_that_cannot_be_is_not() {
     hollow.first_moment.x = 0.25;
     let bad = [payload(5.01, 0.1), payload(1.0, 0.51), payload(-1.0, 0.1), gravity(-20.1), gravity(20.1)];
     let bad = bad.into_iter().chain([told(dynamics_core::Live { payload: hollow, ..zero })]);
-    // Where no torque acts nothing could jump, and the bounds are all there is.
+    // While no torque acts, nothing can jump, and only the bounds apply.
     let mut arm = Arm::live();
     for frame in [payload(5.0, 0.1), payload(1.0, 0.49), payload(0.0, 0.0), gravity(-19.9)] {
         assert_eq!(answers(&mut arm, frame.clone()), [], "{frame:?}");
@@ -779,11 +779,11 @@ fn a_payload_is_taken_up_to_its_bounds_and_one_that_cannot_be_is_not() {
     }
     let mass = Value { index: 96, value: 4.0, low: 0.0, high: 5.0 };
     assert_eq!(answers(&mut arm, Frame::Get(96)), [Frame::Value(mass)]);
-    // It comes in a frame of its own.
+    // The payload's mass is set by another frame.
     assert_eq!(answers(&mut arm, set(96, 1.0)), [Frame::Refusal(Refusal::Fixed)]);
 }
 
-/// A rotor turns no arm against its motor, and is no heavier than the drive can have it.
+/// A rotor's inertia is not negative, and not larger than the bound of the drive.
 #[test]
 fn rotors_are_taken_up_to_their_bound_and_never_below_zero() {
     let told = |rotor: [f32; 2]| {
@@ -798,7 +798,7 @@ fn rotors_are_taken_up_to_their_bound_and_never_below_zero() {
     }
 }
 
-/// Live inputs sent while no torque acts jump from nothing: an arm that could not hold them is not armed, and no torque acts.
+/// Live inputs sent while no torque acts are not checked for jumps: an arm that could not hold the load they describe is not armed.
 #[test]
 fn an_arm_that_cannot_hold_what_it_was_told_is_not_armed() {
     let pushed = |force: f32| {
@@ -819,7 +819,7 @@ fn an_arm_that_cannot_hold_what_it_was_told_is_not_armed() {
             assert_eq!(drives, SAFE, "{force} N");
             let overload = dynamics_core::control::Fault::Overload { joint: 0 };
             assert_eq!(arm.state(), safety::State::Fault(overload));
-            // Told right and cleared, it is armed.
+            // With correct live inputs, and after clearing the fault, it is armed.
             assert_eq!(answers(&mut arm, pushed(0.0)), []);
             arm.asked(Request::Clear);
             assert!(matches!(arm.asked(Request::Arm), Drives::Drive(_)));
@@ -827,7 +827,7 @@ fn an_arm_that_cannot_hold_what_it_was_told_is_not_armed() {
     }
 }
 
-/// The new host's first request is ranked against those of the previous host that still wait.
+/// The first request of a new host is ranked against a waiting request of the previous host.
 #[test]
 fn a_stop_that_waits_is_not_displaced_by_another_host() {
     let live = Hello { pacing: Pacing::Live, ..OWN };
@@ -845,7 +845,7 @@ fn a_stop_that_waits_is_not_displaced_by_another_host() {
         arm.tick();
         assert_eq!(arm.state(), state, "{request:?}");
     }
-    // A disarm of the previous host is none of the new one.
+    // A disarm of the previous host is dropped.
     let mut arm = Arm::running();
     arm.ask(Request::Disarm);
     arm.receive(Frame::Hello(live));
@@ -857,7 +857,7 @@ fn a_stop_that_waits_is_not_displaced_by_another_host() {
     assert!(matches!(arm.tick(), Drives::Drive(_)), "an arm that was taken over is not let go");
 }
 
-/// The report of the tick before the hello shows a state that the next tick ends, and counts frames of another host.
+/// The report of a tick before the hello is not sent: its state is about to end, and it counts frames of another host.
 #[test]
 fn no_report_of_before_follows_a_hello() {
     let mut arm = Arm::running();
@@ -869,11 +869,11 @@ fn no_report_of_before_follows_a_hello() {
     arm.tick();
     let said = arm.said();
     let [Frame::Status(status)] = &said[..] else { panic!("{said:?}") };
-    // The watch, and the sign of life before the tick.
+    // Two frames: the watch, and the heartbeat before the tick.
     assert_eq!((status.state, status.taken), (StateCode::Holding, 2));
 }
 
-/// A host whose hello was refused is no host: its frames do not keep a motion alive. A stop counts from anybody who has the key.
+/// Frames of a host with a refused hello do not count as heartbeats. A stop is accepted from any host that has the key.
 #[test]
 fn a_host_that_was_refused_is_not_heard_but_for_a_stop() {
     let stranger = Hello { robot: 8, pacing: Pacing::Live, ..OWN };

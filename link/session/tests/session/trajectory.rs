@@ -1,4 +1,4 @@
-//! The trajectory: references between its points, and refusals.
+//! Tests of the trajectory: references between its points, and refusals.
 #![allow(clippy::disallowed_types, reason = "what is expected is computed in double precision, on the desk")]
 
 use dynamics_core::control::Reference;
@@ -15,7 +15,7 @@ fn bits(reference: &Reference<f32, 1>) -> [u32; 3] {
     [reference.q[0], reference.qd[0], reference.qdd[0]].map(f32::to_bits)
 }
 
-/// A trajectory with the reference that its user keeps.
+/// A trajectory together with the reference that its caller holds.
 struct Followed {
     trajectory: Trajectory<1>,
     now: Option<Reference<f32, 1>>,
@@ -38,7 +38,7 @@ impl Followed {
         self.trajectory.room()
     }
 
-    /// The references of the ticks from now on, until there is none, or up to the given number of ticks.
+    /// References of the ticks from now on, until there is none, but at most `ticks` of them.
     fn follow(&mut self, ticks: usize) -> Vec<Reference<f32, 1>> {
         let mut all = Vec::new();
         while let (true, Some(now)) = (all.len() < ticks, self.now) {
@@ -50,7 +50,7 @@ impl Followed {
 }
 
 proptest! {
-    /// A polynomial of fifth degree is its own quintic between any two of its points; computed in f64 beside it.
+    /// Between any two points of a fifth-degree polynomial the trajectory reproduces that polynomial; compared with f64.
     #[test]
     fn between_points_of_a_quintic_the_reference_is_that_quintic(
         c in proptest::array::uniform6(-1.0_f64..1.0),
@@ -77,7 +77,7 @@ proptest! {
         let shortest = f64::from(*ticks.iter().min().unwrap()) * f64::from(PERIOD);
         for (k, now) in all.iter().enumerate() {
             let (q, qd, qdd) = at(k as f64);
-            // Positions of up to 6 rad are rounded to 2.4e-7; rates of a short way multiply that, and the velocities' own rounding.
+            // Positions of up to 6 rad are rounded to 2.4e-7 rad; a short segment multiplies that, and the velocities' rounding.
             let rounding = 5e-7 + 1e-7 * qd.abs() * shortest;
             prop_assert!((f64::from(now.q[0]) - q).abs() < 2e-5, "q {} {q}", now.q[0]);
             prop_assert!((f64::from(now.qd[0]) - qd).abs() < 1e-5 * qd.abs() + 10.0 * rounding / shortest, "qd {} {qd}", now.qd[0]);
@@ -86,7 +86,7 @@ proptest! {
         }
     }
 
-    /// Each point itself is met to the bit, at its tick.
+    /// At the tick of a point the reference equals the point, to the bit.
     #[test]
     fn points_are_met_to_the_bit(points in proptest::collection::vec((1_u16..30, -2.0_f32..2.0, -1.0_f32..1.0), 1..WAYS)) {
         let mut trajectory = Followed::new();
@@ -151,7 +151,7 @@ fn what_is_no_number_is_refused_and_changes_nothing() {
             assert_eq!(trajectory.push(3, &point), Err(NotTaken::NonFinite));
         }
     }
-    // Finite, but the way to it is not.
+    // The point is finite, but the segment to it is not.
     assert_eq!(trajectory.push(3, &point(f32::MAX, 0.0, 0.0)), Err(NotTaken::NonFinite));
     assert_eq!((trajectory.room(), trajectory.now.as_ref()), (WAYS, Some(&point(1.0, 0.0, 0.0))));
 }

@@ -12,14 +12,14 @@ pub struct ControlSpec {
     pub rate: f64,
     /// The law.
     pub law: ControlLaw,
-    /// The model is evaluated in every tick whose number is a multiple of this one; 1 means in every tick.
+    /// Ticks between two evaluations of the model: it is evaluated in every tick whose number is a multiple of this; 1 means in every tick.
     pub model_every: u32,
-    /// Behaviour of the model's torque in the ticks between.
+    /// Behaviour of the model's torque between two evaluations.
     pub model_between: Between,
-    /// Natural frequency of the error, per joint, rad/s; not used where there is a stiffness.
+    /// Natural frequency of the error, per joint, rad/s; not used if there is a stiffness.
     pub natural_frequency: Vec<f64>,
-    /// Stiffness `M0 Kp` of each joint, N m/rad or N/m, in a law that does not feed back through the model; `None` makes the natural
-    /// frequency one.
+    /// Stiffness `M0 Kp` of each joint, N m/rad or N/m, in a law that does not feed back through the model. `None`: it follows from the natural
+    /// frequency.
     pub stiffness: Option<Vec<f64>>,
     /// Damping ratio of the error, per joint.
     pub damping: Vec<f64>,
@@ -29,45 +29,45 @@ pub struct ControlSpec {
     pub scalar: ScalarChoice,
     /// Inverse dynamics on the chip.
     pub kernel: KernelChoice,
-    /// Memory that the chip runs the arm's kernel from.
+    /// Memory from which the chip runs the arm's kernel.
     pub kernel_memory: KernelMemory,
     /// Bandwidth of the velocity observer, rad/s.
     pub observer_bandwidth: f64,
     /// Integral action, if the law has any.
     pub integral: Option<IntegralSpec>,
-    /// Feel of a hand-guided arm; given if the law is [`ControlLaw::Teach`].
+    /// Feel of a hand-guided arm; present if the law is [`ControlLaw::Teach`].
     pub teach: Option<TeachSpec>,
-    /// Which inertia the damping of a spring is for.
+    /// Inertia for which the damping of a spring is computed.
     pub damping_at: DampingAt,
     /// True if gains and friction are kept in RAM on the chip, where a host can change them while it runs.
     pub tunable: bool,
     /// Greatest age of a measurement that is still used, ticks.
     pub age_max: u32,
-    /// Distance beyond a position limit that is a fault, rad or m.
+    /// Distance beyond a position limit at which a fault is raised, rad or m.
     pub position_margin: f64,
-    /// Multiple of the velocity limit that is a fault.
+    /// Multiple of the velocity limit at which a fault is raised.
     pub velocity_factor: f64,
 }
 
 /// Integral action: a torque that grows while a joint is away from its reference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IntegralSpec {
-    /// Integral time: how long an error takes to bring as much torque as the position gain does at once, s.
+    /// Integral time, s: the time after which a constant error has added as much torque as the position gain gives at once.
     pub time: f64,
     /// Greatest torque of each joint, N m or N.
     pub torque: Vec<f64>,
-    /// Error of each joint below which nothing grows, rad or m.
+    /// Error of each joint below which the torque does not grow, rad or m.
     pub dead_band: Vec<f64>,
 }
 
 /// Feel of a hand-guided arm, per joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TeachSpec {
-    /// Share of the robot file's friction that is made up for where the joint moves.
+    /// Share of the robot file's friction that is compensated while the joint moves.
     pub friction: f64,
     /// Speed below which a joint counts as still, rad/s or m/s.
     pub still_speed: Vec<f64>,
-    /// Torque that keeps a joint where it was let go, N m or N.
+    /// Torque that keeps a joint where it was released, N m or N.
     pub breakaway: Vec<f64>,
     /// Drag, N m s/rad or N s/m.
     pub drag: Vec<f64>,
@@ -84,9 +84,9 @@ pub struct CollisionSpec {
     pub bandwidth: f64,
     /// External torque that counts as a collision, per joint, N m or N.
     pub threshold: Vec<f64>,
-    /// Number of consecutive ticks above the threshold.
+    /// Number of consecutive ticks above the threshold that count as a collision.
     pub ticks: u32,
-    /// Time for which every joint must feel less than half its threshold before the contact counts as ended, s.
+    /// Time for which every joint must be below half its threshold before the contact counts as ended, s.
     pub release: f64,
     /// The reaction.
     pub reaction: CollisionReaction,
@@ -95,23 +95,23 @@ pub struct CollisionSpec {
 /// The inverse dynamics that the chip runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum KernelChoice {
-    /// The recursion itself, with the model at run time: a payload can be set between ticks.
+    /// The recursion itself with the model at run time, so that a payload can be set between ticks.
     Generic,
     /// The arm's own kernel, equal to the recursion.
     #[default]
     Exact,
-    /// The arm's own kernel with cheaper frames, base parameters and common subexpressions taken out: the fewest
-    /// operations, with other rounding.
+    /// The arm's own kernel with cheaper frames, base parameters and common subexpressions removed: the fewest
+    /// operations, with different rounding.
     Regrouped,
 }
 
-/// Memory that the chip runs the arm's kernel from. No bit of a result depends on it.
+/// Memory from which the chip runs the arm's kernel. No bit of a result depends on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum KernelMemory {
-    /// Flash, as part of the tick: at 168 MHz with 5 wait states for each line of 16 bytes that its cache does not hold.
+    /// Flash, as part of the tick: at 168 MHz every line of 16 bytes that is not in the cache costs 5 wait states.
     #[default]
     Flash,
-    /// Static RAM, without wait states, as a function of its own that the start-up code copies there.
+    /// Static RAM, without wait states, as a separate function that the start-up code copies there.
     Sram,
 }
 
@@ -151,18 +151,18 @@ impl ControlSpec {
     }
 }
 
-/// Share of a joint's velocity limit below which it counts as still, and the same share of its torque limit at its velocity limit as
-/// drag.
+/// Share of a joint's velocity limit below which it counts as still. Also the share of its torque limit that the drag reaches at its velocity
+/// limit.
 const STILL: f64 = 0.02;
-/// Speed above which a joint is braked, and its share of the velocity limit, whichever is less: rad/s of a joint that turns, m/s of a slide.
+/// Speed above which a joint is braked: 1.5 rad/s or 0.25 m/s, or half of the velocity limit if that is less.
 const BRAKED: (f64, f64, f64) = (1.5, 0.25, 0.5);
-/// Share of a joint's range that a wall takes at each end.
+/// Share of a joint's range that is taken by the wall at each end.
 const WALL: f64 = 0.05;
-/// Share of the friction that is made up for: with all of it, a friction that is overestimated would push the arm on.
+/// Share of the friction that is compensated: with all of it, an overestimated friction would keep the arm moving.
 const FRICTION: f64 = 0.8;
 
 impl TeachSpec {
-    /// From what the robot file says of each joint.
+    /// Defaults from the robot file's data of each joint.
     #[must_use]
     pub fn default_for(robot: &Robot) -> Self {
         let of_joint = |of: fn(&RobotJoint) -> f64| robot.joints.iter().map(of).collect();
@@ -186,20 +186,20 @@ impl TeachSpec {
     }
 }
 
-/// Which inertia the damping of a spring is for.
+/// Inertia for which the damping of a spring is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DampingAt {
-    /// That of the motion's start.
+    /// The inertia at the start of the motion.
     Start,
-    /// That of the posture: half of the damping goes through the model, so that the ratio is nowhere below the one that is asked for.
+    /// The inertia of the posture: half of the damping acts through the model, so that the damping ratio is never below the requested one.
     Posture,
 }
 
 impl DampingAt {
-    /// Share of the damping that goes through the model.
+    /// Share of the damping that acts through the model.
     ///
-    /// With `m = M(q) / M0` the ratio becomes `(1 - s) / sqrt(m) + s sqrt(m)` times the one that is asked for. For `s = 1/2` that is never
-    /// below 1, since the arithmetic mean is not below the geometric one; 1.25 where the inertia is four times or a quarter.
+    /// With `m = M(q) / M0`, the damping ratio becomes `(1 - s) / sqrt(m) + s sqrt(m)` times the requested one. For `s = 1/2` this is never
+    /// below 1, since the arithmetic mean is not below the geometric one. It is 1.25 if the inertia is four times or a quarter of `M0`.
     pub(crate) fn share(self) -> Option<f64> {
         match self {
             Self::Start => None,

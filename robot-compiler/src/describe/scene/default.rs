@@ -11,12 +11,12 @@ use dynamics_core::JointKind;
 use std::path::PathBuf;
 
 impl SceneFile {
-    /// A sensible scene for an arm without one: floor, computed torque at 1 kHz, a swing to one side and back.
+    /// A default scene for an arm: floor, computed torque at 1 kHz, a swing to one side and back.
     #[must_use]
     pub fn default_for(robot: Robot) -> Self {
         let start: Vec<f64> = robot.joints.iter().map(rest).collect();
         let aside: Vec<f64> = robot.joints.iter().zip(&start).map(|(joint, q)| q + swing(joint, *q)).collect();
-        // A quintic from rest to rest peaks at 15/8 of its mean speed; half the velocity limit leaves room.
+        // A quintic from rest to rest peaks at 15/8 of its mean speed; half the velocity limit leaves a margin.
         let slowest = robot.joints.iter().zip(start.iter().zip(&aside));
         let duration = slowest.map(|(joint, (a, b))| 1.875 * (b - a).abs() / (0.5 * joint.spec.limits.velocity));
         let duration = Some(duration.fold(1.0, f64::max));
@@ -45,7 +45,7 @@ impl SceneFile {
     }
 }
 
-/// Rest position of a joint: zero where the limits allow it, else the middle between them, else the only limit.
+/// Rest position of a joint: zero if the limits allow it, otherwise the middle between them, otherwise the only limit.
 fn rest(joint: &RobotJoint) -> f64 {
     let (lo, hi) = joint.spec.limits.position;
     if lo <= 0.0 && 0.0 <= hi {
@@ -59,7 +59,7 @@ fn rest(joint: &RobotJoint) -> f64 {
     }
 }
 
-/// Goal of a joint: on the side with more room, half a radian or 10 cm away, but at most half of that room.
+/// Goal of a joint: on the side with the greater distance to its limit, half a radian or 10 cm away, but at most half of that distance.
 fn swing(joint: &RobotJoint, q: f64) -> f64 {
     let (lo, hi) = joint.spec.limits.position;
     let far: f64 = match joint.spec.kind {

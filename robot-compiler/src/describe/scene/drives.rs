@@ -9,22 +9,22 @@ use crate::describe::robot::RobotJoint;
 use dynamics_core::drive::{Drives, Gearing, MitDrive, MitRanges, PositionMemory, PwmDrive, Range, TIMEOUT_UNIT_US};
 use std::f64::consts::TAU;
 
-/// Communication timeout that is set in a drive, s, and the least of it in control periods: longer than a board's reset by its watchdog
-/// (eight ticks), so that a drive never gives up while its board works.
+/// Communication timeout that is set in a drive, s, and its least value in control periods. It is longer than a reset of the board by its
+/// watchdog takes (eight ticks), so that a drive does not give up while its board works.
 const TIMEOUT: f64 = 0.05;
 const TIMEOUT_TICKS: f64 = 10.0;
 
-/// Fewest ticks without a reply after which a drive may have restarted: a single lost frame says nothing, whatever the rate.
+/// Fewest ticks without a reply after which a drive may have restarted: at any rate, a single lost frame is no evidence.
 const RESTART_TICKS_MIN: u32 = 2;
 
-/// Least difference of a joint's range from a turn of the output shaft, rad: the guard's margin beyond its limits, and the resolution.
+/// Least difference between a joint's range and one turn of the output shaft, rad: covers the guard's margin beyond the limits and the resolution.
 const TURN_MARGIN: f64 = 0.2;
 
 /// Most ticks for which an encoder may go unread: it must not move half a turn in that time.
 pub(crate) const UNREAD_MAX: u16 = 4;
 
 impl SceneFile {
-    /// Frames of the drives on CAN; `None` without any.
+    /// Protocol of the drives on CAN; `None` without any.
     #[must_use]
     pub fn protocol(&self) -> Option<Protocol> {
         match self.robot.joints.first()?.drive? {
@@ -33,8 +33,8 @@ impl SceneFile {
         }
     }
 
-    /// Drives of the arm's joints, in the chip's numbers; [`Drives::Link`] where the robot file gives none, and where the scene is for a
-    /// bench only: such a firmware reaches no drive.
+    /// Drives of the arm's joints, in the chip's numbers. [`Drives::Link`] if the robot file gives none, and for a bench-only
+    /// scene: such a firmware reaches no drive.
     #[must_use]
     pub fn drives<const N: usize>(&self) -> Drives<N> {
         let joints = &self.robot.joints;
@@ -52,13 +52,13 @@ impl SceneFile {
         pwm.map_or(Drives::Link, Drives::Pwm)
     }
 
-    /// MIT-mode actuators of the joints, base first, in the chip's numbers; empty where drives are of another kind.
+    /// MIT-mode actuators of the joints, base first, in the chip's numbers; empty for drives of another kind.
     #[must_use]
     pub fn mit_drives(&self) -> Vec<MitDrive> {
         self.robot.joints.iter().filter_map(|joint| self.mit(joint)).collect()
     }
 
-    /// MIT-mode actuators that drive the simulated arm, as the robot file and as the chip have them; `None` where drives are ideal.
+    /// MIT-mode actuators that drive the simulated arm, in the robot file's and in the chip's numbers; `None` for ideal drives.
     #[must_use]
     pub fn simulated_drives<const N: usize>(&self) -> Option<([MitSpec; N], [MitDrive; N])> {
         let specs = all(&self.robot.joints, |joint| joint.drive?.mit()).filter(|_| !self.actuators.ideal)?;
@@ -70,7 +70,7 @@ impl SceneFile {
         let spec = joint.drive?.mit()?;
         let period = self.period();
         let (lowest, highest) = joint.spec.limits.position;
-        // An angle within a turn of the output shaft is one position at most where the joint's whole range is less than a turn.
+        // If the joint's whole range is less than a turn of the output shaft, an angle within the turn means only one position.
         let one_turn = spec.ratio.abs() * (highest - lowest) < TAU - TURN_MARGIN;
         let absolute = match spec.protocol.facts().memory {
             PositionMemory::Absolute => true,
@@ -126,7 +126,7 @@ impl SceneFile {
         }
     }
 
-    /// Most counts that the encoder may move in one tick: at the speed that the guard calls a fault, plus one for its
+    /// Most counts that the encoder may move in one tick: at the speed at which the guard raises a fault, plus one for its
     /// noise.
     fn jump_max(&self, joint: &RobotJoint, per_turn: f64) -> u16 {
         let speed = self.control.velocity_factor * joint.spec.limits.velocity;
@@ -134,7 +134,7 @@ impl SceneFile {
         ((speed * per_turn / TAU / self.control.rate).ceil() + 1.0) as u16
     }
 
-    /// The first joint, counted from 0, whose encoder may move half a turn while it is unread for a few ticks: its turns
+    /// The first joint, counted from 0, whose encoder may move half a turn while it is not read for a few ticks: its turns
     /// cannot be counted at this rate. Also returns the counts that it moves in a tick.
     #[must_use]
     pub fn too_fast_for_its_encoder(&self) -> Option<(usize, u16)> {

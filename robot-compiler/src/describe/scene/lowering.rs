@@ -3,16 +3,16 @@
 use super::SceneFile;
 use dynamics_core::{JointKind, Model};
 
-/// Greatest speed of a joint while the arm is lowered, rad/s or m/s: without it a joint whose axis goes through the tip would have none.
+/// Greatest speed of a joint while the arm is lowered, rad/s or m/s. Without it, an arm whose axes all go through the tip would have no bound.
 const LOWERING_MAX: f64 = 0.5;
 
 impl SceneFile {
     /// Speeds of the joints while the arm is lowered to its rest pose, rad/s or m/s: the tip then stays below
     /// [`SafetySpec::lowering_tip_speed`](super::SafetySpec::lowering_tip_speed) in every posture.
     ///
-    /// The tip's speed is at most the sum of `r_i |qd_i|`, `r_i` being the greatest distance between the axis of joint `i` and the tip
-    /// ([`axis_to_tip`]), 1 for a slide. All joints get one speed, `v / sum r_i`, at most 0.5 and their velocity limit, or the share of it
-    /// that the first motion may use: a host may be lost before a person has lifted that limit.
+    /// The tip's speed is at most the sum of `r_i |qd_i|`, with `r_i` the greatest distance between the axis of joint `i` and the tip
+    /// ([`axis_to_tip`]), 1 for a slide. All joints get the same speed, `v / sum r_i`, but at most 0.5 and at most their velocity limit, or the
+    /// share of it allowed in the first motion: the host may be lost before a person has lifted that limit.
     #[must_use]
     pub fn lowering_speed<const N: usize>(&self, model: &Model<f64, N>) -> [f64; N] {
         let speed = self.safety.lowering_tip_speed / axis_to_tip(model).iter().sum::<f64>();
@@ -22,9 +22,9 @@ impl SceneFile {
 }
 
 /// Upper bound on the distance between the axis of each joint and the tip, m, over all postures inside the limits; 1 for a slide,
-/// which moves the tip as fast as itself.
+/// which moves the tip at its own speed.
 ///
-/// The part across the axis of the first step, from the joint's origin to the next one's, and the whole length of every further step
+/// It adds the part of the first step (from the joint's origin to the next one's) across the axis, and the whole length of every further step
 /// and of the travel of slides (triangle inequality).
 #[must_use]
 pub fn axis_to_tip<const N: usize>(model: &Model<f64, N>) -> [f64; N] {

@@ -23,8 +23,8 @@ pub struct ModelSpec {
     pub friction: bool,
     /// Speed at which the whole Coulomb torque acts, rad/s or m/s.
     pub friction_smoothing: f64,
-    /// The full model from which these terms were chosen, where the file said `terms = "auto"`. The terms above are the
-    /// remaining ones, and desk, firmware and hash read only those.
+    /// The full model from which these terms were chosen, if the file has `terms = "auto"`. The terms above are the
+    /// remaining ones, and desk, firmware and hash use only those.
     pub auto: Option<AutoTerms>,
 }
 
@@ -92,7 +92,7 @@ impl ModelTerm {
 }
 
 impl ModelSpec {
-    /// Floor, nothing held, and the rotors and friction of the robot file.
+    /// Gravity of a floor-mounted arm, no payload, and the rotors and friction of the robot file.
     pub(crate) fn default_for(robot: &Robot) -> Self {
         let rotors = robot.joints.iter().any(|joint| joint.spec.rotor.reflected() > 0.0);
         Self {
@@ -164,7 +164,7 @@ impl ModelSpec {
         model
     }
 
-    /// The model with every term that it had before `terms = "auto"` removed some; the same model in other scenes.
+    /// The model with all terms that `terms = "auto"` removed; unchanged in other scenes.
     #[must_use]
     pub fn full(&self) -> &Self {
         self.auto.as_ref().map_or(self, |auto| &auto.full)

@@ -3,7 +3,7 @@
 /// The reference motion.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MotionSpec {
-    /// Stand still.
+    /// Rest at one position.
     Hold {
         /// Position, rad or m.
         q: Vec<f64>,
@@ -30,7 +30,7 @@ pub enum MotionSpec {
         acceleration: Option<Vec<f64>>,
         /// Duration, s; given if the acceleration is not.
         duration: Option<f64>,
-        /// Share of the duration spent on speeding up, and as much again on slowing down.
+        /// Share of the duration spent on speeding up; the same share is spent on slowing down.
         ramp_share: f64,
     },
     /// A sine of changing frequency.
@@ -52,9 +52,9 @@ pub enum MotionSpec {
     Fourier {
         /// Centre, rad or m.
         centre: Vec<f64>,
-        /// Of each harmonic, the sine's amplitude in each joint, rad or m.
+        /// Sine amplitudes of each harmonic for each joint, rad or m.
         sine: Vec<Vec<f64>>,
-        /// Of each harmonic, the cosine's amplitude in each joint, rad or m.
+        /// Cosine amplitudes of each harmonic for each joint, rad or m.
         cosine: Vec<Vec<f64>>,
         /// Period of the first harmonic, s.
         period: f64,
@@ -72,7 +72,7 @@ pub struct ViaPoint {
     pub q: Vec<f64>,
     /// Duration of the segment that ends here, s.
     pub duration: Option<f64>,
-    /// Time for which the arm stands still here, s.
+    /// Time for which the arm rests here, s.
     pub dwell: f64,
 }
 

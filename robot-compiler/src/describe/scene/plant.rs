@@ -24,7 +24,7 @@ pub struct PlantSpec {
     pub push: Option<Push>,
     /// True if the joints have friction.
     pub friction: bool,
-    /// Friction of the joints; `None` means that of the robot file, which the controller uses too.
+    /// Friction of the joints; `None` means the robot file's, which the controller uses too.
     pub friction_law: Option<Vec<JointFriction>>,
     /// Springs in the joints.
     pub elasticity: Option<ElasticitySpec>,
@@ -32,7 +32,7 @@ pub struct PlantSpec {
     pub rotor_coupling: bool,
     /// Gravitational acceleration in the base frame, m/s^2.
     pub gravity: Vector3<f64>,
-    /// Where the arm starts, at rest, rad or m.
+    /// Position of the arm at the start, at rest, rad or m.
     pub start: Vec<f64>,
 }
 
@@ -55,7 +55,7 @@ pub enum Integrator {
     RungeKutta,
     /// `qd += h qdd(q, qd)`, then `q += h qd`: first order, one acceleration a step.
     SemiImplicitEuler,
-    /// Dormand and Prince's pair of orders 5 and 4: six accelerations a step and one more a tick. The method chooses its
+    /// Dormand and Prince's pair of orders 5 and 4: six accelerations a step and one more a tick. It chooses its
     /// own step. In a step, the estimated error of each state component `x` is at most `tolerance (1 + |x|)`, in rad, m and
     /// their rates.
     Adaptive {
@@ -64,28 +64,28 @@ pub enum Integrator {
     },
 }
 
-/// Spring, damper and play between the motor and the link of every joint. Lists hold a number per joint.
+/// Spring, damper and backlash between the motor and the link of every joint. Lists hold a number per joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ElasticitySpec {
     /// Stiffness, N m/rad or N/m.
     pub stiffness: Vec<f64>,
     /// Damping, N m s/rad or N s/m.
     pub damping: Vec<f64>,
-    /// Play from flank to flank, rad or m.
+    /// Backlash from flank to flank, rad or m.
     pub backlash: Option<Vec<f64>>,
 }
 
 /// Measured side of an elastic joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Side {
-    /// The motor's side, behind its gear, in joint coordinates: where most arms have their encoders.
+    /// The motor's side, converted through the gear to joint coordinates: most arms have their encoders there.
     #[default]
     Motor,
     /// The link's side.
     Link,
 }
 
-/// Torque ripple: at the joint position `q` the torque `tau` acts as `tau (1 + a sin(2 pi n x))`, where `x` is `q` in turns or metres.
+/// Torque ripple: at the joint position `q` the torque `tau` becomes `tau (1 + a sin(2 pi n x))`, where `x` is `q` in turns or metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ripple {
     /// Amplitude `a`, a share of the torque.
@@ -107,20 +107,20 @@ pub struct SensorSpec {
     pub delay: u32,
     /// Measured side of elastic joints; rigid joints have only one.
     pub side: Side,
-    /// Most that a measurement is early, s.
+    /// Greatest time by which a measurement is early, s.
     pub jitter: f64,
 }
 
 /// Settings of the actuators.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ActuatorSpec {
-    /// True if commanded torques act as they are though the robot file describes drives that could be simulated.
+    /// True if commanded torques act unchanged, even if the robot file describes drives that could be simulated.
     pub ideal: bool,
     /// Rate of a simulated drive's own position and velocity loop, Hz.
     pub loop_rate: f64,
     /// Failure of a simulated drive.
     pub failure: Option<DriveFailure>,
-    /// True torque of each simulated drive, as a multiple of what its frames say; empty: what they say.
+    /// True torque of each simulated drive, as a multiple of the torque in its frames; empty: equal to it.
     pub torque_factor: Vec<f64>,
     /// True if torques saturate at the joint's torque limit.
     pub saturation: bool,
@@ -130,7 +130,7 @@ pub struct ActuatorSpec {
     pub delay: u32,
     /// Torque ripple.
     pub ripple: Option<Ripple>,
-    /// Most that a torque is late, s.
+    /// Greatest time by which a torque is late, s.
     pub jitter: f64,
 }
 
@@ -155,7 +155,7 @@ impl Default for ActuatorSpec {
 pub struct DriveFailure {
     /// The joint, counted from 0.
     pub joint: usize,
-    /// Its begin, s.
+    /// Start of the failure, s.
     pub at: f64,
     /// Kind of the failure.
     pub kind: FailureKind,
@@ -164,11 +164,11 @@ pub struct DriveFailure {
 /// Kind of failure of a simulated drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FailureKind {
-    /// The drive finds an error in itself.
+    /// The drive reports an internal error.
     Error,
-    /// Its cable breaks: it hears nothing and says nothing.
+    /// Its cable is unplugged: it neither receives nor sends.
     Unplugged,
-    /// It is as hot as its replies can say.
+    /// It reports the highest temperature that its replies can hold.
     Hot,
     /// Its supply fails.
     UnderVoltage,
@@ -187,7 +187,7 @@ impl PlantSpec {
         }
     }
 
-    /// The world as the model describes it, with the friction of the robot file, integrated in four steps a tick.
+    /// The world as the model describes it, with the friction of the robot file, integrated in four steps per tick.
     pub(crate) fn default_for(robot: &Robot, model: &ModelSpec, control: &ControlSpec, start: &[f64]) -> Self {
         let constant = |gravity: Term<Vector3<f64>>| match gravity {
             Term::Constant(gravity) => gravity,

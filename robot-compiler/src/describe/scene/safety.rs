@@ -14,9 +14,9 @@ pub struct SafetySpec {
     pub heartbeat: f64,
     /// Time for which the arm holds without the host before the safe action, s.
     pub hold: f64,
-    /// Longest time that the brakes need to engage after they lose power, s; 0 where the safe action is not the brakes.
+    /// Longest time that the brakes need to engage after they lose power, s; 0 if the safe action is not braking.
     pub brake_delay: f64,
-    /// True if the file gives the brakes' time itself; the default is a guess about unknown brakes.
+    /// True if the file itself gives the brakes' time; the default is a guess about unknown brakes.
     pub brake_delay_given: bool,
     /// Time from a measurement to the resulting torque, s.
     pub latency: f64,
@@ -40,7 +40,7 @@ pub struct SafetySpec {
     pub reach_speed: Vec<f64>,
     /// Velocity gain of a damped stop, N m s/rad or N s/m.
     pub damping: Vec<f64>,
-    /// Pose in which the arm carries itself without torque, rad or m: that of the scene, else that of the robot file.
+    /// Pose in which the arm rests without torque, rad or m: the scene's, otherwise the robot file's.
     pub rest: Option<Vec<f64>>,
     /// Greatest speed of the tip while the arm is lowered to its rest pose, m/s.
     pub lowering_tip_speed: f64,
@@ -49,11 +49,12 @@ pub struct SafetySpec {
     pub first_motion: Option<f64>,
     /// Greatest age of the live inputs while the arm runs, s; `None` for no limit.
     pub live_age: Option<f64>,
-    /// True for a scene whose firmware is built without drives, so that it can never move an arm: bounds on lateness are lifted.
+    /// True for a scene whose firmware is built without drives, so that it can never move an arm. Lifts the bounds on the age of
+    /// measurements and on the host's silence.
     pub bench_only: bool,
 }
 
-/// Share of the limits in the first motion after homing, for an arm with drives whose scene gives none.
+/// Share of the limits in the first motion after homing, for an arm with drives if the scene gives none.
 pub const FIRST_MOTION: f64 = 0.2;
 
 impl SafetySpec {
@@ -62,12 +63,12 @@ impl SafetySpec {
     /// | what | default |
     /// |---|---|
     /// | delay of the brakes | 100 ms; none for another safe action |
-    /// | deceleration | the velocity limit in a quarter of a second; 5 where there is none |
+    /// | deceleration | the velocity limit divided by a quarter of a second; 5 without a limit |
     /// | payload | as heavy as the arm's links together, within 1 m of the last link's origin |
-    /// | resolution | two counts of the encoder; 1e-3 where there is none |
+    /// | resolution | two counts of the encoder; 1e-3 without one |
     /// | reach | 0.2 rad, 0.05 m |
-    /// | speed of the first reference | a tenth of the velocity limit; 0.1 where there is none |
-    /// | damping | the whole torque at the velocity limit; none where either has no limit |
+    /// | speed of the first reference | a tenth of the velocity limit; 0.1 without a limit |
+    /// | damping | the whole torque at the velocity limit; none if either has no limit |
     /// | rest | the robot file's |
     /// | speed of the tip while lowering | 0.05 m/s |
     /// | first motion | a fifth of the limits if a joint has a drive; no limit for an arm that is only simulated |
@@ -109,5 +110,5 @@ impl SafetySpec {
     }
 }
 
-/// Time that holding brakes need to engage where the scene gives none, s. Makers of holding brakes state 20 to 100 ms.
+/// Time that holding brakes need to engage if the scene gives none, s. Makers of holding brakes state 20 to 100 ms.
 const BRAKE_DELAY: f64 = 0.1;

@@ -10,7 +10,7 @@ use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, Model};
 
 impl SceneFile {
-    /// The reference motion, checked against the joint limits, and slowed down if that is needed and allowed.
+    /// The reference motion, checked against the joint limits, and slowed down if necessary and allowed.
     ///
     /// # Errors
     /// A motion that is not possible: outside the position limits, too fast, or of a shape that does not exist.
@@ -67,7 +67,7 @@ impl SceneFile {
         }
     }
 
-    /// Slows a motion without a stated duration until the torques leave a tenth of the limit to friction and feedback.
+    /// Slows a motion without a stated duration until a tenth of the torque limit is left for friction and feedback.
     fn within_torque<const N: usize>(
         &self,
         model: &Model<f64, N>,
@@ -82,7 +82,7 @@ impl SceneFile {
             let coulomb =
                 self.robot.joints.get(i).and_then(|joint| joint.friction).map_or(0.0, |friction| friction.starting());
             let limit = model.links()[i].limits.torque;
-            // A drive whose friction alone takes the whole torque is a problem of the plant, no reason to refuse the
+            // If friction alone needs the whole torque of a drive, that is a problem of the plant, and no reason to reject the
             // motion.
             (SHARE * limit - coulomb).max(0.1 * limit)
         });

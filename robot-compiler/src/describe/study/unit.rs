@@ -4,7 +4,7 @@ use super::{Figure, Metric};
 use dynamics_core::JointKind;
 
 impl Figure {
-    /// Unit for a joint of this kind; empty where there is none.
+    /// Unit for a joint of this kind; empty if there is none.
     #[must_use]
     pub const fn unit(self, joint: JointKind) -> &'static str {
         let [turning, sliding] = match self {
@@ -23,7 +23,7 @@ impl Figure {
 }
 
 impl Metric {
-    /// Unit of the figure of an arm with these joints: `rad or m` where it is the largest of joints of both kinds.
+    /// Unit of the figure for an arm with these joints: `rad or m` for the largest over joints of both kinds.
     #[must_use]
     pub fn unit(&self, joints: &[JointKind]) -> String {
         let of = |joint: usize| joints.get(joint - 1).map(|kind| self.figure.unit(*kind));

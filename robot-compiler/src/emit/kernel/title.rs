@@ -7,6 +7,6 @@ pub struct Title<'a> {
     pub robot: &'a str,
     /// The scene.
     pub scene: &'a str,
-    /// Hash of everything that decides the bits of a tick; see [`crate::SceneFile::hash`].
+    /// Hash of everything that determines the bits of a tick; see [`crate::SceneFile::hash`].
     pub hash: u64,
 }

@@ -1,4 +1,4 @@
-//! Shapes that let a viewer show an arm whose file has none: a rod along every link, a drum or a box on every axis.
+//! Shapes for viewers, for an arm without shapes in its file: a rod along every link, a drum or a box on every axis.
 
 use super::text::{number, numbers};
 use super::tree::LinkTree;
@@ -8,13 +8,13 @@ use nalgebra::Vector3;
 /// Radius of the rods, as a share of the arm's length, and for an arm without a length, m.
 const SHARE: f64 = 0.025;
 const SMALLEST: f64 = 0.005;
-/// Radius and length of what stands on an axis, in radii of a rod.
+/// Radius and length of the drum on an axis, in radii of a rod.
 const DRUM: (f64, f64) = (1.6, 3.6);
 
 /// Radius of the rods, m.
 pub(super) fn radius(tree: &LinkTree) -> f64 {
     let length: f64 = tree.joints.iter().map(|joint| joint.origin.translation.norm()).sum();
-    // Three digits: a shape needs no more.
+    // Three digits are enough for a shape.
     ((SHARE * length).max(SMALLEST) * 1e3).round() / 1e3
 }
 
@@ -25,7 +25,7 @@ pub(super) fn rod(to: Option<Vector3<f64>>, radius: f64) -> String {
     visual(&(to * 0.5), &to, &geometry, "rod", "0.75 0.77 0.8 1")
 }
 
-/// A drum about the axis of a joint that turns, a box on that of one that slides.
+/// A drum about the axis of a joint that turns, a box on the axis of one that slides.
 pub(super) fn axis(motion: Option<(JointKind, Vector3<f64>)>, radius: f64) -> String {
     let Some((kind, axis)) = motion else { return String::new() };
     let (wide, long) = (DRUM.0 * radius, DRUM.1 * radius);
@@ -38,7 +38,7 @@ pub(super) fn axis(motion: Option<(JointKind, Vector3<f64>)>, radius: f64) -> St
 
 /// A shape with its z along a direction.
 fn visual(at: &Vector3<f64>, along: &Vector3<f64>, geometry: &str, material: &str, colour: &str) -> String {
-    // Rz(yaw) Ry(pitch) carries z there.
+    // Rz(yaw) Ry(pitch) turns z to that direction.
     let (pitch, yaw) = (along.x.hypot(along.y).atan2(along.z), along.y.atan2(along.x));
     format!(
         "    <visual>\n      <origin xyz=\"{}\" rpy=\"{}\"/>\n      <geometry>{geometry}</geometry>\n      \

@@ -1,4 +1,4 @@
-//! Numbers and names as an attribute holds them.
+//! Numbers and names in the form of an attribute.
 
 /// The shortest decimals that read back as the same numbers; no negative zero.
 pub(super) fn numbers(numbers: &[f64]) -> String {

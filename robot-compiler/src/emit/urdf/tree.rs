@@ -1,4 +1,4 @@
-//! Links and joints of an arm by the names and in the frames of its URDF.
+//! Links and joints of an arm with the names and frames of its URDF.
 
 use crate::describe::robot::Robot;
 use dynamics_core::geometry::about_x;
@@ -6,18 +6,18 @@ use dynamics_core::model::Placement;
 use dynamics_core::{Frame, JointKind, SinCos};
 use nalgebra::{Matrix3, Vector3};
 
-/// An arm as URDF has it: the link that it stands on, and joints of which each carries the next link.
+/// An arm in URDF's structure: the base link, and joints each of which carries the next link.
 ///
-/// The frame of a moving link stands on its joint's axis, where URDF wants it, and moves with the joint. Under modified
-/// Denavit-Hartenberg rows and placements it is the frame of the robot file; under classical rows, whose frame stands at the far
-/// end of the link, [`Self::link_from_body`] leads there.
+/// The frame of a moving link lies on its joint's axis, as URDF requires, and moves with the joint. For modified
+/// Denavit-Hartenberg rows and placements it is the frame of the robot file. For classical rows, the robot file's frame is at the far
+/// end of the link; [`Self::link_from_body`] leads there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinkTree {
-    /// Name of the link that the arm stands on.
+    /// Name of the base link.
     pub base: String,
     /// Moving joints, base first; then the fixed one that carries the tip.
     pub joints: Vec<TreeJoint>,
-    /// Where the frame of each moving link's data stands in the link's frame.
+    /// Frame of each moving link's data in the link's frame.
     pub link_from_body: Vec<Placement<f64>>,
 }
 
@@ -26,7 +26,7 @@ pub struct LinkTree {
 pub struct TreeJoint {
     /// Name of the joint.
     pub name: String,
-    /// Name of the link that it stands on.
+    /// Name of the parent link.
     pub parent: String,
     /// Name of the link that it carries.
     pub child: String,
@@ -107,7 +107,7 @@ pub(super) fn here() -> Placement<f64> {
 fn around_motion(frame: &Frame) -> (Placement<f64>, Vector3<f64>, Placement<f64>) {
     match frame {
         Frame::ClassicalDh(_) => (here(), Vector3::z(), frame.link_from_body()),
-        // `Rz(theta) Tz(d)` commutes with the motion and stands before it here.
+        // `Rz(theta) Tz(d)` commutes with the motion and is applied before it here.
         Frame::ModifiedDh(dh) => {
             let along_x = Placement { rotation: about_x(dh.alpha), translation: Vector3::new(dh.a, 0.0, 0.0) };
             (along_x.then(&frame.link_from_body()), Vector3::z(), here())
@@ -118,7 +118,7 @@ fn around_motion(frame: &Frame) -> (Placement<f64>, Vector3<f64>, Placement<f64>
     }
 }
 
-/// The name, with underscores behind it where another has it already.
+/// The name, followed by underscores if another has it already.
 fn unused(mut name: String, taken: &[String]) -> String {
     while taken.contains(&name) {
         name.push('_');

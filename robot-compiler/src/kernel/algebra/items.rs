@@ -12,13 +12,13 @@ pub(super) enum AlgebraItem {
     Number(u64),
     /// The quotient of the first and the second.
     Quotient(Id, Id),
-    /// Signed parts; a sum with one part stands for that part.
+    /// Signed parts; a sum with one part equals that part.
     Sum(Vec<Addend>),
-    /// Factors, one number at most.
+    /// Factors, at most one of them a number.
     Product(Vec<Id>),
 }
 
-/// The place of an item.
+/// Index of an item.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(in crate::kernel) struct Id(pub(super) usize);
 
@@ -75,7 +75,7 @@ pub(super) fn pairs<T: Copy>(all: &[T]) -> impl Iterator<Item = (T, T)> + '_ {
     pairs_of_places(all.len()).map(|(i, j)| (all[i], all[j]))
 }
 
-/// Every pair of places out of `n`, the lower one first.
+/// Every pair of indices out of `n`, the lower one first.
 pub(super) fn pairs_of_places(n: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..n).flat_map(move |i| (i + 1..n).map(move |j| (i, j)))
 }

@@ -3,14 +3,14 @@
 use super::items::{Addend, Algebra, AlgebraItem, Id, pairs};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A way to save operations.
+/// A change that saves operations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Move {
-    /// Share the sum of the two; the flag subtracts the second.
+    /// Shares the sum of the two; with the flag, the second is subtracted.
     ShareSum(Id, Id, bool),
-    /// Share the product of the two.
+    /// Shares the product of the two.
     ShareProduct(Id, Id),
-    /// Take the factor out of the sum.
+    /// Factors the item out of the sum.
     TakeOut(Id, Id),
 }
 
@@ -39,8 +39,8 @@ pub(in crate::kernel) const MOVES: Moves = Moves {
 };
 
 impl Algebra {
-    /// Applies one move after another until no move saves anything. Among equal savings, `rank` orders the kinds of moves;
-    /// then the first or the last place is taken.
+    /// Applies one move after another until no move saves anything. Among equal savings, `rank` orders the kinds of moves,
+    /// and then the first or the last candidate is chosen.
     pub(super) fn reduced(mut self, moves: Moves, rank: [u8; 3], late: bool) -> Self {
         while let Some(best) = self.best_move(rank, late) {
             self.make(best, moves);

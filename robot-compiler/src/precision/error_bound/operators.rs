@@ -129,7 +129,7 @@ impl<R: Rounding> One for Bounded<R> {
 }
 
 impl<R: Rounding> Scalar for Bounded<R> {
-    /// A constant: the exact value is `x`, the computed one the format's nearest to it.
+    /// A constant: the exact value is `x`, the computed one the nearest number of the format.
     #[inline]
     fn literal(x: f64) -> Self {
         // The two are so close that their difference is exact.

@@ -1,4 +1,4 @@
-//! The table of actuators, `robot-compiler/actuators.toml`, as part of the program.
+//! The table of actuators, `robot-compiler/actuators.toml`, compiled into the program.
 
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::drive::{Actuator, Protocol};

@@ -6,10 +6,10 @@ use crate::describe::drive::JointDrive;
 use crate::describe::robot::JointHeat;
 use crate::read::table::Table;
 
-/// Time constants of motors, s: a winding alone needs seconds, a large housing an hour or two.
+/// Plausible time constants of motors, s: a winding alone needs seconds, a large housing an hour or two.
 const TIME: (f64, f64) = (1.0, 10_000.0);
 
-/// Reads the table `heat` of a joint. A number that the file gives comes before that of the drive's actuator; what neither has is unknown.
+/// Reads the table `heat` of a joint. A number in the file takes precedence over that of the drive's actuator; without either it is unknown.
 pub(super) fn read(joint: &Table<'_>, drive: Option<&JointDrive>) -> Result<JointHeat, FileError> {
     let of_actuator = of_actuator(joint, drive)?;
     let Some(table) = joint.table("heat")? else { return Ok(of_actuator) };
@@ -34,7 +34,7 @@ pub(super) fn read(joint: &Table<'_>, drive: Option<&JointDrive>) -> Result<Join
     Ok(heat)
 }
 
-/// The numbers of the named actuator, through the gear.
+/// The numbers of the named actuator, converted through the gear.
 fn of_actuator(joint: &Table<'_>, drive: Option<&JointDrive>) -> Result<JointHeat, FileError> {
     let (Some(table), Some(spec)) = (joint.table("drive")?, drive.and_then(JointDrive::mit)) else {
         return Ok(JointHeat::default());

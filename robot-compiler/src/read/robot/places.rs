@@ -1,4 +1,4 @@
-//! Places of an arm's numbers in a TOML file.
+//! Locations of an arm's numbers in a TOML file.
 
 use crate::describe::diagnostics::Source;
 use crate::describe::draft::{DraftBody, JointPlaces, Place, Remark, RemarkKind, bones, own_joint, skeleton};
@@ -16,7 +16,7 @@ pub(super) fn bodies(robot: &Robot, joints: &[Table<'_>], tool: Option<&Table<'_
         body(index, &joint.spec.body, bone.centre, points, table)
     });
     let last = robot.dof().saturating_sub(1);
-    // A tool is measured from the tip.
+    // A tool's data are given relative to the tip.
     let tool = tool.filter(|_| robot.tool.body != Body::massless()).map(|table| {
         let held = &robot.tool.body;
         DraftBody { fixed: true, ..body(last, held, held.com, vec![Vector3::zeros()], table) }
@@ -29,11 +29,11 @@ fn body(joint: usize, body: &Body, centre: Vector3<f64>, points: Vec<Vector3<f64
     DraftBody { joint, fixed: false, body: *body, centre, points, mass, com, inertia }
 }
 
-/// Places of a joint's other numbers.
+/// Locations of a joint's other numbers.
 pub(super) fn joint(table: &Table<'_>, root: &Table<'_>) -> JointPlaces {
     let limit = |key| table.place_in("limits", key);
     let drive = |key: &str| table.place_in("drive", key);
-    // A named actuator has its ranges elsewhere. An H-bridge has no torque range: the current stands for it.
+    // A named actuator has its ranges elsewhere. An H-bridge has no torque range: its current is used instead.
     let either = |keys: [&str; 2]| keys.map(drive).into_iter().find(|place| place.given);
     let torque = either(["torque", "actuator"]).unwrap_or_else(|| drive("current_max"));
     JointPlaces {
@@ -76,7 +76,7 @@ pub(super) fn angles(joints: &[Table<'_>], tool: Option<&Table<'_>>, root: &Tabl
     found
 }
 
-/// Lines that begin with `# ?` and name no key: what `import` could not know. Keys that are missing have their own rules.
+/// Lines that begin with `# ?` and name no key: questions that `import` left open. Missing keys have their own rules.
 pub(super) fn open_lines(source: &Source) -> Vec<Remark> {
     let mut start = 0;
     let mut found = Vec::new();

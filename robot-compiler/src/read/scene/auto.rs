@@ -9,13 +9,13 @@ use crate::with_dof;
 
 const TOLERANCE: &str = "a share of each joint's torque limit, 0 to 0.5, such as 0.002";
 
-/// The request of the table, and its place.
+/// The request of the table, and its location.
 pub(super) struct Auto<'a> {
     terms: Value<'a>,
     tolerance: f64,
 }
 
-/// `terms` and `tolerance` of the table `[model]`, if they are there.
+/// `terms` and `tolerance` of the table `[model]`, if present.
 pub(super) fn read<'a>(table: &Table<'a>, robot: &Robot) -> Result<Option<Auto<'a>>, FileError> {
     let (terms, tolerance) = match (table.get("terms"), table.get("tolerance")) {
         (None, None) => return Ok(None),

@@ -10,7 +10,7 @@ use dynamics_core::control::CollisionReaction;
 pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> Result<CollisionSpec, FileError> {
     const THRESHOLD: &str = "an external torque above zero, N m or N";
     table.only(&["bandwidth", "threshold", "ticks", "release", "reaction"])?;
-    // Above this bandwidth the residual follows within a tick; a higher one makes it no faster.
+    // At this bandwidth the residual follows within a tick; a higher one makes it no faster.
     let most = 5.0 * control.rate;
     let expected = format!("a bandwidth in rad/s, above zero and at most {most}, 5 times the rate");
     let bandwidth = table.get("bandwidth").map_or(Ok(50.0), |value| value.positive_up_to(most, &expected))?;

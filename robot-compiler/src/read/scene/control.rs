@@ -106,7 +106,7 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, File
         control.teach = Some(teach(table.table("teach")?.as_ref(), robot)?);
     }
     if let Some(value) = table.get("age_max") {
-        // Bounded by the motion that goes unseen, once `safety.reach` is known.
+        // Bounded later, by the motion during that time, once `safety.reach` is known.
         control.age_max = value.whole(u64::from(u32::MAX), "a whole number of ticks")? as u32;
     }
     if let Some(guard) = table.table("guard")? {
@@ -121,12 +121,12 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, File
     Ok(control)
 }
 
-/// The first joint whose drive cannot do its part of the law.
+/// The first joint whose drive lacks the loop that the law needs.
 fn without_loop(robot: &Robot, law: ControlLaw) -> Option<&RobotJoint> {
     robot.joints.iter().find(|joint| law.traits().spring == SpringOwner::Drive && !joint.has_own_loop())
 }
 
-/// Stiffness of the joints, for the laws in which a joint's spring is its own.
+/// Stiffness of the joints, for the laws with a spring at each joint.
 fn stiffness(table: &Table<'_>, value: &Value<'_>, robot: &Robot, law: ControlLaw) -> Result<Vec<f64>, FileError> {
     if law.feeds_back_through_model() {
         let expected = "`law = \"impedance\"`, or `natural_frequency` in its place";
@@ -139,7 +139,7 @@ fn stiffness(table: &Table<'_>, value: &Value<'_>, robot: &Robot, law: ControlLa
     per_joint(value, robot, EXPECTED, |value| value.positive_up_to(1e6, EXPECTED))
 }
 
-/// Integral times below this many times the shortest stable one, `1 / Kd`, are refused: the inertia of a posture may be this much
+/// Least integral time, as a multiple of the shortest stable one, `1 / Kd`: the inertia of a posture may be this much
 /// larger than that of the motion's start.
 const TIME_MARGIN: f64 = 4.0;
 
@@ -168,7 +168,7 @@ fn integral(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> Result<I
     const BAND: &str = "a dead band, rad or m, zero or more";
     let dead_band = match table.get("dead_band") {
         Some(value) => per_joint(&value, robot, BAND, |value| value.not_negative(BAND))?,
-        // Within a count the sign of an error is not known.
+        // Within a count the sign of an error is unknown.
         None => robot.joints.iter().map(|joint| joint.per_count().unwrap_or(0.0)).collect(),
     };
     Ok(IntegralSpec { time, torque, dead_band })

@@ -11,14 +11,14 @@ use dynamics_core::safety::SafeAction;
 /// Longest time that a file may set, ms.
 const TIME_MAX: f64 = 60_000.0;
 
-/// Longest time that brakes may need to engage, ms: ten times that of slow ones.
+/// Longest time that brakes may need to engage, ms: ten times that of slow brakes.
 const BRAKE_DELAY_MAX: f64 = 1000.0;
 
-/// Shortest such time, ms: no brake is so fast, so a smaller number is one in seconds.
+/// Shortest such time, ms: no brake is that fast, so a smaller number is probably in seconds.
 const BRAKE_DELAY_MIN: f64 = 5.0;
 
-/// Smallest share of the first motion. Friction alone takes a few per cent of a joint's torque limit, so with less the arm would not move,
-/// and would sink under a small error of its model.
+/// Smallest share of the first motion. Friction alone uses a few per cent of a joint's torque limit, so with less the arm would not move,
+/// and would sink because of a small error of its model.
 const FIRST_MOTION_MIN: f64 = 0.05;
 
 pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> Result<SafetySpec, FileError> {
@@ -121,7 +121,7 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> R
     }
     if let Some(value) = table.get("live_age_ms") {
         let age = 1e-3 * value.positive_up_to(TIME_MAX, "a time in ms, above zero and at most 60,000")?;
-        // A round number of ticks, and a few lost frames, lie between two messages.
+        // Allows for a message period of a whole number of ticks and for a few lost frames.
         if age < 4.0 / control.rate {
             let least = 4000.0 / control.rate;
             return Err(

@@ -1,4 +1,4 @@
-//! Copies of a study's files that stand alone in one folder.
+//! Self-contained copies of a study's files in one folder.
 
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::study::Study;
@@ -8,7 +8,7 @@ use std::ops::Range;
 use std::path::Path;
 
 impl Study {
-    /// The study's files by name and text: `study.toml`, its scene and its robot, each naming the others by these names, with
+    /// The study's files by name and text: `study.toml`, its scene and its robot. They refer to each other by these names, and the study has
     /// this number of runs.
     ///
     /// # Errors
@@ -35,17 +35,17 @@ impl Study {
     }
 }
 
-/// A scene's text that names this robot file.
+/// A scene's text with this robot file.
 ///
 /// # Errors
-/// The text is no scene.
+/// The text is not a scene.
 pub fn with_robot(scene: &str, robot: &str) -> Result<String, FileError> {
     let source = Source { file: "scene.toml".to_owned(), text: scene.to_owned() };
     let (_, place) = robot_of(&source)?;
     Ok(spliced(scene, vec![(place, format!("{robot:?}"))]))
 }
 
-/// The path of a scene's robot file, and its place in the text.
+/// The path of a scene's robot file, and its location in the text.
 fn robot_of(source: &Source) -> Result<(String, Range<usize>), FileError> {
     const ROBOT: &str = "the path of a robot file, relative to this file";
     let document = parse(source)?;

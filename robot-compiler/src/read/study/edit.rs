@@ -6,10 +6,10 @@ use toml_edit::{DocumentMut, InlineTable, Item, TableLike};
 /// Problem of a path, and what was expected.
 pub(super) type Problem = (String, String);
 
-/// Edit of a place that a path leads to. A missing key comes as [`Item::None`].
+/// Edit of a value to which a path leads. A missing key is passed as [`Item::None`].
 type Edit<'a> = &'a mut dyn FnMut(&mut Item) -> Result<(), Problem>;
 
-/// Edits every place that the path leads to. Missing tables are made.
+/// Edits every value to which the path leads. Missing tables are created.
 ///
 /// A name in a list is a joint's name, its number counted from 1, or `*` for all; `joints` are the names.
 pub(super) fn edit(

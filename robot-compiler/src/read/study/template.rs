@@ -1,4 +1,4 @@
-//! A scene and its robot as texts with gaps, which the values of a run fill. A run is then read as any scene file is, so
+//! A scene and its robot as texts with gaps, which the values of a run fill. A run is then read like any scene file, so
 //! that every check applies to it.
 
 use super::edit::{Problem, edit};
@@ -28,9 +28,9 @@ pub enum Drawn<'a> {
 #[derive(Clone, Debug)]
 pub struct Template {
     scene: Gapped,
-    /// `None` where the study does not change the robot.
+    /// `None` if the study does not change the robot.
     robot: Option<Gapped>,
-    /// The robot, where it is the same in all runs.
+    /// The robot, if it is the same in all runs.
     fixed: Robot,
     folder: PathBuf,
 }
@@ -40,11 +40,11 @@ pub struct Template {
 struct Gapped {
     file: String,
     head: String,
-    /// Each gap, and the text behind it.
+    /// Each gap, and the text after it.
     gaps: Vec<(TemplateGap, String)>,
 }
 
-/// A gap: which varied key fills it, and the number that the file itself has there.
+/// A gap: the varied key that fills it, and the file's own number.
 #[derive(Clone, Copy, Debug)]
 struct TemplateGap {
     key: usize,
@@ -56,10 +56,10 @@ struct TemplateGap {
 const MARK: &str = "@vary ";
 
 impl Template {
-    /// Reads the scene and the robot of a study, and cuts the gaps.
+    /// Reads the scene and the robot of a study, and inserts the gaps.
     ///
     /// # Errors
-    /// A file that cannot be read or parsed, a key that leads nowhere.
+    /// A file that cannot be read or parsed, or a key that does not exist.
     pub fn load(study: &Study) -> Result<Self, FileError> {
         Self::with(study, usize::MAX)
     }
@@ -67,7 +67,7 @@ impl Template {
     /// The scene of a run with these values, one for each key that varies.
     ///
     /// # Errors
-    /// A scene or robot that these values make impossible; the place is that in the text of [`Template::texts`].
+    /// A scene or robot that these values make impossible; its location refers to the text of [`Template::texts`].
     pub fn scene(&self, values: &[Drawn<'_>]) -> Result<SceneFile, FileError> {
         let varied = self.robot.as_ref().filter(|robot| !robot.gaps.is_empty());
         let changed = varied.map(|gapped| gapped.robot(values, &self.fixed.path)).transpose()?;
@@ -75,13 +75,13 @@ impl Template {
         scene::read_with(&source, &self.folder, Some(changed.as_ref().unwrap_or(&self.fixed)))
     }
 
-    /// The texts of a run's scene, and of its robot where the run changes it.
+    /// The texts of a run's scene, and of its robot if the run changes it.
     #[must_use]
     pub fn texts(&self, values: &[Drawn<'_>]) -> (String, Option<String>) {
         (self.scene.fill(values), self.robot.as_ref().map(|robot| robot.fill(values)))
     }
 
-    /// Reads a run's scene, and where that fails names the first key of the study with which it does.
+    /// Reads a run's scene. If that fails, names the first key of the study that causes the failure.
     ///
     /// # Errors
     /// As [`Template::scene`].
@@ -92,7 +92,7 @@ impl Template {
         };
         for (count, (_, key)) in changes(&study.experiment).enumerate() {
             if count == 0 {
-                // The files as they are.
+                // First the files unchanged.
                 Self::with(study, 0)?.scene(values)?;
             }
             if let Err(error) = Self::with(study, count + 1)?.scene(values) {
@@ -103,7 +103,7 @@ impl Template {
         Err(error)
     }
 
-    /// As [`Template::load`] with the first keys of the study alone.
+    /// As [`Template::load`] with only the first keys of the study.
     fn with(study: &Study, count: usize) -> Result<Self, FileError> {
         let experiment = &study.experiment;
         let (source, mut document) = document(&experiment.scene)?;
@@ -142,7 +142,7 @@ impl Template {
     }
 }
 
-/// Change at the places of a key.
+/// Change of a key's value.
 enum Change<'a> {
     /// Another value, or none.
     Put(Option<&'a str>),
@@ -178,7 +178,7 @@ fn robot_document(study: &Study, key: &Key, path: &Path) -> Result<(Source, Docu
 /// A file as text, and as a document that can be edited.
 fn document(path: &Path) -> Result<(Source, DocumentMut), FileError> {
     let source = read_text(path)?;
-    // For its errors, which have a place.
+    // Parsed for its errors, which have a location.
     parse(&source)?;
     if source.text.contains(MARK) {
         let problem = format!("holds the text {MARK:?}, which marks the gaps of a study");
@@ -190,7 +190,7 @@ fn document(path: &Path) -> Result<(Source, DocumentMut), FileError> {
     Ok((source, document))
 }
 
-/// Replace or remove a value.
+/// Replaces or removes a value.
 fn put(item: &mut Item, text: Option<&str>) -> Result<(), Problem> {
     let Some(text) = text else {
         if item.is_none() {
@@ -204,7 +204,7 @@ fn put(item: &mut Item, text: Option<&str>) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Replace a value by a gap's mark, which holds the value's own number.
+/// Replaces a value by a gap's mark, which contains the value's own number.
 fn mark(item: &mut Item, index: usize, relative: Relative) -> Result<(), Problem> {
     let number = item.as_float().or_else(|| item.as_integer().map(|whole| whole as f64));
     if item.as_str().is_some_and(|text| text.starts_with(MARK)) {
@@ -269,7 +269,7 @@ impl TemplateGap {
             Drawn::Whole(x) => Some(x as f64),
             Drawn::Listed(listed) => listed.number,
         };
-        // Rust's shortest form that reads back exactly is TOML. Writing to a string cannot fail.
+        // Rust's shortest form that reads back exactly is valid TOML. Writing to a string cannot fail.
         let _ = match (self.relative, value, number) {
             (Relative::Factor, _, Some(x)) => write!(text, "{:?}", self.own * x),
             (Relative::Offset, _, Some(x)) => write!(text, "{:?}", self.own + x),

@@ -31,9 +31,9 @@ pub(super) struct Link<'a> {
 
 /// A number that is missing from an `<inertial>`.
 pub(super) struct MissingNumber {
-    /// The element or attribute, and the value that is taken in its place.
+    /// The element or attribute, and the value that is used instead.
     pub(super) reason: String,
-    /// The same as an error, for the commands that compute with the number.
+    /// The same as an error, for commands that compute with the number.
     pub(super) error: FileError,
 }
 
@@ -48,7 +48,7 @@ pub(super) struct UrdfJoint<'a> {
     /// The axis, of any length.
     pub(super) axis: Vector3<f64>,
     pub(super) limit: Option<Limit>,
-    /// Viscous and Coulomb friction; zero where the file gives none.
+    /// Viscous and Coulomb friction; zero if the file gives none.
     pub(super) damping: f64,
     pub(super) friction: f64,
 }
@@ -123,7 +123,7 @@ fn link<'a>(markup: &Markup<'a>, node: Node<'a, 'a>) -> Result<Link<'a>, FileErr
     Ok(Link { node, name, body, gap })
 }
 
-/// Square of a radius of gyration, m^2, that is none: a tensor below it is the rounding of an exporter, and the body a point.
+/// Square of a radius of gyration, m^2, that counts as zero: a smaller tensor is an exporter's rounding error, and the body a point mass.
 const NOTHING: f64 = 1e-12;
 
 /// An `<inertial>`, converted to the link's frame: its own origin has a position and an orientation.
@@ -174,7 +174,7 @@ fn body<'a>(
         );
     }
     let [mut xx, mut yy, mut zz, mut xy, mut xz, mut yz] = entries;
-    // Without a mass a tensor says nothing; with a moment missing it is no tensor.
+    // Without a mass a tensor has no meaning, and without one of its moments it is incomplete.
     let [mass] = value.unwrap_or([0.0]);
     let lacks_moment = tensor.is_some_and(|tensor| ["ixx", "iyy", "izz"].iter().any(|key| !tensor.has_attribute(*key)));
     if value.is_none() || lacks_moment {

@@ -1,4 +1,4 @@
-//! The XML of a URDF file: its numbers, and the places that errors point at.
+//! The XML of a URDF file: its numbers, and the locations for errors.
 
 use crate::describe::diagnostics::{FileError, Source, one_of};
 use crate::describe::draft::Place;
@@ -8,14 +8,14 @@ use std::ops::Range;
 /// Deepest nesting: a URDF needs six levels.
 const DEPTH_MAX: usize = 32;
 
-/// File to read instead of a xacro file.
+/// Advice for a xacro file.
 pub(in crate::read) const EXPAND: &str = "the URDF that `xacro FILE > robot.urdf` writes";
 
 pub(super) fn parse(source: &Source) -> Result<Document<'_>, FileError> {
     Document::parse(&source.text).map_err(|error| {
         let at = error.pos();
         let offset = offset(&source.text, at.row, at.col);
-        // The parser's message ends with the place, which our message already has in front.
+        // The parser's message ends with the location, with which our message begins.
         let text = error.to_string();
         let message = text.strip_suffix(&format!(" at {at}")).unwrap_or(&text);
         source.error(offset..offset + 1, "", format!("not valid XML: {message}"), "an XML document")
@@ -33,7 +33,7 @@ fn offset(text: &str, row: u32, column: u32) -> usize {
 pub(super) struct Markup<'a> {
     source: &'a Source,
     pub(super) robot: Node<'a, 'a>,
-    /// Major and minor; 1.0 where the file gives no version or an invalid one.
+    /// Major and minor version; 1.0 if the file gives none or an invalid one.
     pub(super) version: (u32, u32),
 }
 
@@ -75,7 +75,7 @@ impl<'a> Markup<'a> {
         self.printable(node, name, kind)
     }
 
-    /// A name without control characters, which a terminal would obey.
+    /// A name without control characters, which could control a terminal.
     pub(super) fn printable(&self, node: &Node<'a, 'a>, name: &'a str, kind: &str) -> Result<&'a str, FileError> {
         if name.chars().any(char::is_control) {
             let problem = format!("found {name:?}");
@@ -146,7 +146,7 @@ impl<'a> Markup<'a> {
         })
     }
 
-    /// An error at a place in the text.
+    /// An error at a location in the text.
     pub(super) fn error_at(
         &self,
         place: Range<usize>,
@@ -176,7 +176,7 @@ impl<'a> Markup<'a> {
         range.start..range.start + tag
     }
 
-    /// The place of a child element, or of the element itself if the child is missing.
+    /// The location of a child element, or of the element itself if the child is missing.
     pub(super) fn place(&self, node: &Node<'_, '_>, element: &str, field: String) -> Place {
         let found = child(node, element);
         let given = found.is_some();

@@ -21,12 +21,12 @@ fn above_to(chain: &Chain, joint: usize) -> Placement<f64> {
     place
 }
 
-/// Where the `i`-th moving joint sits on the moving link before it.
+/// Placement of the `i`-th moving joint on the moving link before it.
 pub(super) fn joint_placement(chain: &Chain, i: usize) -> Placement<f64> {
     above_to(chain, chain.moving[i])
 }
 
-/// Where the tip link's frame sits on the last moving link.
+/// Placement of the tip link's frame on the last moving link.
 pub(super) fn tip_placement(chain: &Chain) -> Placement<f64> {
     match chain.above[chain.tip] {
         Some(joint) if !chain.moving.contains(&joint) => above_to(chain, joint),
@@ -38,7 +38,7 @@ pub(super) fn tip_placement(chain: &Chain) -> Placement<f64> {
 pub(super) fn mounting(chain: &Chain) -> Matrix3<f64> {
     let mut rotation = Matrix3::identity();
     let mut link = chain.base;
-    // A tree: no link comes twice.
+    // In a tree, no link is visited twice.
     while let Some(above) = chain.above[link] {
         rotation = chain.place[above].rotation * rotation;
         link = chain.parent[above];
@@ -48,7 +48,7 @@ pub(super) fn mounting(chain: &Chain) -> Matrix3<f64> {
 
 /// The link of the `i`-th moving joint together with everything fixed to it, in its frame.
 ///
-/// Moving joints beside the chain count as fixed, where they are held.
+/// Moving joints outside the chain count as fixed at their held position.
 pub(super) fn body(urdf: &Description<'_>, chain: &Chain, i: usize) -> Body {
     let link = chain.child[chain.moving[i]];
     let own = urdf.links[link].body;

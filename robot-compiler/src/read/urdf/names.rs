@@ -5,7 +5,8 @@ use crate::describe::diagnostics::nearest;
 use crate::describe::draft::{Place, Remark, RemarkKind};
 use roxmltree::Node;
 
-/// Children and attributes of an element that this reader knows. Children are judged by likeness only, because simulators add their own.
+/// Known children and attributes of an element. Unknown children are reported only if they resemble a known name, because simulators add
+/// their own.
 struct Known {
     element: &'static str,
     children: &'static [&'static str],
@@ -45,7 +46,7 @@ const KNOWN: [Known; 12] = [
     Known { element: "mimic", children: &[], attributes: &["joint", "multiplier", "offset"] },
 ];
 
-/// Words of other formats, and what URDF has in their place.
+/// Words of other formats, and their URDF equivalents.
 const ALIKE: [(&str, &str); 22] = [
     ("pos", "xyz"),
     ("position", "xyz"),

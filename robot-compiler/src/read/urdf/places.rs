@@ -1,4 +1,4 @@
-//! Places of an arm's numbers in a URDF file, and its links before fixed ones are merged.
+//! Locations of an arm's numbers in a URDF file, and its links before fixed ones are merged.
 
 use super::chain::Chain;
 use super::description::{Description, UrdfJointKind};
@@ -52,13 +52,13 @@ fn axis(urdf: &Description<'_>, chain: &Chain, i: usize) -> Vector3<f64> {
     (axis / axis.amax()).normalize()
 }
 
-/// Places of a joint's other numbers.
+/// Locations of a joint's other numbers.
 pub(super) fn joint(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, i: usize) -> JointPlaces {
     let joint = &urdf.joints[chain.moving[i]];
     let label = Robot::joint_label(i, joint.name);
     let of = |name: &str, field: &str| markup.place(&joint.node, name, format!("{label}.{field}"));
     let limit = |keys: &[&str]| limit(markup, &joint.node, keys, &label);
-    // What a URDF has no element for is missing from the joint.
+    // Values without an element in URDF are missing from the joint.
     let none = |field: &str| of("", field);
     JointPlaces {
         position: limit(&["lower", "upper"]),
@@ -75,7 +75,7 @@ pub(super) fn joint(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, 
     }
 }
 
-/// The place of the first of these attributes of a `<limit>` that is there.
+/// The location of the first of these attributes of a `<limit>` that is present.
 fn limit(markup: &Markup<'_>, joint: &Node<'_, '_>, keys: &[&str], label: &str) -> Place {
     let name = keys.first().copied().unwrap_or_default();
     let place = markup.place(joint, "limit", format!("{label}.limit.{name}"));
@@ -100,7 +100,7 @@ pub(super) fn angles(urdf: &Description<'_>, chain: &Chain) -> Vec<(Place, f64)>
         let inertial = child(&part.node, "inertial");
         add(inertial.and_then(|inertial| child(&inertial, "origin")), format!("link {}.inertial", part.name));
     }
-    // Joints from the tip's side up to the root, those above the base too: they turn gravity.
+    // Joints from the tip's side up to the root, including those above the base, which turn gravity.
     for (index, joint) in urdf.joints.iter().enumerate() {
         let below = chain.moving.first().is_some_and(|first| chain.is_below(index, chain.child[*first]));
         if below || chain.moving.first() == Some(&index) || chain.is_above(index, chain.tip) {

@@ -13,7 +13,7 @@ pub(super) fn here() -> Placement<f64> {
     Placement { rotation: Matrix3::identity(), translation: Vector3::zeros() }
 }
 
-/// The placement of an `<origin>`; the identity where there is none.
+/// The placement of an `<origin>`; the identity if there is none.
 pub(super) fn origin<'a>(
     markup: &Markup<'a>,
     element: Option<&Node<'a, 'a>>,

@@ -5,9 +5,9 @@ use crate::describe::diagnostics::FileError;
 use dynamics_core::Rotor;
 use roxmltree::Node;
 
-/// The rotor of a joint: none where no transmission of the joint says one.
+/// The rotor of a joint; none if no transmission of the joint gives one.
 ///
-/// An inertia without a gear ratio turns as the joint does, as in Drake. A gear without an inertia is no rotor.
+/// A rotor inertia without a gear ratio has the ratio 1, as in Drake. A gear without an inertia is no rotor.
 pub(super) fn rotor(markup: &Markup<'_>, joint: &str, label: &str) -> Result<Rotor, FileError> {
     let transmissions = markup.robot.children().filter(|node| node.has_tag_name("transmission"));
     let of_joint = transmissions.filter(|node| child(node, "joint").and_then(|it| it.attribute("name")) == Some(joint));
@@ -27,7 +27,7 @@ pub(super) fn rotor(markup: &Markup<'_>, joint: &str, label: &str) -> Result<Rot
     Ok(found.unwrap_or_default())
 }
 
-/// A child element in a namespace, which is Drake's whatever its address.
+/// A child element in any namespace, which is assumed to be Drake's, whatever its address.
 fn of_drake<'a>(actuator: &Node<'a, 'a>, name: &str) -> Option<Node<'a, 'a>> {
     actuator.children().find(|node| {
         let tag = node.tag_name();
@@ -35,7 +35,7 @@ fn of_drake<'a>(actuator: &Node<'a, 'a>, name: &str) -> Option<Node<'a, 'a>> {
     })
 }
 
-/// The reduction that a transmission of a joint names, and the transmission's name; ROS 1 and ROS 2 write it differently.
+/// The reduction that a transmission of a joint gives, and the transmission's name; ROS 1 and ROS 2 write it differently.
 pub(super) fn reduction(markup: &Markup<'_>, joint: &str) -> Option<(f64, String)> {
     let mut all = markup.robot.descendants().filter(|node| node.has_tag_name("transmission"));
     all.find_map(|node| {

@@ -1,6 +1,5 @@
-//! Decoder of the logs of the chip's programs. It is a program of its own, because the decoder takes longer to compile than
-//! all other tasks, and few need it.
-//! Its argument is the program; the log comes on standard input.
+//! Decoder of the logs of the chip's programs. It is a separate program, because few tasks need the decoder and it takes longer to compile than all
+//! other tasks. Its argument is the program; the log comes on standard input.
 
 use anyhow::{Context as _, Result, bail};
 use defmt_decoder::{DecodeError, Table};

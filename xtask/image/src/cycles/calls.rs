@@ -8,15 +8,15 @@ use crate::cycles::trace;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Runs a program that counts its calls, and estimates each call of the functions at `starts`: for each function its calls in
-/// the order of execution, and for each call an estimate with each of the memories.
+/// Runs a program that counts its calls, and estimates each call of the functions at `starts`. Returns, for each function, its calls in the order of
+/// execution, and for each call one estimate per memory.
 ///
-/// All calls come from the one call through a register in the function whose name contains `counter`. A call lasts from the
-/// function's first instruction to its return, and includes all that the function reaches. Nothing is executed between the calls
-/// of a function: its next call finds the caches as the last one left them.
+/// All calls come from the only call through a register in the function with `counter` in its name. A call lasts from the function's first
+/// instruction to its return, and includes everything that the function reaches. Nothing is executed between the calls of a function, so the next
+/// call finds the caches as the previous one left them.
 ///
 /// # Errors
-/// Nothing in the program counts calls, or no function begins at one of the addresses; otherwise as [`trace::run`].
+/// Nothing in the program counts calls, or no function begins at one of the addresses. Otherwise those of [`trace::run`].
 pub fn calls<const N: usize>(
     elf: &Path,
     program: &Program,

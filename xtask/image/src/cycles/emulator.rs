@@ -1,28 +1,28 @@
-//! The emulator: started, ended, and the lines of its log.
+//! Start and end of the emulator, and the lines of its log.
 
 use crate::ImageError;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-/// The emulator.
+/// The emulator's program.
 const QEMU: &str = "qemu-system-arm";
 
 /// Errors of a trace.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// Not installed, or not allowed to run.
+    /// The emulator is not installed, or may not be run.
     #[error("cannot start {QEMU}: {0}")]
     CannotStart(#[source] std::io::Error),
-    /// The version is not at its expected place in the output.
+    /// The version is not at its expected position in the output.
     #[error("{QEMU} --version says {0:?}; expected \"QEMU emulator version MAJOR.MINOR\"")]
     Version(String),
-    /// The end of a call is not known.
+    /// The program contains no call that the trace could count.
     #[error("nothing in the program counts calls")]
     CountsNothing,
-    /// A function to be traced is not known.
+    /// A function to be traced does not exist.
     #[error(transparent)]
     Function(#[from] ImageError),
-    /// The pipe from it broke.
+    /// The pipe from the emulator broke.
     #[error("the emulator's log cannot be read: {0}")]
     Log(#[source] std::io::Error),
     /// The program failed, or the emulator did.
@@ -30,12 +30,12 @@ pub enum Error {
     GaveUp {
         /// Its exit status.
         status: std::process::ExitStatus,
-        /// The emulator's output besides the trace.
+        /// The emulator's output, without the trace.
         said: String,
     },
 }
 
-/// Option of the installed emulator for one instruction per block.
+/// Option that makes the installed emulator translate one instruction per block.
 ///
 /// # Errors
 /// The emulator cannot be started, or does not print its version.
@@ -45,14 +45,14 @@ pub(crate) fn one_instruction_a_block() -> Result<&'static [&'static str], Error
     option_for(&text).ok_or(Error::Version(text))
 }
 
-/// Since 8.1 it is a property of the accelerator; 9.2 no longer knows the older option.
+/// Since 8.1 it is a property of the accelerator; 9.2 no longer accepts the older option.
 fn option_for(version: &str) -> Option<&'static [&'static str]> {
     let mut numbers = version.strip_prefix("QEMU emulator version ")?.split(['.', ' ', '\n']).map(str::parse::<u32>);
     let found = (numbers.next()?.ok()?, numbers.next()?.ok()?);
     Some(if found >= (8, 1) { &["-accel", "tcg,one-insn-per-tb=on"] } else { &["-singlestep"] })
 }
 
-/// Starts the emulator for a program that ends by itself; its log comes on its standard error.
+/// Starts the emulator for a program that ends without being stopped; the log comes on standard error.
 pub(crate) fn start(elf: &Path, options: &[&str]) -> Result<Child, Error> {
     Command::new(QEMU)
         .args(["-M", "netduinoplus2", "-icount", "shift=0", "-display", "none", "-monitor", "none"])
@@ -67,7 +67,7 @@ pub(crate) fn start(elf: &Path, options: &[&str]) -> Result<Child, Error> {
         .map_err(Error::CannotStart)
 }
 
-/// The emulator; it is ended on every way out of the run.
+/// A running emulator, which is ended when this is dropped.
 pub(crate) struct Ended(pub(crate) Child);
 
 impl Drop for Ended {
@@ -83,8 +83,8 @@ impl Drop for Ended {
 pub(crate) enum Line {
     /// `Trace 0: 0x7f... [flags/pc/flags/flags] function`.
     Executed(u32),
-    /// The block before was not executed after all: an access to a device restarts it, or the instruction count ran out
-    /// before it. It is logged again.
+    /// The previous block was not executed after all: an access to a device restarts it, or the instruction count ran out before it. It is logged
+    /// again.
     Undone,
     Other,
 }

@@ -1,4 +1,4 @@
-//! Cycle estimate of a stretch of execution, an instruction at a time.
+//! Cycle estimate of a sequence of instructions.
 
 use crate::cycles::memory::Memory;
 use crate::cycles::pipeline::{Machine, Stalls};
@@ -6,33 +6,33 @@ use crate::cycles::timing::{HIGH, LIKELY, LOW, Reading};
 use crate::{Class, Instruction, Program};
 use std::collections::BTreeMap;
 
-/// Cycles by the three readings of the manuals, from the quickest to the slowest.
+/// Cycles for the three interpretations of the manuals, from the quickest to the slowest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Range {
-    /// Fewest: nearly always of the best case of every choice.
+    /// Fewest cycles: nearly always from the best case of every choice.
     pub low: u64,
-    /// The most probable.
+    /// Most probable cycles.
     pub likely: u64,
-    /// Most: nearly always of the worst case of every choice.
+    /// Most cycles: nearly always from the worst case of every choice.
     pub high: u64,
 }
 
-/// Cycles of a stretch of execution: an **estimate**, near to published cycles of other programs on silicon.
+/// Cycles of a sequence of instructions: an **estimate**, close to published cycles of other programs on silicon.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Estimate {
     /// Instructions executed.
     pub instructions: u64,
-    /// Number of these that the decoder does not know; each is taken as one cycle.
+    /// Number of these that the decoder does not know; each counts as one cycle.
     pub unknown: u64,
-    /// Cycles.
+    /// Estimated cycles.
     pub cycles: Range,
-    /// Stalls of the likely cycles.
+    /// Stalls within the likely cycles.
     pub stalls: Stalls,
     /// Instructions by class.
     pub histogram: BTreeMap<Class, u64>,
 }
 
-/// An instruction, and the address of its data if that is known.
+/// An instruction, and the address of its data if it is known.
 #[derive(Clone, Copy, Debug)]
 struct Pending {
     address: u32,
@@ -40,10 +40,9 @@ struct Pending {
     data: Option<u32>,
 }
 
-/// Estimates cycles, an instruction at a time.
+/// Estimates cycles, one instruction at a time.
 ///
-/// Caches and pipeline carry over from one estimate to the next: the second run of the same code finds the cache as the
-/// first left it.
+/// Caches and pipeline carry over from one estimate to the next: a second run of the same code finds the cache as the first left it.
 ///
 /// ```
 /// use chip_image::Program;
@@ -69,26 +68,26 @@ pub struct Estimator<'a> {
 }
 
 impl<'a> Estimator<'a> {
-    /// A core at rest, its caches empty.
+    /// Creates a core at rest with empty caches.
     #[must_use]
     pub fn new(program: &'a Program, memory: Memory) -> Self {
         Self::with_readings(program, memory, [LOW, LIKELY, HIGH])
     }
 
-    /// The same with other readings of the manuals in the places of low, likely and high: for comparing one with another.
+    /// Creates an estimator with other interpretations in place of low, likely and high, to compare them with each other.
     #[must_use]
     pub fn with_readings(program: &'a Program, memory: Memory, readings: [Reading; 3]) -> Self {
         let [low, likely, high] = readings.map(|reading| Machine::new(reading, memory));
         Self { program, memory, low, likely, high, pending: None, estimate: Estimate::default() }
     }
 
-    /// Executes the instruction at this address. Its data are taken to be in SRAM, unless they are a literal.
+    /// Executes the instruction at this address. Its data are assumed to be in SRAM, unless they are a literal.
     pub fn execute(&mut self, address: u32) {
         let instruction = self.program.decode(address);
         self.start(Pending { address, instruction, data: None });
     }
 
-    /// Executes the instruction at this address with these core registers before it: its data are where they point.
+    /// Executes the instruction at this address; `registers` are the core registers before it, from which the address of its data follows.
     ///
     /// ```
     /// use chip_image::Program;
@@ -116,8 +115,8 @@ impl<'a> Estimator<'a> {
         }
     }
 
-    /// Estimate of everything executed since the start or the last call. It is not known whether the last instruction
-    /// branched; it counts as a branch only if it cannot do anything else.
+    /// Returns the estimate of everything executed since the start or the last call. It is unknown if the last instruction branched, so it counts as
+    /// a branch only if it always branches.
     pub fn finish(&mut self) -> Estimate {
         if let Some(last) = self.pending.take() {
             self.account(&last, None);
@@ -125,7 +124,7 @@ impl<'a> Estimator<'a> {
         let mut estimate = std::mem::take(&mut self.estimate);
         let machines = [&mut self.low, &mut self.likely, &mut self.high];
         let [low, likely, high] = machines.map(Machine::lap);
-        // A best choice may cost elsewhere: a line that is kept evicts another.
+        // The best choices may give more cycles in total, because a line that is kept evicts another. So the range is taken over all three.
         let all = [low.0, likely.0, high.0];
         let (least, most) =
             all.iter().fold((likely.0, likely.0), |(least, most), cycles| (least.min(*cycles), most.max(*cycles)));

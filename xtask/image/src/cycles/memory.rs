@@ -1,4 +1,4 @@
-//! Memory that code is fetched from: flash behind its two caches and its prefetch, or SRAM. Memory that data come from.
+//! Memory from which code is fetched (flash with its two caches and its prefetch, or SRAM), and memory from which data come.
 
 use crate::cycles::timing::{DATA_LINES, FLASH_LINE_BYTES, FLASH_WAIT_STATES, INSTRUCTION_LINES, Prefetched, Reading};
 
@@ -7,23 +7,23 @@ use crate::cycles::timing::{DATA_LINES, FLASH_LINE_BYTES, FLASH_WAIT_STATES, INS
 pub enum Placement {
     /// In flash, at any address.
     Flash,
-    /// In SRAM, at any address: the same instructions as if they had been linked there.
+    /// In SRAM, at any address: as if the same instructions had been linked there.
     Sram,
-    /// According to each address: SRAM from 0x2000_0000 on.
+    /// Decided by each address: SRAM from 0x2000_0000 on.
     ByAddress,
 }
 
-/// The memory that code is fetched from.
+/// The memory from which code is fetched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Memory {
     /// Location of the code.
     pub placement: Placement,
-    /// Wait states of flash.
+    /// Wait states of flash, cycles.
     pub wait_states: u64,
 }
 
 impl Memory {
-    /// Code at this location, with the wait states of 168 MHz.
+    /// Code at this location, with the wait states for 168 MHz.
     #[must_use]
     pub const fn new(placement: Placement) -> Self {
         Self { placement, wait_states: FLASH_WAIT_STATES }
@@ -38,16 +38,16 @@ impl Memory {
         }
     }
 
-    /// The source of a literal, which lies beside the code.
+    /// The memory of a literal, which is next to the code.
     pub(crate) fn of_literal(self, address: u32) -> Source {
         if self.is_flash(address) { Source::Flash(address) } else { Source::Sram }
     }
 }
 
-/// The first address of SRAM.
+/// First address of SRAM.
 const SRAM_BEGINS: u32 = 0x2000_0000;
 
-/// The first address of the memory that only the core reaches (RM0090, 2.3.1).
+/// First address of the core-coupled memory (RM0090, 2.3.1).
 const COUPLED_BEGINS: u32 = 0x1000_0000;
 
 /// The source of data.
@@ -55,14 +55,14 @@ const COUPLED_BEGINS: u32 = 0x1000_0000;
 pub(crate) enum Source {
     /// Flash, at this address.
     Flash(u32),
-    /// The memory that only the core reaches: no waiting, and a bus of its own.
+    /// Core-coupled memory: no waiting, and a separate bus.
     Coupled,
     /// SRAM or a device.
     Sram,
 }
 
 impl Source {
-    /// The source of data at an address in a register, by the chip's memory map. Flash appears at 0 as well.
+    /// The memory of data at an address in a register, by the chip's memory map. Flash is also visible at 0.
     pub(crate) const fn of(address: u32) -> Self {
         if address < COUPLED_BEGINS {
             Self::Flash(address)
@@ -74,7 +74,7 @@ impl Source {
     }
 }
 
-/// Lines in the order of their use, the last used at the end.
+/// Lines in the order of their use, the most recently used at the end.
 #[derive(Clone, Debug)]
 struct Lines {
     kept: Vec<u32>,
@@ -86,7 +86,7 @@ impl Lines {
         Self { kept: Vec::with_capacity(room), room }
     }
 
-    /// True if a line is cached; a hit makes it the last used.
+    /// True if a line is cached; a hit makes it the most recently used.
     fn hit(&mut self, line: u32) -> bool {
         let found = self.kept.iter().position(|kept| *kept == line);
         if let Some(at) = found {
@@ -100,7 +100,7 @@ impl Lines {
         self.kept.contains(&line)
     }
 
-    /// Caches a line; the least recently used one is evicted if there is no room.
+    /// Caches a line; evicts the least recently used one if the cache is full.
     fn keep(&mut self, line: u32) {
         if !self.hit(line) {
             if self.kept.len() == self.room {
@@ -111,19 +111,19 @@ impl Lines {
     }
 }
 
-/// Flash, its caches, and its current reading.
+/// Flash, its caches, and the read in progress.
 ///
-/// Time is in cycles since the start. Flash does one reading at a time. A reading gives a line; it takes one cycle and the
-/// wait states. There are two line buffers: the line being executed, and the next, which is fetched meanwhile.
+/// Time is in cycles since the start. Flash does one read at a time. A read returns one line and takes one cycle and the wait states. There are two
+/// line buffers: the line being executed, and the next one, which is fetched at the same time.
 #[derive(Clone, Debug)]
 pub(crate) struct Flash {
     wait_states: u64,
     instructions: Lines,
     data: Lines,
     present: Option<u32>,
-    /// The line being prefetched, and the time when it arrives.
+    /// The line being prefetched, and its time of arrival.
     ahead: Option<(u32, u64)>,
-    /// End of the present reading.
+    /// End of the present read.
     busy_until: u64,
 }
 
@@ -139,7 +139,7 @@ impl Flash {
         }
     }
 
-    /// Cycles that the core waits for the instruction bytes at an address.
+    /// Cycles for which the core waits for the instruction bytes at an address.
     pub(crate) fn fetch(&mut self, address: u32, now: u64, reading: &Reading) -> u64 {
         let line = address / FLASH_LINE_BYTES;
         if self.present == Some(line) {
@@ -149,7 +149,7 @@ impl Flash {
         let stall = if self.instructions.hit(line) {
             0
         } else if let Some((_, there)) = ahead {
-            // The last of these cycles is the instruction's own.
+            // The last of these cycles belongs to the instruction itself.
             let stall = there.saturating_sub(now + 1);
             let kept = match reading.prefetched {
                 Prefetched::Kept => true,
@@ -174,15 +174,14 @@ impl Flash {
         stall
     }
 
-    /// Cycles that the core waits for a number at an address.
+    /// Cycles for which the core waits for a literal at an address.
     pub(crate) fn load(&mut self, address: u32, now: u64, reading: &Reading) -> u64 {
         let line = address / FLASH_LINE_BYTES;
         if self.data.hit(line) {
             return 0;
         }
         self.data.keep(line);
-        // A line being prefetched is still needed: its reading ends first, or starts again after this one. Where both want to
-        // begin, data go first.
+        // The line being prefetched is still needed: its read ends first, or starts again after this one. If both want to begin, data go first.
         let takes = 1 + self.wait_states;
         match self.ahead {
             Some((next, there)) if there > now && (!reading.flash_reads_finish || there - takes >= now) => {
@@ -196,8 +195,7 @@ impl Flash {
         }
     }
 
-    /// Reads a line that is needed at once; returns the cycles until it arrives, without the one that the instruction
-    /// takes.
+    /// Reads a line that is needed at once; returns the cycles until it arrives, without the one of the instruction itself.
     fn read(&mut self, now: u64, reading: &Reading) -> u64 {
         let begin = if reading.flash_reads_finish { self.busy_until.max(now) } else { now };
         self.busy_until = begin + 1 + self.wait_states;

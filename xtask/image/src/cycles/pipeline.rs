@@ -1,4 +1,4 @@
-//! Pipeline: cycles of an instruction after those before it.
+//! Pipeline model: cycles of an instruction, depending on those before it.
 
 use crate::cycles::memory::{Flash, Memory, Source};
 use crate::cycles::timing::{
@@ -7,16 +7,16 @@ use crate::cycles::timing::{
 };
 use crate::{Class, Instruction, Registers};
 
-/// Cycles in which no new instruction starts, by their reason.
+/// Cycles in which no new instruction starts, by reason.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stalls {
     /// Waiting for instructions from flash.
     pub fetch: u64,
-    /// Waiting for numbers from flash.
+    /// Waiting for literals from flash.
     pub literal: u64,
     /// Refill of the pipeline after a branch.
     pub refill: u64,
-    /// Waiting for a result of the instruction before.
+    /// Waiting for a result of the previous instruction.
     pub result: u64,
     /// Waiting for the busy float unit.
     pub unit: u64,
@@ -24,7 +24,7 @@ pub struct Stalls {
     pub bus: u64,
 }
 
-/// The core under one reading of the manuals.
+/// Model of the core for one interpretation of the manuals.
 #[derive(Clone, Debug)]
 pub(super) struct Machine {
     reading: Reading,
@@ -32,7 +32,7 @@ pub(super) struct Machine {
     now: u64,
     lap: u64,
     stalls: Stalls,
-    /// Time from which each register may be read.
+    /// Time from which each register can be read.
     ready: [u64; Registers::COUNT],
     /// Time from which the float unit is free.
     unit: u64,
@@ -53,14 +53,14 @@ impl Machine {
         }
     }
 
-    /// Cycles and stalls since the last lap.
+    /// Cycles and stalls since the previous call.
     pub(super) fn lap(&mut self) -> (u64, Stalls) {
         let cycles = self.now - self.lap;
         self.lap = self.now;
         (cycles, std::mem::take(&mut self.stalls))
     }
 
-    /// Executes an instruction; `data` is the address that it loads from or stores to, if that is known.
+    /// Executes an instruction; `data` is the address that it loads from or stores to, if it is known.
     pub(super) fn step(
         &mut self,
         i: &Instruction,
@@ -83,7 +83,7 @@ impl Machine {
         self.previous = Some(*i);
     }
 
-    /// Waits for all lines that hold the instruction.
+    /// Waits for all lines that contain the instruction.
     fn fetch(&mut self, i: &Instruction, memory: Memory) {
         for half in [i.address, i.address.wrapping_add(i.width - 2)] {
             if memory.is_flash(half) {
@@ -123,7 +123,7 @@ impl Machine {
         {
             let mut stall = self.reading.literal;
             let words = i.words.max(1);
-            // Each line that holds one of the words.
+            // Each line that contains one of the words.
             let mut line = None;
             for word in (0..words).map(|word| at.wrapping_add(4 * word)) {
                 if line.replace(word / FLASH_LINE_BYTES) != Some(word / FLASH_LINE_BYTES) {
@@ -194,7 +194,7 @@ impl Machine {
         }))
     }
 
-    /// True if the instruction before moved core registers to or from memory.
+    /// True if the previous instruction moved core registers to or from memory.
     fn follows_any(&self) -> bool {
         self.previous.is_some_and(|before| {
             let moves = matches!(before.class, Class::Load | Class::Store | Class::LoadMultiple | Class::StoreMultiple);
@@ -205,7 +205,7 @@ impl Machine {
     /// Sets the times of the float unit's results, and the end of its work.
     fn write_floats(&mut self, i: &Instruction, begin: u64) {
         let beside = self.reading.transfer == Transfer::Beside;
-        // Cycles in the unit, and from there to the registers.
+        // Cycles in the unit, and from the unit to the registers.
         let (busy, late) = match i.class {
             Class::FloatArithmetic | Class::FloatConvert => (1, 1),
             Class::FloatMultiplyAdd => (FLOAT_MULTIPLY_ADD, 1),

@@ -1,16 +1,16 @@
 //! Every instruction that an emulator executes, with the core's registers before it and the current exception.
 //!
-//! For a program that does not end by itself: the caller starts the emulator with [`arguments`], and gives its standard
-//! error to [`read`]; one that ends by itself has [`run`]. The log is long, so this is for a few hundred ticks, not for many.
+//! For a program that runs until it is stopped, the caller starts the emulator with [`arguments`] and passes its standard error to [`read`]. For a
+//! program that ends, use [`run`]. The log is long: it suits a few hundred ticks, not more.
 
 use crate::cycles::emulator::{Ended, Error, Line, one_instruction_a_block, start};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
-/// Trace event for priorities, logged beside instructions, as the emulator names it.
+/// The emulator's name of the trace event for priorities, which is logged in addition to instructions.
 const PRIORITIES: &str = "nvic_set_prio";
 
-/// Trace event for an interrupt that becomes pending.
+/// The emulator's name of the trace event for an interrupt that becomes pending.
 const PENDING: &str = "nvic_set_pending";
 
 /// An instruction about to be executed.
@@ -18,9 +18,9 @@ const PENDING: &str = "nvic_set_pending";
 pub struct Step {
     /// Address of the instruction.
     pub address: u32,
-    /// The core's registers before it: 13 is the stack pointer.
+    /// Core registers before the instruction; 13 is the stack pointer.
     pub registers: [u32; 16],
-    /// The exception being served; 0 outside all.
+    /// Exception being served; 0 outside of exceptions.
     pub exception: u16,
 }
 
@@ -29,16 +29,16 @@ pub struct Step {
 pub enum Event {
     /// An instruction was executed.
     Step(Step),
-    /// An exception was given a priority, in the core's encoding: 0 is the most urgent, and the upper bits are used.
+    /// An exception received a priority, in the core's encoding: 0 is the most urgent, and the upper bits are used.
     Priority {
-        /// Its number; the first interrupt is 16.
+        /// Exception number; the first interrupt is 16.
         exception: u16,
-        /// Its priority.
+        /// Priority number.
         priority: u8,
     },
     /// An exception became pending, before the next instruction in the log.
     Pending {
-        /// Its number.
+        /// Exception number.
         exception: u16,
     },
 }
@@ -46,9 +46,9 @@ pub enum Event {
 /// Detail of the log for each instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Detail {
-    /// The address only; registers and exception are zero. Some 80 bytes an instruction.
+    /// The address only; registers and exception are zero. About 80 bytes per instruction.
     Addresses,
-    /// A full [`Step`]: some 350 bytes.
+    /// A full [`Step`]: about 350 bytes per instruction.
     Registers,
 }
 
@@ -62,13 +62,13 @@ pub fn arguments(detail: Detail) -> Result<Vec<&'static str>, Error> {
         Detail::Addresses => "exec,nochain",
         Detail::Registers => "exec,cpu,nochain",
     };
-    // Standard error itself is written a word at a time. Opened again as a file, it is written a line at a time, more than
-    // twice as fast.
+    // Standard error itself is written one word at a time. Opened again as a file, it is written one line at a time, which is more than twice as
+    // fast.
     all.extend(["-d", log, "-trace", PRIORITIES, "-trace", PENDING, "-D", "/dev/stderr"]);
     Ok(all)
 }
 
-/// Runs a program that ends by itself, and calls back for each event in order.
+/// Runs a program that ends, and calls back for each event in order.
 ///
 /// # Errors
 /// The emulator cannot be started, or the program fails.
@@ -84,7 +84,7 @@ pub fn run(elf: &Path, detail: Detail, on_event: impl FnMut(Event)) -> Result<()
 
 /// Reads the log to its end, and calls back for each event in order.
 ///
-/// An instruction that the emulator starts again is reported once.
+/// An instruction that the emulator restarts is reported once.
 ///
 /// # Errors
 /// The pipe breaks.
@@ -92,7 +92,7 @@ pub fn read(log: impl BufRead, on_event: impl FnMut(Event)) -> Result<(), Error>
     read_saying(log, on_event).map(drop)
 }
 
-/// The same; returns the lines that are no part of the log.
+/// Same as [`read`]; returns the lines that are not part of the log.
 pub(crate) fn read_saying(mut log: impl BufRead, mut on_event: impl FnMut(Event)) -> Result<String, Error> {
     let mut reader = Reader::default();
     let mut line = Vec::new();
@@ -104,7 +104,7 @@ pub(crate) fn read_saying(mut log: impl BufRead, mut on_event: impl FnMut(Event)
     Ok(reader.said)
 }
 
-/// Joins lines to steps, one instruction late, because an instruction may still be undone.
+/// Joins lines to steps, with a delay of one instruction, because an instruction may still be undone.
 #[derive(Default)]
 struct Reader {
     last: Option<Step>,
@@ -170,8 +170,8 @@ fn registers(line: &str) -> impl Iterator<Item = (usize, u32)> + '_ {
     })
 }
 
-/// `nvic_set_prio NVIC set irq 45 secure-bank 0 priority 224`, `nvic_set_pending NVIC set pending irq 45 secure-bank 0 ..`, with or
-/// without a time before them.
+/// Parses lines such as `nvic_set_prio NVIC set irq 45 secure-bank 0 priority 224` and `nvic_set_pending NVIC set pending irq 45 secure-bank 0 ..`,
+/// with or without a time before them.
 fn event(line: &str) -> Option<Event> {
     let words: Vec<&str> = line.split_ascii_whitespace().collect();
     let behind =

@@ -1,8 +1,7 @@
-//! The emulator, an instruction at a time, between addresses.
+//! Trace of single instructions between given addresses.
 //!
-//! QEMU runs blocks of instructions and can log each block that it executes; with one instruction in a block, that is each
-//! instruction, with the core's registers before it. The log goes through a pipe and is never kept: it is some 350 bytes an
-//! instruction.
+//! QEMU runs blocks of instructions and can log each block that it executes. With one instruction per block, the log has each instruction, with the
+//! core's registers before it. The log goes through a pipe and is never stored, because it has about 350 bytes per instruction.
 
 use crate::cycles::emulator::{Ended, Error, one_instruction_a_block, start};
 use crate::cycles::steps::{Event, Step, read_saying};
@@ -10,14 +9,13 @@ use std::io::BufReader;
 use std::ops::Range;
 use std::path::Path;
 
-/// Runs a program that ends by itself, and calls back for each instruction between two addresses, in the order of
-/// execution.
+/// Runs a program that ends, and calls back for each instruction between two addresses, in the order of execution.
 ///
-/// A stretch `(start, end)` begins with the instruction at `start` and ends before the one at `end`. While one lasts, no
-/// other begins. The number in the call is the stretch's place in `between`.
+/// A stretch `(start, end)` begins with the instruction at `start` and ends before the one at `end`. No other stretch begins while one lasts. The
+/// number in the callback is the stretch's index in `between`.
 ///
-/// The ranges must hold the starts and ends, and all code between that is to be reported. This is some ten times faster
-/// than logging all of a program, because the emulator does not log the rest.
+/// `ranges` must contain the starts and ends, and all code in between that is to be reported. This is about ten times faster than logging the whole
+/// program, because the emulator does not log the rest.
 ///
 /// # Errors
 /// The emulator cannot be started, or the program fails.
@@ -50,7 +48,7 @@ pub fn run(
     Ok(())
 }
 
-/// Sorts executed instructions into stretches.
+/// Assigns executed instructions to stretches.
 struct Sorter<'a> {
     between: &'a [(u32, u32)],
     inside: Option<usize>,
@@ -61,7 +59,7 @@ impl<'a> Sorter<'a> {
         Self { between, inside: None }
     }
 
-    /// The stretch that the instruction executed next belongs to.
+    /// Index of the stretch to which the next executed instruction belongs.
     fn stretch(&mut self, address: u32) -> Option<usize> {
         if let Some((_, end)) = self.inside.and_then(|inside| self.between.get(inside))
             && *end == address

@@ -27,7 +27,7 @@ pub enum Class {
     IfThen,
     /// VADD, VSUB, VMUL, VNMUL, VABS, VNEG.
     FloatArithmetic,
-    /// VMLA, VMLS, VNMLA, VNMLS and their fused siblings.
+    /// VMLA, VMLS, VNMLA, VNMLS and their fused variants.
     FloatMultiplyAdd,
     /// VDIV.
     FloatDivide,
@@ -105,7 +105,7 @@ impl Class {
         )
     }
 
-    /// Its name in tables.
+    /// Name in tables.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {

@@ -59,7 +59,7 @@ fn operation(address: u32, first: u16, second: u16) -> Option<Instruction> {
         0b0010 | 0b0011 => new(Class::FloatArithmetic).reading(n | m).writing(d),
         0b1000 => new(Class::FloatDivide).reading(n | m).writing(d),
         _ if (first >> 4) & 0b1011 != 0b1011 => return None,
-        // A constant.
+        // VMOV of a constant.
         _ if second & 0x40 == 0 => new(Class::FloatMove).writing(d),
         _ => match (first & 15, second & 0x80 != 0) {
             (0, false) => new(Class::FloatMove).reading(m).writing(d),
@@ -75,12 +75,12 @@ fn operation(address: u32, first: u16, second: u16) -> Option<Instruction> {
     })
 }
 
-/// One register between the core and the unit, or the unit's status.
+/// Transfer of one register between the core and the unit, or of the unit's status.
 fn transfer(address: u32, first: u16, second: u16) -> Instruction {
     let (core, to_core) = (Registers::core(second >> 12), first & 0x10 != 0);
     if first & 0xe0 == 0xe0 {
         let status = Instruction::new(address, 4, Class::FloatStatus);
-        // Register 15 stands for the flags.
+        // Register 15 means the flags.
         return match (to_core, second >> 12 == PC) {
             (true, true) => status,
             (true, false) => status.writing(core),
@@ -90,7 +90,7 @@ fn transfer(address: u32, first: u16, second: u16) -> Instruction {
     moved(address, Class::FloatTransfer, to_core, core, n(first, second))
 }
 
-/// Two registers between the core and the unit.
+/// Transfer of two registers between the core and the unit.
 fn pair(address: u32, first: u16, second: u16) -> Instruction {
     let core = Registers::core(second >> 12) | Registers::core(first);
     let from = (second & 15) << 1 | ((second >> 5) & 1);
@@ -115,7 +115,7 @@ fn memory(address: u32, first: u16, second: u16) -> Option<Instruction> {
     let with = match (before && !back, loads) {
         (true, true) => new(Class::FloatLoad).writing(float),
         (true, false) => new(Class::FloatStore).reading(float),
-        // Only up and after, or down and before, exist.
+        // The only valid combinations are increment after and decrement before.
         (false, _) if before == up => return None,
         (false, true) => new(Class::FloatLoadMultiple).writing(float),
         (false, false) => new(Class::FloatStoreMultiple).reading(float),
@@ -125,7 +125,7 @@ fn memory(address: u32, first: u16, second: u16) -> Option<Instruction> {
     let with = if first & 0xffbf == 0xed2d { with.with(Effect::Push(4 * words)) } else { with };
     let is_literal = loads && before && !back && base == Registers::core(PC);
     let distance = offset(first, second & 0xff, 4);
-    // Several: from the base upwards, or ending below it.
+    // Several registers: from the base upwards, or ending below it.
     let from = if before { distance } else { 0 };
     Some(if is_literal { with.of_literal(distance) } else { with.addressed_by(base).at(first, from) })
 }

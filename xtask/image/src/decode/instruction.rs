@@ -1,41 +1,41 @@
-//! Instruction: its class, its registers, and its other effects.
+//! A decoded instruction: its class, its registers, and its other effects.
 
 use super::registers::{LR, PC, SP};
 use super::{Class, Registers};
 
-/// The effect of an instruction besides its registers and memory.
+/// An effect of an instruction other than on registers and memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Effect {
-    /// None.
+    /// No other effect.
     #[default]
     None,
-    /// A jump or call to an address that is a constant: B, BL, CBZ, CBNZ.
+    /// A jump or call to a constant address: B, BL, CBZ, CBNZ.
     Jump(u32),
     /// The lower half of a register set to a constant, the upper to zero: MOVW.
     LowerHalf(u16),
     /// The upper half of a register set to a constant: MOVT.
     UpperHalf(u16),
-    /// A number of bytes taken off the stack pointer: PUSH, and SUB of a constant.
+    /// This many bytes are subtracted from the stack pointer: PUSH, and SUB of a constant.
     Push(u32),
-    /// Interrupts masked or unmasked: CPSID i, CPSIE i.
+    /// Interrupts are masked (true) or unmasked: CPSID i, CPSIE i.
     Mask(bool),
-    /// A special register written, by its number: MSR.
+    /// A special register with this number is written: MSR.
     ToSpecial(u16),
 }
 
-/// The address that a load or store forms: a register, a shifted register or none, and a constant, added.
+/// The address that a load or store forms: the sum of a register, optionally a shifted register, and a constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
     /// Number of the base register, from 0 to 15.
     pub base: u16,
-    /// Number of the register that is added, and the bits by which it is shifted left first.
+    /// Number of the register that is added, and the number of bits by which it is shifted left.
     pub index: Option<(u16, u32)>,
     /// The constant, bytes.
     pub offset: i32,
 }
 
 impl Place {
-    /// The address, for the registers before the instruction. The program counter among them is that of the instruction.
+    /// Computes the address; `registers` are the values before the instruction, with the instruction's own address as the program counter.
     #[must_use]
     pub fn address(&self, registers: &[u32; 16]) -> u32 {
         let value = |number: u16| {
@@ -50,36 +50,36 @@ impl Place {
 /// An instruction and its address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Instruction {
-    /// Its address.
+    /// Address of the instruction.
     pub address: u32,
-    /// Its bytes: 2 or 4.
+    /// Width in bytes: 2 or 4.
     pub width: u32,
-    /// Its class.
+    /// Timing class.
     pub class: Class,
-    /// Words moved to or from memory; 0 for instructions other than loads and stores. A byte counts as a word.
+    /// Words moved to or from memory; 0 for instructions that are not loads or stores. A byte counts as a word.
     pub words: u32,
     /// Registers read, without those of `address_registers` and `addend`.
     pub reads: Registers,
-    /// The addend of a multiply-add, which is needed a cycle later than the factors.
+    /// Addend of a multiply-add, which is needed one cycle later than the factors.
     pub addend: Registers,
     /// Registers that form a memory address.
     pub address_registers: Registers,
     /// Registers written.
     pub writes: Registers,
-    /// Address that a load relative to the program counter reads.
+    /// Address that a PC-relative load reads.
     pub literal: Option<u32>,
-    /// Address that every other load or store forms; of several words the lowest.
+    /// Address that every other load or store forms; the lowest one for several words.
     pub place: Option<Place>,
     /// Its other effect.
     pub effect: Effect,
-    /// A store whose address is the sum of two registers.
+    /// True for a store with the sum of two registers as its address.
     pub register_offset: bool,
-    /// True if the program counter may go on to the next instruction: false for a branch without a condition.
+    /// True if execution may continue with the next instruction; false for an unconditional branch.
     pub may_fall_through: bool,
 }
 
 impl Instruction {
-    /// An unknown instruction: taken as one cycle, with no effect on registers.
+    /// An unknown instruction: counts as one cycle, with no effect on registers.
     pub(crate) const fn unknown(address: u32) -> Self {
         Self::new(address, 2, Class::System)
     }
@@ -104,8 +104,7 @@ impl Instruction {
         }
     }
 
-    /// Address of the lowest byte that a load or store reaches, for the registers before it; `None` for instructions
-    /// other than these.
+    /// Lowest address that a load or store accesses, with `registers` before it; `None` for other instructions.
     #[must_use]
     pub fn data_address(&self, registers: &[u32; 16]) -> Option<u32> {
         self.literal.or_else(|| self.place.map(|place| place.address(registers)))
@@ -120,14 +119,13 @@ impl Instruction {
         }
     }
 
-    /// True if it calls a function by an address in a register: BLX.
+    /// True if it calls a function through a register: BLX.
     #[must_use]
     pub fn calls_register(&self) -> bool {
         self.goes_to_register() && self.writes.meets(Registers::core(LR))
     }
 
-    /// True if it jumps to an address from a register or from memory, and is neither call nor return: BX, LDR to the
-    /// program counter.
+    /// True if it jumps to an address from a register or from memory, and is neither a call nor a return: BX, LDR to the program counter.
     #[must_use]
     pub fn jumps_to_register(&self) -> bool {
         let (counter, link) = (Registers::core(PC), Registers::core(LR));
@@ -139,7 +137,7 @@ impl Instruction {
         self.class == Class::Branch && !self.may_fall_through && self.reads.count() == 1
     }
 
-    /// True if it changes the stack pointer by anything other than a constant.
+    /// True if it changes the stack pointer by an amount that is not constant.
     #[must_use]
     pub fn moves_stack_freely(&self) -> bool {
         let pointer = Registers::core(SP);
@@ -181,7 +179,7 @@ impl Instruction {
         self
     }
 
-    /// Sets the address to that of a base register and a constant.
+    /// Sets the address to the sum of a base register and a constant.
     pub(super) fn at(mut self, base: u16, offset: i64) -> Self {
         self.place = Some(Place { base: base & 15, index: None, offset: offset as i32 });
         self
@@ -193,7 +191,7 @@ impl Instruction {
         self
     }
 
-    /// Sets the literal at an offset in bytes from the program counter, which is 4 ahead and rounded down to a word.
+    /// Sets the literal at an offset in bytes from the program counter, which is 4 ahead of the instruction and rounded down to a word.
     pub(super) fn of_literal(mut self, offset: i64) -> Self {
         let from = i64::from(self.address.wrapping_add(4) & !3);
         self.literal = Some((from + offset) as u32);
@@ -206,14 +204,13 @@ impl Instruction {
     }
 }
 
-/// The target of a jump relative to the program counter, which is 4 ahead; `bits` is the offset's width, including the sign
-/// bit.
+/// Effect of a PC-relative jump; the program counter is 4 ahead. `bits` is the offset's width, including the sign bit.
 pub(super) fn goal(address: u32, offset: u32, bits: u32) -> Effect {
     let signed = (offset << (32 - bits)) as i32 >> (32 - bits);
     Effect::Jump(address.wrapping_add(4).wrapping_add_signed(signed))
 }
 
-/// A constant number of words or bytes, forward or backward by bit 7 of the first half.
+/// Signed byte offset: `count` times `bytes`, with its direction in bit 7 of the first half.
 pub(super) fn offset(first: u16, count: u16, bytes: i64) -> i64 {
     let distance = i64::from(count) * bytes;
     if first & 0x80 == 0 { -distance } else { distance }

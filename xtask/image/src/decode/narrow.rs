@@ -1,4 +1,4 @@
-//! Instructions of one half.
+//! Instructions of one half (16 bits).
 
 use super::instruction::goal;
 use super::registers::{LR, PC, SP};
@@ -6,14 +6,14 @@ use super::{Class, Effect, Instruction, Registers};
 
 pub(super) fn decode(address: u32, half: u16) -> Option<Instruction> {
     let new = |class| Instruction::new(address, 2, class);
-    // Three bits from a place on: one of the lower eight registers.
+    // Three bits at position `at`: one of the lower eight registers.
     let low = |at: u32| Registers::core((half >> at) & 7);
     let top = Registers::core((half >> 8) & 7);
     let sp = Registers::core(SP);
     Some(match half >> 11 {
         // LSL, LSR, ASR by a constant.
         0b00000..=0b00010 => new(Class::Integer).reading(low(3)).writing(low(0)),
-        // ADD, SUB of a register or three bits.
+        // ADD, SUB of a register or a three-bit constant.
         0b00011 => {
             let sum = new(Class::Integer).reading(low(3)).writing(low(0));
             if half & 0x0400 == 0 { sum.reading(low(6)) } else { sum }
@@ -57,7 +57,7 @@ pub(super) fn decode(address: u32, half: u16) -> Option<Instruction> {
             };
             with.at((half >> 3) & 7, 0).plus((half >> 6) & 7, 0)
         }
-        // At a constant number of words, bytes or halves from a register: stores are even, loads odd.
+        // At a constant number of words, bytes or halves from a register. Stores have even numbers, loads odd ones.
         0b01100..=0b10001 => {
             let bytes = match half >> 12 {
                 6 => 4,
@@ -97,7 +97,7 @@ fn miscellaneous(address: u32, half: u16) -> Option<Instruction> {
         // ADD and SUB of a constant number of words.
         0x0 if half & 0x80 == 0 => new(Class::Integer).reading(sp).writing(sp),
         0x0 => new(Class::Integer).reading(sp).writing(sp).with(Effect::Push(4 * u32::from(half & 0x7f))),
-        // CBZ, CBNZ: forward alone.
+        // CBZ, CBNZ, which only jump forward.
         0x1 | 0x3 | 0x9 | 0xb => {
             let offset = u32::from(half >> 9 & 1) << 6 | u32::from(half >> 3 & 0x1f) << 1;
             new(Class::Branch).reading(low(0)).with(goal(address, offset, 8))
@@ -121,7 +121,7 @@ fn miscellaneous(address: u32, half: u16) -> Option<Instruction> {
     })
 }
 
-/// A transfer of a list of core registers from their base upwards that moves its base.
+/// Load or store of a list of core registers from their base upwards, which updates the base.
 pub(super) fn multiple(with: Instruction, base: u16, list: u16, loads: bool) -> Instruction {
     let (registers, number) = (Registers::core_list(list), base);
     let base = Registers::core(number);

@@ -14,24 +14,24 @@ pub(super) const PC: u16 = 15;
 pub struct Registers(u64);
 
 impl Registers {
-    /// None.
+    /// The empty set.
     pub const NONE: Self = Self(0);
     /// Number of registers; [`Registers::numbers`] gives numbers below it.
     pub const COUNT: usize = 48;
 
-    /// Core register, the lowest four bits of `number`.
+    /// Set of one core register; `number` is taken modulo 16.
     #[must_use]
     pub const fn core(number: u16) -> Self {
         Self(1 << (number & 15))
     }
 
-    /// Core registers, a bit for each.
+    /// Set of core registers, one bit for each.
     #[must_use]
     pub const fn core_list(bits: u16) -> Self {
         Self(bits as u64)
     }
 
-    /// `count` float registers from `first` on; those past s31 do not exist.
+    /// Set of `count` float registers from `first` on; numbers above s31 are ignored.
     #[must_use]
     pub fn float(first: u16, count: u16) -> Self {
         (first..first.saturating_add(count))
@@ -57,7 +57,7 @@ impl Registers {
         self.0.count_ones()
     }
 
-    /// Their numbers: 0 to 15 for the core's, 16 to 47 for the float unit's.
+    /// Numbers of the registers in the set: 0 to 15 for the core, 16 to 47 for the float unit.
     pub fn numbers(self) -> impl Iterator<Item = usize> {
         let mut left = self.0;
         std::iter::from_fn(move || {

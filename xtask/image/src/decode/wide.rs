@@ -1,4 +1,4 @@
-//! Instructions of two halves.
+//! Instructions of two halves (32 bits).
 
 use super::instruction::{goal, offset};
 use super::registers::{LR, PC, SP};
@@ -19,7 +19,7 @@ pub(super) fn decode(address: u32, first: u16, second: u16) -> Option<Instructio
     }
 }
 
-/// Four bits of a half from a place on: a register.
+/// Four bits of a half at position `at`: a register.
 fn field(half: u16, at: u32) -> Registers {
     Registers::core((half >> at) & 15)
 }
@@ -37,11 +37,11 @@ fn list(address: u32, first: u16, second: u16) -> Option<Instruction> {
         all = all.at(first, -4 * i64::from(all.words));
     }
     if first & 0x20 == 0 {
-        // The base stays.
+        // The base register is not changed.
         let base = if loads { field(first, 0).without(Registers::core_list(second)) } else { field(first, 0) };
         all.writes = all.writes.without(base);
     }
-    // STMDB that moves the stack pointer: PUSH.
+    // STMDB with update of the stack pointer: PUSH.
     Some(if first == 0xe92d { all.with(Effect::Push(4 * all.words)) } else { all })
 }
 
@@ -54,7 +54,7 @@ fn pair_or_exclusive(address: u32, first: u16, second: u16) -> Option<Instructio
         let exclusive = if loads {
             new(Class::Load).writing(one)
         } else {
-            // STREX writes to a register whether it stored: the fourth field, or in its byte and half forms the last.
+            // STREX writes its success to a register: the fourth field, or the last one in its byte and half forms.
             let status = if first & 0x0080 == 0 { two } else { field(second, 0) };
             new(Class::Store).reading(one).writing(status)
         };
@@ -63,7 +63,7 @@ fn pair_or_exclusive(address: u32, first: u16, second: u16) -> Option<Instructio
             let table = new(Class::TableBranch).moving(1).addressed_by(base | field(second, 0));
             table.at(first, 0).plus(second, second >> 4 & 1).never_falls_through()
         } else {
-            // Only the word's form has an offset.
+            // Only the word form has an offset.
             let words = if first & 0x0080 == 0 { second & 0xff } else { 0 };
             exclusive.moving(1).addressed_by(base).at(first, 4 * i64::from(words))
         });
@@ -79,13 +79,13 @@ fn pair_or_exclusive(address: u32, first: u16, second: u16) -> Option<Instructio
     Some(if base == Registers::core(PC) && loads {
         pair.moving(2).of_literal(offset(first, second & 0xff, 4))
     } else {
-        // Post-indexed: at the base itself.
+        // Post-indexed: the access is at the base itself.
         let from = if first & 0x0100 == 0 { 0 } else { offset(first, second & 0xff, 4) };
         pair.moving(2).addressed_by(base).at(first, from)
     })
 }
 
-/// Data processing of a shifted register.
+/// Data processing with a shifted register.
 fn shifted(address: u32, first: u16, second: u16) -> Instruction {
     processed(address, first, second).reading(field(second, 0))
 }
@@ -95,13 +95,12 @@ fn processed(address: u32, first: u16, second: u16) -> Instruction {
     let new = Instruction::new(address, 4, Class::Integer);
     let (operation, n, d) = ((first >> 5) & 15, field(first, 0), field(second, 8));
     let (no_source, no_result) = (n == Registers::core(PC), d == Registers::core(PC));
-    // MOV and MVN are ORR and ORN without a first operand; TST, TEQ, CMN and CMP are AND, EOR, ADD and SUB without a
-    // destination.
+    // MOV and MVN are ORR and ORN without a first operand. TST, TEQ, CMN and CMP are AND, EOR, ADD and SUB without a destination.
     let new = if no_source && matches!(operation, 2 | 3) { new } else { new.reading(n) };
     if no_result && first & 0x10 != 0 && matches!(operation, 0 | 4 | 8 | 13) { new } else { new.writing(d) }
 }
 
-/// Data processing of a constant.
+/// Data processing with a constant.
 fn immediate(address: u32, first: u16, second: u16) -> Instruction {
     let new = Instruction::new(address, 4, Class::Integer);
     let (n, d) = (field(first, 0), field(second, 8));
@@ -112,7 +111,7 @@ fn immediate(address: u32, first: u16, second: u16) -> Instruction {
         let is_push = from_stack && first & 0x01f0 == 0x01a0;
         return if is_push { with.with(Effect::Push(expanded(constant))) } else { with };
     }
-    // MOVW and MOVT use a register field for a part of their constant.
+    // MOVW and MOVT use a register field for part of their constant.
     let half = (first & 15) << 12 | constant;
     match (first >> 4) & 0x1f {
         0b00100 => new.writing(d).with(Effect::LowerHalf(half)),
@@ -152,8 +151,7 @@ fn branch_or_control(address: u32, first: u16, second: u16) -> Option<Instructio
     })
 }
 
-/// Target of B and BL: the offset's sign and its next two bits are stored apart; these two are inverted where the sign is
-/// 0.
+/// Target of B and BL. The offset's sign and its next two bits are stored separately; these two are inverted if the sign is 0.
 fn far(address: u32, first: u16, second: u16) -> Effect {
     let bit = |half: u16, at: u32| u32::from(half >> at & 1);
     let sign = bit(first, 10);
@@ -162,14 +160,14 @@ fn far(address: u32, first: u16, second: u16) -> Effect {
     goal(address, low | two << 22 | one << 23 | sign << 24, 25)
 }
 
-/// Target of B with a condition.
+/// Target of a conditional B.
 fn near(address: u32, first: u16, second: u16) -> Effect {
     let bit = |half: u16, at: u32| u32::from(half >> at & 1);
     let low = u32::from(first & 0x3f) << 12 | u32::from(second & 0x7ff) << 1;
     goal(address, low | bit(second, 13) << 18 | bit(second, 11) << 19 | bit(first, 10) << 20, 21)
 }
 
-/// A constant of 12 bits as the core expands it (A5.3.2): a byte in one of four patterns, or eight bits with the first set, rotated.
+/// Expands a 12-bit constant as the core does (A5.3.2): a byte in one of four patterns, or eight bits with the first one set, rotated.
 fn expanded(bits: u16) -> u32 {
     let byte = u32::from(bits & 0xff);
     match bits >> 8 {
@@ -190,7 +188,7 @@ fn single(address: u32, first: u16, second: u16) -> Option<Instruction> {
         return None;
     }
     if loads && size != 2 && moved == Registers::core(PC) {
-        // PLD, PLI: hints.
+        // PLD, PLI are hints.
         return Some(Instruction::new(address, 4, Class::System));
     }
     let with = if loads { new(Class::Load).writing(moved) } else { new(Class::Store).reading(moved) };
@@ -204,7 +202,7 @@ fn single(address: u32, first: u16, second: u16) -> Option<Instruction> {
     Some(if first & 0x80 != 0 {
         with.at(first, i64::from(second & 0xfff))
     } else if second & 0x0800 != 0 {
-        // Pre-indexed or post-indexed with writeback. Post-indexed is at the base itself.
+        // Pre-indexed or post-indexed with writeback. A post-indexed access is at the base itself.
         let up = if second & 0x0200 == 0 { -1 } else { 1 };
         let from = if second & 0x0400 == 0 { 0 } else { up * i64::from(second & 0xff) };
         let with = with.at(first, from);
@@ -215,7 +213,7 @@ fn single(address: u32, first: u16, second: u16) -> Option<Instruction> {
     })
 }
 
-/// Data processing of registers, multiplication, division.
+/// Data processing with registers, multiplication, division.
 fn register(address: u32, first: u16, second: u16) -> Option<Instruction> {
     let new = |class| Instruction::new(address, 4, class);
     let (n, a, d, m) = (field(first, 0), field(second, 12), field(second, 8), field(second, 0));

@@ -51,7 +51,7 @@ fn what_is_taken_off_the_stack_pointer_is_added_up_in_every_encoding() {
     }
 }
 
-/// A start, a `main` that masks interrupts, a function that unmasks them, and what that calls before (144 bytes) and behind (36).
+/// A start, a `main` that masks interrupts, a function that unmasks them, and the functions that it calls before (144 bytes) and after (36 bytes).
 fn started(main: [u16; 6], opener: [u16; 8]) -> Program {
     let code: Vec<u16> = [
         &[0xf000, 0xf802, 0xe7fe, 0xbf00][..], // 0: bl 8; b .
@@ -81,13 +81,13 @@ fn handlers_lie_on_what_the_start_has_left_when_interrupts_are_unmasked() {
         (stack.entries[0].bytes, stack.open, stack.bytes())
     };
     let handler = super::EXCEPTION_FRAME + 36;
-    // 8 of main, 24 of the opener; 144 below it before, 36 behind.
+    // Main uses 8 and the opener 24 bytes; the opener's calls use 144 before unmasking, 36 after.
     assert_eq!(bound(MAIN, OPENER), (176, 68, 68 + handler));
-    // A jump from behind to the call before: bl 36 runs again, now with interrupts.
+    // A jump from after to the call before: bl 36 runs again, now with interrupts.
     let mut again = OPENER;
     again[7] = 0xe7f9;
     assert_eq!(bound(MAIN, again), (176, 176, 176 + handler));
-    // Nothing masks, or nothing unmasks: nothing is known.
+    // If nothing masks or nothing unmasks, the whole depth counts.
     let mut main = MAIN;
     main[1] = 0xbf00;
     assert_eq!(bound(main, OPENER), (176, 176, 176 + handler));

@@ -1,4 +1,4 @@
-//! The report of a board on a serial port.
+//! Reader of a board's report on a serial port.
 
 use super::report::{Report, StretchRow};
 use anyhow::Result;
@@ -15,10 +15,10 @@ const TIMEOUT: Duration = Duration::from_secs(10);
 /// Timeout of one reading.
 const READING: Duration = Duration::from_millis(100);
 
-/// Rows of the next whole report.
+/// Reads the rows of the next whole report.
 ///
 /// # Errors
-/// [`BadInput`]: the port cannot be opened, or gives no report in time. The port fails.
+/// [`BadInput`]: the port cannot be opened, or no report arrives in time. Also if the port fails.
 pub(super) fn read(name: &str) -> Result<Vec<StretchRow>> {
     read_within(name, TIMEOUT)
 }
@@ -63,17 +63,17 @@ mod tests {
     use std::sync::atomic::{AtomicBool, Ordering};
     use std::time::Duration;
 
-    /// A board that says the same again and again, read for a time.
+    /// Reads from a simulated board that repeats `text`.
     fn said(text: &'static str, timeout: Duration) -> anyhow::Result<Vec<StretchRow>> {
         let (mut board, host) = TTYPort::pair().unwrap();
         let name = host.name().unwrap();
-        // It holds the lock that keeps others out.
+        // The open handle holds the lock that excludes other readers.
         drop(host);
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = Arc::clone(&stop);
         let thread = std::thread::spawn(move || {
             while !stopped.load(Ordering::Relaxed) {
-                // Nobody listens at first.
+                // At first the port is not open, and the bytes are lost.
                 board.write_all(text.as_bytes()).ok();
                 std::thread::sleep(Duration::from_millis(20));
             }

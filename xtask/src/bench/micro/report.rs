@@ -1,6 +1,6 @@
 //! The lines of the program on the chip: `micro begin`, `micro NAME COUNT` for each stretch, `micro end ROWS`.
 
-/// A stretch and its count: of instructions from the emulator, of cycles from a board.
+/// A stretch and its count: instructions in the emulator, cycles on a board.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct StretchRow {
     pub(super) name: String,
@@ -13,16 +13,16 @@ pub(super) fn rows(text: &str) -> Option<Vec<StretchRow>> {
     text.lines().find_map(|line| report.line(line))
 }
 
-/// Puts a report together from its lines.
+/// Assembles a report from its lines.
 #[derive(Debug, Default)]
 pub(super) struct Report {
-    /// Rows since the beginning; `None` before it, and behind a line that cannot be read.
+    /// Rows since the beginning of a report; `None` before it, and after a line that cannot be read.
     rows: Option<Vec<StretchRow>>,
 }
 
 impl Report {
-    /// Takes a line; returns the rows at the end of a report that lacks none. Other lines than the program's are left out; one
-    /// of its own that cannot be read spoils the report, and the next one counts.
+    /// Adds a line. Returns the rows at the end of a complete report. Lines from other sources are ignored. A line of the program that cannot be read
+    /// invalidates the report, and reading resumes with the next one.
     pub(super) fn line(&mut self, line: &str) -> Option<Vec<StretchRow>> {
         let mut words = line.split_ascii_whitespace();
         if words.next() != Some("micro") {
@@ -56,7 +56,7 @@ mod tests {
         let expected = Some(vec![row("a", 1), row("b", 23)]);
         let whole = "micro begin\nmicro a 1\r\nqemu: warning\nmicro b 23\nmicro end 2\n";
         assert_eq!(rows(whole), expected);
-        // A reader that comes in the middle, a lost line, and one with a broken byte.
+        // Reading that starts in the middle, a lost line, and a line with a broken byte.
         for before in ["ro b 23\nmicro end 2\n", "micro begin\nmicro b 23\nmicro end 2\n", "micro begin\nmicro a 1x\n"]
         {
             assert_eq!(rows(before), None, "{before}");

@@ -1,7 +1,7 @@
-//! Errors of both simulators, and their speeds at equal error.
+//! Integration errors of both simulators, and their speeds at equal error.
 //!
-//! The arm follows the torques of a feedforward controller, whose feedback is a thousandth of a usual one: an open loop, in which an error of the
-//! integration stays. An error is the largest distance of a joint from a far finer integration of the same simulator, over 0.25 s.
+//! The arm follows the torques of a feedforward controller with a thousandth of the usual feedback gains. This is an open loop, which does not
+//! correct integration errors. The error is the largest distance of a joint from a much finer integration by the same simulator, over 0.25 s.
 
 use super::setup::{STEP, Settings, scene};
 use crate::process::cargo_run;
@@ -23,7 +23,7 @@ const OPEN: [(&str, &str); 6] = [
 /// The reference's settings.
 const FINEST: Settings = &[("plant.tolerance", "1e-12")];
 
-/// Steps that are compared, s: quarters of a control period and what a factor of two makes of them.
+/// Steps that are compared, s: the control period divided by powers of two.
 const STEPS: [&str; 6] = ["1e-3", "0.5e-3", "0.25e-3", "0.125e-3", "0.0625e-3", "0.03125e-3"];
 
 /// Errors at which the speeds are compared, rad.
@@ -43,7 +43,7 @@ impl Truth {
         Ok(Self { with_friction, positions: positions(&log)?, log })
     }
 
-    /// Error of a way to integrate, rad.
+    /// Error of an integration method, rad.
     pub(super) fn error(&self, settings: Settings, folder: &Path) -> Result<f64> {
         self.apart(&open_loop(settings, self.with_friction, &folder.join("error"))?)
     }
@@ -80,10 +80,10 @@ fn positions(log: &Path) -> Result<Vec<Vec<f64>>> {
     lines.map(row).collect()
 }
 
-/// MuJoCo's cost of a step and its errors, for a method and a friction.
+/// MuJoCo's cost per step and its errors, for one method, with or without friction.
 pub(super) struct Rival {
     pub(super) ns: f64,
-    /// Steps, s, and errors, rad.
+    /// Pairs of step, s, and error, rad.
     errors: Vec<(f64, f64)>,
 }
 
@@ -93,7 +93,7 @@ impl Rival {
     }
 }
 
-/// Output of MuJoCo's side for a method.
+/// Finds a method's results in MuJoCo's output.
 pub(super) fn of_mujoco(peer: &Value, method: &str, with_friction: bool) -> Result<Rival> {
     let asked = |step: &&Value| {
         step.get("method").and_then(Value::as_str) == Some(method)
@@ -114,7 +114,7 @@ pub(super) fn apart(peer: &Value, with_friction: bool) -> Result<f64> {
     peer.get(key).and_then(Value::as_f64).with_context(|| format!("MuJoCo's side has no `{key}`"))
 }
 
-/// Times faster than real, steps alone, at a step of 0.25 ms.
+/// Ratio of simulated to real time, for the steps alone, at a step of 0.25 ms.
 pub(super) struct Pace {
     pub(super) method: &'static str,
     pub(super) with_friction: bool,
@@ -122,7 +122,7 @@ pub(super) struct Pace {
     pub(super) mujoco: f64,
 }
 
-/// The fastest fixed-step method of either simulator whose error is small enough. A step costs the same whatever its length.
+/// The fastest fixed-step method of each simulator with a sufficiently small error. The cost of a step does not depend on its length.
 pub(super) fn at_equal_error(paces: &[Pace], truth: &[Truth; 2], peer: &Value, folder: &Path) -> Result<Table> {
     let mut table = Table::new(&[
         "error at most, rad",
@@ -183,7 +183,7 @@ pub(super) fn at_equal_error(paces: &[Pace], truth: &[Truth; 2], peer: &Value, f
     Ok(table)
 }
 
-/// A method with a step: its error and its speed.
+/// A method at one step length, with its error and its speed.
 #[derive(Clone)]
 struct Found {
     with_friction: bool,
@@ -193,7 +193,7 @@ struct Found {
     pace: f64,
 }
 
-/// Two digits.
+/// Formats with two digits.
 pub(super) fn short(error: f64) -> String {
     format!("{error:.1e}")
 }

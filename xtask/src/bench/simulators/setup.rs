@@ -1,4 +1,4 @@
-//! The scene that both simulate, and its settings.
+//! The scene that both simulators run, and its settings.
 
 use crate::budget::variant;
 use anyhow::Result;
@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 
 pub(super) const SCENE: &str = "scenes/puma560_pick.toml";
 
-/// Step that both take, s.
+/// Step of both simulators, s.
 pub(super) const STEP: f64 = 0.25e-3;
 
 /// Keys of a scene and their values.
 pub(super) type Settings = &'static [(&'static str, &'static str)];
 
-/// The scene with settings, and the motion's own duration.
+/// Writes the scene with these settings.
 pub(super) fn scene(name: &str, settings: &[(&str, &str)]) -> Result<PathBuf> {
     variant::write(Path::new(SCENE), &format!("simulators-{name}"), settings)
 }

@@ -79,7 +79,7 @@ fn rows_and_fields_that_are_missing_or_new_are_reported() {
 fn the_fewest_instructions_leave_room_for_another_compiler_and_for_unlike_ticks() {
     let fewest =
         |numbers: &[(Field, u64)]| blessed(&[row("pick", numbers)]).fewest_instructions("pick", Board::Netduinoplus2);
-    // Less 10 %.
+    // 10 % less.
     assert_eq!(fewest(&[(Field::Instructions, 1_000), (Field::InstructionsSpread, 0)]), Some(900));
     assert_eq!(fewest(&[(Field::Instructions, 1_000), (Field::InstructionsSpread, 500)]), Some(400));
     assert_eq!(fewest(&[(Field::Instructions, 1_000)]), None);
@@ -97,7 +97,7 @@ fn a_board_may_have_a_target_of_its_own_which_is_kept() {
     assert_eq!(Budget::parse(&budget.print()).unwrap(), budget);
     let expected = "pick on netduinoplus2: ram with stack: 101 bytes found, expected at most 100: a target";
     assert_eq!(held(&budget, std::slice::from_ref(&row)), [expected]);
-    // Other boards keep to the one of all.
+    // Other boards have the common limit.
     row.board = "odrive-v3".into();
     budget.bless(std::slice::from_ref(&row), "rustc 1.95.0", true);
     assert_eq!(held(&budget, &[row]), [""; 0]);

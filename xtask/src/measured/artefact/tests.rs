@@ -4,7 +4,7 @@ use serde_json::json;
 use sha2::{Digest as _, Sha256};
 use std::path::Path;
 
-/// Hash of the folder `a` in this one.
+/// Hash of the folder `a` inside `folder`.
 fn of(folder: &Path) -> Result<String> {
     let mut hash = Hash(Sha256::new());
     hash.files(folder, Path::new("a"))?;

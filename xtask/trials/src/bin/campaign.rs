@@ -1,4 +1,4 @@
-//! `cargo xtask campaign`: every fault in every state of the safety state machine, each tick judged.
+//! `cargo xtask campaign`: injects every fault in every state of the safety state machine, and judges every tick.
 
 use clap::Parser;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -39,7 +39,7 @@ with another target between those of `campaign, drives` or `campaign, qemu`.";
 #[derive(Clone, Debug, Parser)]
 #[command(name = "cargo xtask campaign", after_long_help = EXAMPLES)]
 struct Arguments {
-    /// The scene files (TOML), which take turns [default: those of the target in scenes/campaign].
+    /// The scene files (TOML), used in turn [default: those of the target in scenes/campaign].
     #[arg(value_name = "SCENE")]
     scenes: Vec<PathBuf>,
     /// Number of runs.
@@ -54,10 +54,10 @@ struct Arguments {
     /// The target under test.
     #[arg(long, value_parser = targets(), default_value = "desk")]
     target: Target,
-    /// Put the table into this file.
+    /// Write the table into this file.
     #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/measured/campaign.md")]
     write: Option<PathBuf>,
-    /// Print JSON, and nothing else.
+    /// Print JSON only.
     #[arg(long)]
     json: bool,
 }
@@ -77,7 +77,7 @@ fn targets() -> impl TypedValueParser<Value = Target> {
         .map(move |name| all.into_iter().find(|target| target.name() == name).unwrap_or(Target::Desk))
 }
 
-/// Scenes of a target.
+/// Default scenes of a target.
 fn scenes(target: Target) -> Vec<PathBuf> {
     let names: &[&str] = match target {
         Target::Desk | Target::Qemu => &["encoders", "states", "yam"],
@@ -88,13 +88,13 @@ fn scenes(target: Target) -> Vec<PathBuf> {
     names.iter().map(|name| PathBuf::from(format!("scenes/campaign/{name}.toml"))).collect()
 }
 
-/// Most runs: their outcomes are kept until the end.
+/// Largest number of runs; their outcomes are kept in memory until the end.
 const RUNS_MAX: u64 = 10_000_000;
 
-/// Run the campaign; print the table, and put it into the documentation where that is asked for. Returns the exit code.
+/// Runs the campaign, prints the table, and writes it into the documentation if requested. Returns the exit code.
 ///
 /// # Errors
-/// Options or scenes that are wrong, a chip that is of no use, a file that cannot be written.
+/// Wrong options or scenes, a chip that does not respond, or a file that cannot be written.
 fn run(args: &Arguments, stop: &AtomicBool) -> Result<u8, Failure> {
     if !(1..=RUNS_MAX).contains(&args.runs) {
         return Err(Failure::Input(miette::miette!("--runs {}: expected 1 to {RUNS_MAX}", args.runs)));
@@ -106,7 +106,7 @@ fn run(args: &Arguments, stop: &AtomicBool) -> Result<u8, Failure> {
         Target::Drives => "campaign, drives",
         Target::Qemu => "campaign, qemu",
     };
-    // Better now than after the runs.
+    // Check the file before the runs start.
     let document = pages::document(args.write.as_deref(), &[place])?;
     let campaign = Campaign {
         scenes,
@@ -122,7 +122,7 @@ fn run(args: &Arguments, stop: &AtomicBool) -> Result<u8, Failure> {
     Ok(code(&report))
 }
 
-/// An unsafe command is worse than a difference.
+/// Exit code. An unsafe command counts more than a difference between chip and desk.
 fn code(report: &Report) -> u8 {
     match report.counterexamples.iter().map(|found| found.law.is_some()).max() {
         None => 0,

@@ -55,21 +55,21 @@ enum What {
         #[arg(long)]
         ticks: usize,
     },
-    /// Cycles of the ticks of a board on a serial port, in lock step; code 2 where there is no such board or its counter is not believed
+    /// Cycles of the ticks of a board on a serial port, in lock step; exit code 2 if there is no such board or its counter is implausible
     Board {
         /// The scene that its firmware was built for
         #[arg(long)]
         scene: PathBuf,
-        /// The serial port that its link is on
+        /// The serial port of its link
         #[arg(long)]
         port: String,
-        /// The board's key file, where it has a key
+        /// The board's key file, if it has a key
         #[arg(long)]
         key: Option<PathBuf>,
         /// Number of ticks to count
         #[arg(long)]
         ticks: usize,
-        /// Fewest instructions of such a tick in the emulator: a count of fewer cycles is refused
+        /// Fewest instructions of such a tick in the emulator; a smaller count of cycles is rejected
         #[arg(long)]
         instructions: Option<u32>,
     },

@@ -1,12 +1,12 @@
-//! A board on a serial port, on the bench and in lock step: cycles of each tick by the board's own counter, and torques
-//! equal to the desk's to the last bit.
+//! A board on a serial port, in open-loop bench mode and lock step: cycles of each tick from the board's own counter, and torques that equal the
+//! desk's to the last bit.
 //!
-//! On the bench the controller runs alone, and no drive is active. A measurement starts the tick, and the host is silent
-//! until the answer, so no byte of the link interrupts the counted code.
+//! In bench mode the controller runs alone, and no drive is active. A measurement starts the tick, and the host is silent until the answer, so no
+//! byte of the link interrupts the counted code.
 //!
 //! | check, in this order | by |
 //! |---|---|
-//! | a port that opens, firmware that answers, its protocol version, robot hash, joints and rate | [`::board::session::doctor`] |
+//! | the port opens; the firmware answers, with the right protocol version, robot hash, joints and rate | [`::board::session::doctor`] |
 //! | in every tick: cycles, and a plausible count | [`BadCounter`] |
 //! | in every tick: the bits that the desk's own controller computes | [`Failure::Differ`] |
 
@@ -24,20 +24,19 @@ use robot_compiler::SceneFile;
 use sim::run::simulate;
 use std::time::{Duration, Instant};
 
-/// Timeout of an answer. On the wire a tick is some 2 ms, and an adapter may keep bytes for 16 ms more.
+/// Timeout of an answer. A tick needs about 2 ms on the wire, and a USB adapter may buffer bytes for 16 ms more.
 const ANSWER: Duration = Duration::from_secs(3);
 
 /// Number of times that a hello is sent.
 const TRIES: u32 = 3;
 
-/// Cycles of every tick of a motion.
+/// Measures the cycles of every tick of a motion.
 ///
-/// `instructions` is the fewest that the emulator counts in a tick, if that is known; no tick takes fewer cycles.
+/// `instructions` is the smallest count of the emulator for a tick, if it is known. No tick can take fewer cycles.
 ///
 /// # Errors
-/// [`Failure::Board`]: there is no such port, or it does not have this scene's firmware. [`Failure::Counter`]: the count is
-/// not cycles. [`Failure::Differ`]: the board computes other torques. A board that brakes, refuses, is silent, or is
-/// unplugged meanwhile.
+/// [`Failure::Board`]: there is no such port, or it does not have this scene's firmware. [`Failure::Counter`]: the count is not cycles.
+/// [`Failure::Differ`]: the board computes other torques. Also if the board brakes, rejects a frame, is silent, or is unplugged.
 pub fn measure<const N: usize>(
     scene: &SceneFile,
     (port, key): (&str, Option<Key>),
@@ -76,17 +75,17 @@ pub fn measure<const N: usize>(
     Ok(OnBoard { hash, rate_hz: scene.control.rate, ticks, bits_differ: differ, cycles_per_tick })
 }
 
-/// Takes the cost out of a command and returns it.
+/// Removes the cost from a command and returns it.
 fn cost_of(answer: &mut Frame) -> Option<Cost> {
     if let Frame::Command(command) = answer { command.cost.take() } else { None }
 }
 
-/// Cycles, if the count is plausible.
+/// Returns the cycles if the count is plausible.
 fn believed(tick: u32, cost: Option<Cost>, instructions: Option<u32>) -> Result<u32, BadCounter> {
     match cost {
         None => Err(BadCounter::None { tick }),
         Some(Cost::Instructions(_)) => Err(BadCounter::Instructions { tick }),
-        // The firmware subtracts the cost of reading the counter, so a stopped counter shows less than zero.
+        // The firmware subtracts the cost of reading the counter, so a stopped counter gives zero or less.
         Some(Cost::Cycles(count)) if count.cast_signed() <= 0 => Err(BadCounter::Stuck { tick, count }),
         Some(Cost::Cycles(count)) => match instructions.filter(|least| count < *least) {
             Some(instructions) => Err(BadCounter::TooFew { tick, count, instructions }),
@@ -95,20 +94,20 @@ fn believed(tick: u32, cost: Option<Cost>, instructions: Option<u32>) -> Result<
     }
 }
 
-/// Compares packets, because `==` takes -0 for 0.
+/// Compares encoded packets, because `==` treats -0 and 0 as equal.
 fn same_bits(a: &Frame, b: &Frame) -> Result<bool, FrameTooLong> {
     Ok(Encoder::new().encode(a)? == Encoder::new().encode(b)?)
 }
 
-/// A board that has agreed on robot, joints and rate.
+/// A board with which robot, joints and rate are agreed.
 struct BoardWire(SerialLink);
 
 impl BoardWire {
     fn start(port: &str, key: Option<Key>, own: Hello) -> Result<Self, Failure> {
         let mut wire = Self(SerialLink::open(port, BAUD)?);
         wire.0.join(key)?;
-        // Answers to an earlier user of the port may still arrive, and one may look like ours. No other program asks a board for
-        // the bench at its timer's pace, so every answer after this one is for us.
+        // Answers to an earlier user of the port may still arrive, and could be mistaken for ours. No other program requests bench mode with timer
+        // pacing, so every answer after this one is for us.
         wire.agree(Hello { pacing: Pacing::Timer, ..own })?;
         wire.agree(own)?;
         Ok(wire)
@@ -121,9 +120,9 @@ impl BoardWire {
             while Instant::now() < end {
                 match self.0.receive(end.saturating_duration_since(Instant::now())) {
                     Ok(Some(Received { frame: Frame::Hello(theirs), .. })) if theirs == hello => return Ok(()),
-                    // The board still counts an earlier user's packets; the next one has the right number.
+                    // The board still counts an earlier user's packets. The number is right from the next packet on.
                     Ok(Some(Received { frame: Frame::Refusal(Refusal::Lost { .. }), .. })) => break,
-                    // A leftover, or a packet cut in two when the port was opened.
+                    // An old answer, or a packet that was cut when the port was opened.
                     Ok(_) | Err(SerialError::Undecodable(_)) => {}
                     Err(error) => return Err(error.into()),
                 }
@@ -171,8 +170,7 @@ mod tests {
     fn only_cycles_that_can_be_are_believed() {
         let cycles = |count| Some(Cost::Cycles(count));
         let stuck = |count| Err(BadCounter::Stuck { tick: 7, count });
-        // Reported count, the emulator's instructions, expected result. A stopped counter shows zero, less the cost of
-        // reading it.
+        // Reported count, the emulator's instructions, expected result. A stopped counter gives zero minus the cost of reading it.
         for (cost, instructions, expected) in [
             (cycles(2_805), Some(1_338), Ok(2_805)),
             (cycles(1_338), Some(1_338), Ok(1_338)),

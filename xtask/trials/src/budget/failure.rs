@@ -25,7 +25,7 @@ pub enum Failure {
     /// A file or a socket failed.
     #[error(transparent)]
     Io(#[from] std::io::Error),
-    /// No motion was found that the controller drives through without a fault or a limit.
+    /// No motion was found that the controller follows without a fault or an active limit.
     #[error("{scene}: the controller brakes or limits in every swing that was tried; the last said: {why}")]
     NoSwing {
         /// The scene's name.
@@ -36,10 +36,10 @@ pub enum Failure {
     /// An expected event was not seen.
     #[error("{0}")]
     NotSeen(String),
-    /// There is no board on the port, or another firmware than this scene's.
+    /// There is no board on the port, or it has another firmware than this scene's.
     #[error("{found}\n{advice}")]
     Board {
-        /// The finding.
+        /// Description of the finding.
         found: String,
         /// The remedy.
         advice: String,
@@ -77,8 +77,8 @@ impl Failure {
 
 /// Reasons why a board's count is not accepted as cycles.
 ///
-/// The counter is CYCCNT, of the core's unit DWT. The firmware switches it on (TRCENA, CYCCNTENA) and tests it at the
-/// start. A counter that stands still, or that differs over the same work, is not reported from then on.
+/// The counter is CYCCNT in the core's DWT unit. The firmware switches it on (TRCENA, CYCCNTENA) and tests it at start-up. If the counter does not
+/// count, or counts differently for the same work, the firmware never reports it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BadCounter {
     /// The firmware itself rejected the counter.
@@ -89,8 +89,7 @@ pub enum BadCounter {
         /// The first such tick.
         tick: u32,
     },
-    /// The counter has stopped since. The count is then at most zero, because the cost of reading the counter is
-    /// subtracted.
+    /// The counter has stopped since start-up. The count is then at most zero, because the cost of reading the counter is subtracted.
     #[error("tick {tick} took {} cycles: the counter stands still. {STANDS_STILL}", .count.cast_signed())]
     Stuck {
         /// The first such tick.
@@ -98,7 +97,7 @@ pub enum BadCounter {
         /// The reported count.
         count: u32,
     },
-    /// Fewer cycles than instructions; no core runs more than one instruction in a cycle.
+    /// Fewer cycles than instructions, although no core runs more than one instruction per cycle.
     #[error(
         "tick {tick} took {count} cycles, and the emulator counts at least {instructions} instructions in it, of which no core does two at \
          once: the counter does not count every cycle. {STANDS_STILL}"
@@ -122,7 +121,7 @@ pub enum BadCounter {
     },
 }
 
-/// Advice for a counter that stands still.
+/// Advice for a counter that does not count.
 const STANDS_STILL: &str = "CYCCNT counts while TRCENA is set in DEMCR and CYCCNTENA in DWT_CTRL, and on a chip that has it (NOCYCCNT is 0 in \
                             DWT_CTRL). The firmware sets both once; a debugger that detaches may clear them: take the probe off, reset the board, \
                             and measure again";

@@ -1,9 +1,9 @@
 //! Lateness of a tick while the chip's timer paces it and the link is saturated.
 //!
-//! Whenever the chip has read the bytes sent so far, live inputs, reference and measurement follow in one piece: as much as
-//! its queue holds, faster than any wire. The chip answers every tick. The emulator's own log gives the number of
-//! instructions from the timer's interrupt becoming pending to the first instruction of its handler. Instructions of a tick
-//! that is still running are not counted: that is an overrun, and nothing masked the interrupt.
+//! Whenever the chip has read the bytes sent so far, live inputs, reference and measurement follow at once: as much as its queue holds, faster than
+//! any wire. The chip answers every tick. The emulator's own log gives the number of instructions from the timer's interrupt becoming pending to the
+//! first instruction of its handler. Instructions of a tick that is still running are not counted: that is an overrun, and no mask delayed the
+//! interrupt.
 
 use crate::budget::Failure;
 use crate::budget::interrupts::TICK;
@@ -19,10 +19,10 @@ use sim::run::simulate;
 use std::io::BufReader;
 use std::path::Path;
 
-/// Lets the timer pace `ticks` ticks of a chip that holds still, under a flood.
+/// Runs `ticks` timer-paced ticks of a chip that holds still, under a flood.
 ///
 /// # Errors
-/// A program that cannot be read, an unusable chip or one that brakes, or a log without delays.
+/// The program cannot be read, the chip is unusable or brakes, or the log has no delays.
 pub fn flood<const N: usize>(scene: &SceneFile, elf: &Path, ticks: u64, still: &Tick<N>) -> Result<Late, Failure> {
     let start = tick_handler(elf)?;
     let arguments: Vec<_> = steps::arguments(Detail::Registers)?.into_iter().map(Into::into).collect();
@@ -72,7 +72,7 @@ fn tick_handler(elf: &Path) -> Result<u32, Failure> {
     found.ok_or_else(|| Failure::Program { path: elf.to_owned(), why: why() })
 }
 
-/// Counts from the interrupt to its handler.
+/// Counts the instructions from the interrupt to its handler.
 struct Delays {
     start: u32,
     /// Instructions since the interrupt became pending.
@@ -87,7 +87,7 @@ impl Delays {
 
     fn event(&mut self, event: Event) {
         match event {
-            // Becoming pending again before the handler starts belongs to the same wait.
+            // If it becomes pending again before the handler starts, that is the same wait.
             Event::Pending { exception: TICK } => drop(self.waiting.get_or_insert(0)),
             Event::Step(step) if step.address == self.start => {
                 if let Some(waited) = self.waiting.take() {
@@ -115,7 +115,7 @@ mod tests {
         let pending = |exception| Event::Pending { exception };
         let mut delays = Delays::new(100);
         let log = [
-            // A handler that starts at once; its own instructions are no wait.
+            // A handler that starts at once; its own instructions do not count as a wait.
             [step(2), pending(TICK), step(100), step(102)].to_vec(),
             // A handler that waits for three instructions and is pended twice.
             [pending(54), step(4), pending(TICK), step(6), pending(TICK), step(8), step(10), step(100)].to_vec(),

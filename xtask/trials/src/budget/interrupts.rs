@@ -11,18 +11,18 @@ pub const TICK: u16 = 16 + 29;
 /// The interrupt that serves the link: the vector of EXTI0, which no peripheral uses.
 pub const SERVE: u16 = 16 + 6;
 
-/// Each half of the buffer that a DMA fills with received bytes, DMA1's stream 5.
+/// Half of the receive buffer has been filled by DMA: DMA1's stream 5.
 pub const HALF_FILLED: u16 = 16 + 16;
 
-/// A piece that a DMA has sent, DMA1's stream 6.
+/// A piece of the queue has been sent by DMA: DMA1's stream 6.
 pub const SENT: u16 = 16 + 17;
 
 /// State of the core's mask registers.
 ///
-/// | register | holds off |
+/// | register | blocks |
 /// |---|---|
 /// | PRIMASK | every interrupt |
-/// | BASEPRI, unless 0 | every interrupt whose priority's number is that or greater |
+/// | BASEPRI, unless 0 | every interrupt with this priority number or a greater one |
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Mask {
     all: bool,
@@ -32,13 +32,13 @@ pub struct Mask {
 /// An instruction that changes the mask: Arm v7-M Architecture Reference Manual, B5.2.1 (CPS) and B5.2.3 (MSR).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Change {
-    /// `CPSID i`, `CPSIE i`.
+    /// `CPSID i` (true), `CPSIE i` (false).
     All(bool),
-    /// `MSR PRIMASK, Rn`.
+    /// `MSR PRIMASK, Rn`; holds the register's number.
     AllBy(usize),
-    /// `MSR BASEPRI, Rn`.
+    /// `MSR BASEPRI, Rn`; holds the register's number.
     FromBy(usize),
-    /// `MSR BASEPRI_MAX, Rn`: only upwards.
+    /// `MSR BASEPRI_MAX, Rn`, which can only raise the mask; holds the register's number.
     RaiseBy(usize),
 }
 

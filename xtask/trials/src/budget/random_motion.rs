@@ -1,7 +1,7 @@
-//! Random motions that the controller follows with neither a fault nor a limit.
+//! Random motions that the controller follows without a fault or an active limit.
 //!
-//! Independent random states would be jumps, and a jump is a fault. So every joint swings through its range at a speed of
-//! its own, with a reference drawn anew about it in every tick. The desk's controller tries the whole motion first.
+//! Independent random states would be jumps, which are faults. So every joint oscillates through its range at its own speed, and the reference is
+//! drawn at random near this motion in every tick. The desk's controller tries the whole motion first.
 
 use crate::budget::Failure;
 use dynamics_core::{Command, Measurement, Reference, Sensed};
@@ -19,14 +19,13 @@ const FREE: f64 = 2.0;
 /// Greatest speed (rad/s, m/s) of a joint without a velocity limit.
 const FREE_SPEED: f64 = 1.0;
 
-/// Paces of the motion, the liveliest first: shares of speed, and of the distance between reference and state.
+/// Scales of the motion, the fastest first. Each applies to the speed, and to the distance between reference and state.
 pub(crate) const PACES: [f64; 8] = [1.0, 0.7, 0.5, 0.35, 0.25, 0.15, 0.08, 0.03];
 
-/// The first `ticks` ticks of the liveliest motion that the scene's controller follows undisturbed. One seed gives one
-/// motion.
+/// Returns the first `ticks` ticks of the fastest motion that the scene's controller follows undisturbed. The same seed gives the same motion.
 ///
 /// # Errors
-/// The scene has another number of joints, or even the gentlest motion makes its controller brake or limit.
+/// The scene has another number of joints, or its controller brakes or limits even in the slowest motion.
 pub fn undisturbed<const N: usize>(scene: &SceneFile, seed: u64, ticks: usize) -> Result<Vec<Tick<N>>, Failure> {
     let mut why = String::new();
     for pace in PACES {
@@ -39,7 +38,7 @@ pub fn undisturbed<const N: usize>(scene: &SceneFile, seed: u64, ticks: usize) -
     Err(Failure::NoSwing { scene: scene.name.clone(), why })
 }
 
-/// First tick in which the desk's controller does not drive within its limits, and the reason; `None` if there is none.
+/// The first tick in which the desk's controller brakes or reaches a limit, and the reason; `None` if there is none.
 fn first_disturbance<const N: usize>(scene: &SceneFile, motion: &[Tick<N>]) -> Result<Option<String>, Failure> {
     let model = scene.robot.model::<N>().map_err(|error| Failure::Scene(error.to_string()))?;
     let mut desk = simulate::desk::<f32, N>(scene, &model);
@@ -61,7 +60,7 @@ fn at_pace<const N: usize>(scene: &SceneFile, seed: u64, ticks: usize, pace: f64
     swung(scene, seed, ticks, pace, pace)
 }
 
-/// The motion of one pace, with its reference equal to the state.
+/// The motion at one scale, with its reference equal to the state.
 pub(crate) fn smooth<const N: usize>(
     scene: &SceneFile,
     seed: u64,
@@ -71,7 +70,7 @@ pub(crate) fn smooth<const N: usize>(
     swung(scene, seed, ticks, pace, 0.0)
 }
 
-/// A motion, with references drawn about it from a part of the full width.
+/// A motion with references drawn near it; `about` scales their distance from it.
 fn swung<const N: usize>(
     scene: &SceneFile,
     seed: u64,
@@ -84,12 +83,12 @@ fn swung<const N: usize>(
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let range = config.limits.map(|limit| bounded(limit.position));
     let middle = range.map(|(low, high)| f64::midpoint(low, high));
-    // Reach: to a random side, up to 95 % of the way.
+    // Amplitude: in a random direction, 95 % of half the range.
     let reach: [f64; N] = std::array::from_fn(|i| {
         let side = if rng.next_u32().is_multiple_of(2) { 1.0 } else { -1.0 };
         side * 0.95 * (range[i].1 - range[i].0) / 2.0
     });
-    // Speed: half to four fifths of the greatest speed, at full pace.
+    // Speed: 50 % to 80 % of the greatest speed at full scale.
     let omega: [f64; N] = std::array::from_fn(|i| {
         let speed = if config.limits[i].velocity.is_finite() { config.limits[i].velocity } else { FREE_SPEED };
         2.0 * pace * (0.65 + within(&mut rng, 0.15)) * speed / reach[i].abs()

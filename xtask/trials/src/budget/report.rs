@@ -9,26 +9,26 @@ use serde::Serialize;
 pub struct Ticks {
     /// Number of ticks.
     pub ticks: u64,
-    /// Fewest instructions of the controller in a tick, as the chip counts them.
+    /// Fewest instructions of the controller in a tick, as counted by the chip.
     pub min: u64,
-    /// Most instructions.
+    /// Most instructions of the controller in a tick.
     pub max: u64,
-    /// Bytes of the stack that were written to, in these ticks and in the supervised ones.
+    /// Bytes of the stack that were written, in these ticks and in the supervised ones.
     pub stack: u64,
-    /// The same under the safety state machine.
+    /// Ticks under the safety state machine.
     pub supervised: Supervised,
 }
 
-/// Ticks under the safety state machine, while the arm runs and nothing is asked for.
+/// Ticks under the safety state machine, while the arm runs and no request is pending.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Supervised {
     /// Number of ticks.
     pub ticks: u64,
-    /// Fewest instructions of trajectory, safety state machine and controller in a tick, as the chip counts them.
+    /// Fewest instructions of trajectory, safety state machine and controller in a tick, as counted by the chip.
     pub min: u64,
-    /// Most instructions.
+    /// Most instructions of the same in a tick.
     pub max: u64,
-    /// Instructions of the tick before these, which grants the request to run.
+    /// Instructions of the preceding tick, which accepts the request to run.
     pub granting: u64,
 }
 
@@ -37,15 +37,15 @@ pub struct Supervised {
 pub struct Traced {
     /// Number of traced ticks.
     pub ticks: u64,
-    /// The longest interrupt of a tick in which the arm runs and nothing is asked for: nearly every tick.
+    /// Longest interrupt of a tick in which the arm runs and no request is pending, as in nearly every tick.
     pub running: Interrupt,
-    /// The longest of all but the first tick: one that grants a request.
+    /// Longest interrupt of all ticks except the first; it accepts a request.
     pub longest: Interrupt,
-    /// Longest time for which the tick's interrupt is masked, instructions.
+    /// Longest time for which the tick's interrupt is masked, in instructions.
     pub masked: u64,
     /// Most instructions of the interrupt of a received byte.
     pub byte_interrupt: u64,
-    /// Instructions for each byte of the link in either direction: receiving, decoding, handling, encoding, sending.
+    /// Instructions per byte of the link in either direction: receiving, decoding, handling, encoding, sending.
     pub link_byte: u64,
 }
 
@@ -56,8 +56,8 @@ pub struct Interrupt {
     pub instructions: u64,
     /// Its cycles, **estimated**.
     pub cycles: Cycles,
-    /// Those of the most probable case in which code and data in SRAM wait for their one bus: none where the data lie in
-    /// the memory that only the core reaches, or where SRAM is fetched from at address 0.
+    /// Likely cycles in which code and data in SRAM wait for their shared bus. Zero if the data are in core-coupled memory, or if SRAM is fetched
+    /// from at address 0.
     pub shared_bus: u64,
 }
 
@@ -66,24 +66,24 @@ pub struct Interrupt {
 pub struct Measured {
     /// Ticks in lock step.
     pub ticks: Ticks,
-    /// Their trace, of the program as it is.
+    /// Trace of the program as built.
     pub traced: Traced,
-    /// The same for a program with its kernel in SRAM, if there is one.
+    /// Trace of a program with its kernel in SRAM, if there is one.
     pub kernel_in_sram: Option<Traced>,
 }
 
-/// Ticks of a board on the bench, in lock step.
+/// Ticks of a board in bench mode and lock step.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OnBoard {
-    /// Hash of robot, scene and configuration, as its firmware and the scene have it: 16 hexadecimal digits.
+    /// Hash of robot, scene and configuration, which firmware and scene share: 16 hexadecimal digits.
     pub hash: String,
-    /// Control rate of the scene, Hz; it does not pace the ticks on the bench.
+    /// Control rate of the scene, Hz; in bench mode it does not pace the ticks.
     pub rate_hz: f64,
     /// Number of counted ticks.
     pub ticks: u64,
     /// Number of ticks in which a torque or a limit differs from the desk's in any bit. Always zero in a report.
     pub bits_differ: u64,
-    /// Cycles of the controller in a tick, by the board's own counter.
+    /// Cycles of the controller in a tick, from the board's own counter.
     pub cycles_per_tick: Spread,
 }
 

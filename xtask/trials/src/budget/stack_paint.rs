@@ -1,7 +1,7 @@
 //! Stack depth, from RAM that is filled with a pattern before the program starts and read back afterwards.
 //!
-//! All of it happens from outside: the emulator loads the pattern as it loads the program, and its monitor writes RAM to a
-//! file. The measured program is the flashed one.
+//! Nothing is changed in the program: the emulator loads the pattern with it, and the emulator's monitor writes RAM to a file. The measured program
+//! is the flashed one.
 
 use crate::budget::Failure;
 use serde_json::{Value, json};
@@ -12,10 +12,10 @@ use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// The pattern: a byte that no program keeps writing to its stack.
+/// Pattern byte, which a program is unlikely to write repeatedly to its stack.
 const PAINT: u8 = 0xa5;
 
-/// Pattern for the free RAM of the stack, and its files; they are deleted with it.
+/// Pattern for the free RAM of the stack, and its files, which are deleted when this is dropped.
 #[derive(Debug)]
 pub struct StackPaint {
     room: Range<u32>,
@@ -25,7 +25,7 @@ pub struct StackPaint {
 }
 
 impl StackPaint {
-    /// Pattern for these addresses.
+    /// Creates the pattern for these addresses.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -35,7 +35,7 @@ impl StackPaint {
         let file =
             |what: &str| std::env::temp_dir().join(format!("newtau-paint-{}-{count}.{what}", std::process::id()));
         let paint = Self { room, paint: file("bin"), monitor: file("monitor"), read_back: file("ram") };
-        // Leftover of a killed process with the same number.
+        // Remove the file of a killed process that had the same process number.
         std::fs::remove_file(&paint.monitor).ok();
         std::fs::write(&paint.paint, vec![PAINT; paint.size()])?;
         Ok(paint)
@@ -53,10 +53,10 @@ impl StackPaint {
         ["-device", &loader, "-qmp", &monitor].map(OsString::from).to_vec()
     }
 
-    /// Bytes of the stack's room that were written since the program started, counted from the stack's top.
+    /// Bytes of the stack's memory that were written since the program started, counted from the top of the stack.
     ///
     /// # Errors
-    /// The monitor does not answer; or the whole pattern is gone, or none of it.
+    /// The monitor does not answer; or the whole pattern is overwritten, or nothing is.
     pub fn deepest(&self) -> Result<u64, Failure> {
         let mut monitor = Monitor::connect(&self.monitor)?;
         monitor.ask("qmp_capabilities", &json!({}))?;
@@ -74,7 +74,7 @@ impl StackPaint {
 impl Drop for StackPaint {
     fn drop(&mut self) {
         for file in [&self.paint, &self.monitor, &self.read_back] {
-            // A file that was never made is no error.
+            // It is not an error if the file was never created.
             std::fs::remove_file(file).ok();
         }
     }
@@ -82,7 +82,7 @@ impl Drop for StackPaint {
 
 /// Bytes from the lowest overwritten one to the end; `None` if all or none are overwritten.
 ///
-/// A word at the very bottom that happens to hold the pattern is missed, but its neighbour is seen.
+/// If the lowest written byte happens to equal the pattern, the next one is found.
 fn high_water(room: &[u8]) -> Option<u64> {
     let untouched = room.iter().position(|byte| *byte != PAINT)?;
     (untouched > 0).then_some((room.len() - untouched) as u64)
@@ -105,7 +105,7 @@ impl Monitor {
     fn ask(&mut self, command: &str, arguments: &Value) -> Result<(), Failure> {
         writeln!(self.to, "{}", json!({ "execute": command, "arguments": arguments }))?;
         let mut line = String::new();
-        // The greeting and events may come before the answer.
+        // The greeting and events may arrive before the answer.
         while self.from.read_line(&mut line)? > 0 {
             let said: Value = serde_json::from_str(&line).unwrap_or_default();
             if said.get("return").is_some() {

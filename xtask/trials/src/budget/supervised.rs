@@ -1,6 +1,6 @@
 //! The chip under its safety state machine: homed, armed, and run along a trajectory through the arm's range.
 //!
-//! A tick then takes the same as on an arm: trajectory, safety state machine and controller run in each one.
+//! A tick then costs the same as on an arm, because trajectory, safety state machine and controller run in each one.
 
 use crate::budget::Failure;
 use crate::budget::random_motion::{self, Tick};
@@ -10,22 +10,22 @@ use link::{Actuation, Cost, Frame, Lines, Point, Request, StateCode, Status, Tic
 use robot_compiler::SceneFile;
 use sim::run::simulate;
 
-/// Ticks before the arm runs: home, confirm, arm, and the time in which torque rises on engaged brakes.
+/// Ticks before the arm runs: home, confirm, full range, arm, and the rise of torque while the brakes are still engaged.
 pub const TICKS_BEFORE: usize = 4 + ARMING;
 
-/// Ticks after the request to arm, after which the arm is armed.
+/// Ticks from the request to arm until the arm is armed.
 const ARMING: usize = 100;
 
 /// Ticks from one point of the trajectory to the next.
 const WAY: u16 = 4;
 
-/// Points that are sent ahead.
+/// Number of points that are sent in advance.
 const AHEAD: usize = 8;
 
-/// The first `ticks` ticks of the liveliest motion that the desk's own session follows without leaving its running state.
+/// Returns the first `ticks` ticks of the fastest motion that the desk's own session follows without leaving its running state.
 ///
 /// # Errors
-/// The scene has another number of joints, or even the gentlest motion makes its state machine hold or brake.
+/// The scene has another number of joints, or its state machine holds or brakes even in the slowest motion.
 pub fn undisturbed<const N: usize>(scene: &SceneFile, seed: u64, ticks: usize) -> Result<Vec<Tick<N>>, Failure> {
     let model = scene.robot.model::<N>().map_err(|error| Failure::Scene(error.to_string()))?;
     let mut why = String::new();
@@ -40,10 +40,10 @@ pub fn undisturbed<const N: usize>(scene: &SceneFile, seed: u64, ticks: usize) -
     Err(Failure::NoSwing { scene: scene.name.clone(), why })
 }
 
-/// Homes, confirms, arms, and runs a target along a motion; every tick of it must drive.
+/// Homes, confirms, lifts the limits of the first motion, arms, and runs a target along a motion; every tick of the motion must drive.
 ///
 /// # Errors
-/// [`Failure::NotSeen`] where a tick does not drive; an unusable chip.
+/// [`Failure::NotSeen`] if a tick does not drive. Also if the chip is unusable.
 pub fn drive<const N: usize>(
     target: &mut impl DryRun,
     scene: &SceneFile,
@@ -98,10 +98,10 @@ pub fn drive<const N: usize>(
     Ok(())
 }
 
-/// Instructions of each running tick, as the chip counts them.
+/// Counts the instructions of each running tick, as reported by the chip.
 ///
 /// # Errors
-/// As [`drive`]; a chip that returns no count.
+/// Those of [`drive`], or the chip returns no count.
 pub fn count<const N: usize>(chip: &mut OnChip, scene: &SceneFile, motion: &[Tick<N>]) -> Result<Supervised, Failure> {
     let mut counts = Vec::new();
     drive(chip, scene, motion, |status| {

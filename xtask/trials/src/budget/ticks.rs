@@ -1,4 +1,4 @@
-//! The chip in lock step: instructions of each tick as the chip itself counts them, and the depth of its stack.
+//! The chip in lock step: instructions of each tick as counted by the chip itself, and the depth of its stack.
 
 use crate::budget::random_motion::Tick;
 use crate::budget::stack_paint::StackPaint;
@@ -16,8 +16,8 @@ use std::time::Duration;
 /// The emulator of the emulated boards.
 pub(crate) const QEMU: &str = "qemu-system-arm";
 
-/// Timeout of an answer. An emulator that logs every instruction is some hundred times slower than one that runs freely,
-/// and shares the machine with the reader of its log.
+/// Timeout of an answer. An emulator that logs every instruction is about a hundred times slower than without a log, and shares the machine with the
+/// reader of its log.
 pub(crate) const PATIENCE: Timeouts = Timeouts { connect: Duration::from_secs(30), answer: Duration::from_secs(120) };
 
 /// Expected hello of a firmware for this scene.
@@ -42,10 +42,10 @@ pub(crate) fn drive<const N: usize>(chip: &mut Chip, number: usize, tick: &Tick<
     counted.ok_or_else(|| Failure::NotSeen("a count of instructions: the chip's counter is not exact".into()))
 }
 
-/// Drives a chip through a motion on the bench and through another under its safety state machine, with painted RAM.
+/// Drives a chip through a motion in bench mode and through another under its safety state machine, with painted RAM.
 ///
 /// # Errors
-/// A program that cannot be read, an unusable chip, or one that brakes or returns no count.
+/// The program cannot be read, or the chip is unusable, brakes, or returns no count.
 pub fn count<const N: usize>(
     scene: &SceneFile,
     elf: &Path,

@@ -22,7 +22,7 @@ use std::process::ChildStderr;
 /// Homes, arms and runs a chip along a motion, and traces it.
 ///
 /// # Errors
-/// A program that cannot be read, an unusable chip, or an incomplete trace.
+/// The program cannot be read, the chip is unusable, or the trace is incomplete.
 pub fn trace<const N: usize>(scene: &SceneFile, elf: &Path, motion: &[Tick<N>]) -> Result<Traced, Failure> {
     let program = program::read(elf)?;
     let stack = program.stack().map_err(|error| Failure::Program { path: elf.to_owned(), why: error.to_string() })?;
@@ -43,7 +43,7 @@ pub fn trace<const N: usize>(scene: &SceneFile, elf: &Path, motion: &[Tick<N>]) 
 /// The emulator's log.
 pub(crate) type Log = BufReader<ChildStderr>;
 
-/// Homes, arms and runs a chip along a motion while `read` reads its log; returns what that has found, and the bytes that the link carried.
+/// Homes, arms and runs a chip along a motion while `read` reads its log. Returns the result of `read`, and the bytes that the link carried.
 pub(crate) fn follow<const N: usize, R: Send + 'static>(
     scene: &SceneFile,
     elf: &Path,
@@ -58,13 +58,13 @@ pub(crate) fn follow<const N: usize, R: Send + 'static>(
     let mut chip = OnChip::start(Chip::over(emulator, expect)?, expect)?;
     supervised::drive(&mut chip, scene, motion, |_| ())?;
     let carried = chip.chip().carried();
-    // The log ends with the emulator.
+    // The log ends when the emulator ends.
     drop(chip);
     let found = reader.join().map_err(|_| Failure::NotSeen("the log: its reader stopped".into()))??;
     Ok((found, carried))
 }
 
-/// Instructions of one exception.
+/// Instructions executed in one exception handler.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Served {
     /// Its first instruction.
@@ -102,14 +102,14 @@ struct TraceFindings {
     tick: Served,
     serve: Served,
     masked: u64,
-    /// Most bytes of the stack outside of interrupts while these are not masked: what [`chip_image::Stack::open`] bounds.
+    /// Largest stack depth, in bytes, outside of interrupts while these are not masked. [`chip_image::Stack::open`] bounds it.
     below_interrupts: u32,
     /// Estimates of the completed ticks.
     estimates: Vec<Estimate>,
 }
 
 impl TraceFindings {
-    /// Compares the counts from both ends of the link, and makes one report.
+    /// Checks the counts against both ends of the link, and summarises them.
     fn sum_up(self, to_chip: u64, from_chip: u64, ticks: u64) -> Result<Traced, Failure> {
         fn missing<T>(what: String) -> Result<T, Failure> {
             Err(Failure::NotSeen(what))
@@ -121,7 +121,7 @@ impl TraceFindings {
         if self.byte.times != to_chip {
             return missing(format!("{to_chip} received bytes in the trace: it has {}", self.byte.times));
         }
-        // The first tick finds empty caches; in operation no tick is the first.
+        // The first tick has empty caches, which do not occur in operation.
         let after = |first: usize| {
             let longest = self.estimates.iter().skip(first).max_by_key(|estimate| estimate.cycles.likely);
             let Some(longest) = longest else { return missing(format!("a tick behind {first} others in the trace")) };
@@ -149,13 +149,13 @@ struct TraceWatch<'a> {
     estimator: Estimator<'a>,
     mask: Mask,
     priorities: BTreeMap<u16, u8>,
-    /// Where the stack begins.
+    /// Initial stack pointer.
     top: u32,
     /// Instructions since the tick's interrupt was masked.
     masked: u64,
-    /// The exception of the instruction before.
+    /// Exception of the previous instruction.
     before: u16,
-    /// The current tick so far; another interrupt may split it.
+    /// Estimate of the current tick so far; another interrupt may split it.
     tick: Option<Estimate>,
     found: TraceFindings,
 }
@@ -196,7 +196,7 @@ impl<'a> TraceWatch<'a> {
         self.before = step.exception;
     }
 
-    /// Caches and pipeline follow all executed code; the estimate is cut at the start and end of the tick.
+    /// Updates the estimate. Caches and pipeline follow all executed code; the estimate is cut at the start and end of the tick.
     fn estimate(&mut self, step: &Step) {
         let begins = step.exception == TICK && step.address == self.found.tick.start;
         if step.exception != self.before || begins {
@@ -212,10 +212,11 @@ impl<'a> TraceWatch<'a> {
         self.estimator.execute_with(step.address, &step.registers);
     }
 
-    /// Nothing counts before priorities are set: no interrupt can come by then. The lowest priority waits for PRIMASK alone.
+    /// Measures the stack outside of interrupts. Nothing counts before priorities are set, because no interrupt can occur until then. The lowest
+    /// priority is blocked only by PRIMASK.
     fn measure_stack(&mut self, step: &Step) {
         const SP: usize = 13;
-        // A step whose registers the log lacks has zeros.
+        // A step without registers in the log has zeros.
         let known = step.registers[SP] != 0 && !self.priorities.is_empty();
         if step.exception == 0 && known && !self.mask.holds_off(u8::MAX) {
             let used = self.top.saturating_sub(step.registers[SP]);
@@ -223,8 +224,8 @@ impl<'a> TraceWatch<'a> {
         }
     }
 
-    /// Counts the instructions for which the tick must wait for a mask. Not counted are those of the tick itself, those of
-    /// more urgent interrupts, which are counted separately, and those before the first interrupt, when no timer runs.
+    /// Counts the instructions for which a mask delays the tick. Not counted are instructions of the tick itself, those of more urgent interrupts,
+    /// which are counted separately, and those before the first interrupt, when no timer runs.
     fn hold_off(&mut self, step: &Step) {
         let priority = |exception| self.priorities.get(&exception).copied();
         let held_off = |mask: Mask| priority(TICK).is_some_and(|own| mask.holds_off(own));

@@ -1,8 +1,8 @@
-//! Cost of the link's interrupts on each of its two ways: a byte at a time, and by DMA.
+//! Cost of the link's interrupts, for both of its modes: byte by byte, and by DMA.
 //!
 //! Both firmwares run the same supervised ticks in the emulator. The emulated chip has no DMA: a stand-in moves the bytes
-//! (`firmware/src/boards/dma_stand_in.rs`), and its instructions are left out. The short interrupts that touch a DMA's registers are those of a
-//! board's own program, all of their instructions, however they branch: an upper bound.
+//! (`firmware/src/boards/dma_stand_in.rs`), and its instructions are left out. The short interrupts that access DMA registers are taken from a
+//! board's own program. All of their instructions are counted, on every branch, which gives an upper bound.
 
 use crate::budget::Failure;
 use crate::budget::interrupts::{BYTE, HALF_FILLED, SENT, SERVE};
@@ -18,10 +18,10 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
-/// Measures the firmware at `elf`, the one with the stand-in, and the interrupts of a board's own.
+/// Measures the firmware at `elf`, the one with the stand-in at `dma`, and the interrupts of a board's own program.
 ///
 /// # Errors
-/// A program that cannot be read or lacks a handler, an unusable chip, or an incomplete trace.
+/// A program cannot be read or lacks a handler, the chip is unusable, or the trace is incomplete.
 pub fn measure<const N: usize>(
     scene: &SceneFile,
     elf: &Path,
@@ -41,11 +41,11 @@ pub fn measure<const N: usize>(
     };
     let way = with_stand_in.way;
     let dma = LinkInterrupts {
-        // As if the line fell idle behind every packet.
+        // Assumes that the line becomes idle after every packet.
         receive: times(once(BYTE)?, with_stand_in.packets),
         half_filled: times(once(HALF_FILLED)?, way.half_filled.times),
-        // A packet is two pieces at most, to the buffer's end and from its begin. The stand-in sends it as one, and at once: its own interrupts
-        // are fewer.
+        // A packet is at most two pieces: up to the end of the buffer, and from its beginning. The stand-in sends it as one piece and at once, so it
+        // has fewer interrupts.
         sent: times(once(SENT)?, 2 * with_stand_in.pieces),
         ..way
     };
@@ -81,11 +81,11 @@ struct LinkFindings {
 /// Follows a trace.
 struct LinkWatch<'a> {
     estimator: Estimator<'a>,
-    /// The stand-in's work in interrupts that are otherwise the link's.
+    /// Address range of the stand-in's work, inside interrupts that otherwise belong to the link.
     left_out: Option<Range<u32>>,
     /// First instruction of each interrupt.
     starts: BTreeMap<u16, u32>,
-    /// The exception of the instruction before, and whether that was the link's own.
+    /// The exception of the previous instruction; true if that was the link's own code.
     before: (u16, bool),
     found: LinkFindings,
 }
@@ -125,7 +125,7 @@ impl<'a> LinkWatch<'a> {
         self.estimator.execute_with(step.address, &step.registers);
     }
 
-    /// Gives what was estimated since the last cut to its interrupt.
+    /// Adds the estimate since the last cut to its interrupt.
     fn cut(&mut self) {
         let lap = self.estimator.finish();
         let (exception, own) = self.before;
@@ -140,7 +140,7 @@ impl<'a> LinkWatch<'a> {
     }
 }
 
-/// The runs of an interrupt, if it is the link's.
+/// Counts of an interrupt, if it belongs to the link.
 const fn of(way: &mut LinkInterrupts, exception: u16) -> Option<&mut Runs> {
     match exception {
         BYTE => Some(&mut way.receive),
@@ -158,14 +158,14 @@ fn add(runs: &mut Runs, estimate: &Estimate) {
     runs.cycles.high += estimate.cycles.high;
 }
 
-/// So many runs, each as this one.
+/// `times` runs that are equal to `one`.
 const fn times(one: Runs, times: u64) -> Runs {
     let Cycles { low, likely, high } = one.cycles;
     let cycles = Cycles { low: low * times, likely: likely * times, high: high * times };
     Runs { times, instructions: one.instructions * times, cycles }
 }
 
-/// One run of a handler that calls nothing: each of its instructions once.
+/// One run of a handler that calls no function, with each of its instructions executed once.
 fn handler(program: &Program, exception: u16) -> Option<Runs> {
     let start = program.handler(usize::from(exception))?;
     let range = start..start + u32::try_from(program.function(start).ok()?.bytes).ok()?;

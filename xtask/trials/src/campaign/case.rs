@@ -17,19 +17,19 @@ pub enum Situation {
     Homing,
     /// Idle, homed.
     Homed,
-    /// The drives come on. With real drives only: others are on at once.
+    /// The drives are being enabled. Only with simulated drives; otherwise drives are on at once.
     Arming,
     /// Armed.
     Armed,
     /// Following the scene's motion.
     Running,
-    /// Braking to rest, or at rest.
+    /// Decelerating to rest, or at rest.
     Holding,
-    /// On the way to the rest pose, without a host. With real drives only, of an arm that has such a pose.
+    /// Moving to the rest pose, without a host. Only with simulated drives, and arms that have such a pose.
     Lowering,
-    /// Held by torque until the brakes have engaged. With real drives only, of an arm with brakes.
+    /// Held by torque until the brakes have engaged. Only with simulated drives, and arms with brakes.
     Disarming,
-    /// In the fault state; the cause has gone.
+    /// In the fault state; the cause is no longer present.
     Fault,
 }
 
@@ -78,7 +78,7 @@ impl Situation {
         }
     }
 
-    /// True if an arm can reach it: without a host, an arm with brakes is held by them.
+    /// True if an arm can reach this state. An arm with brakes is never lowered, because its brakes hold it when the host is lost.
     fn is_possible(self, scene: &SceneFile) -> bool {
         let brakes = scene.safety.safe_action == SafeAction::Brake;
         match self {
@@ -89,7 +89,7 @@ impl Situation {
     }
 }
 
-/// Requests of a pair.
+/// Number of requests from which a pair is drawn.
 pub(super) const REQUESTS: u64 = link::Request::OF_THE_MACHINE.len() as u64;
 
 /// A fault in a state of the machine.
@@ -102,7 +102,7 @@ pub struct Case {
 }
 
 impl Case {
-    /// All cases that are possible in a scene, each with the number of its first request, where it has a pair of them.
+    /// All cases that are possible in a scene. Each has the number of its first request, if the fault is a pair of requests.
     pub(super) fn of(scene: &SceneFile, target: Target) -> Vec<(Self, u64)> {
         let faults = FaultKind::names(target).map(|(fault, _)| fault).filter(|f| f.is_possible(scene, target));
         let situations: Vec<_> =

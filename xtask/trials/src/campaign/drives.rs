@@ -1,5 +1,4 @@
-//! Runs whose joints are drives on simulated CAN buses: the session, the board's own drivers of the joints, the drives, and the arm that they
-//! carry.
+//! Runs in which the joints are drives on simulated CAN buses: the session, the board's own joint drivers, the drives, and the arm that they move.
 //!
 //! ```text
 //! host -> frames -> session -> joint-io -> buses -> drives -> arm under gravity, brakes, stops
@@ -13,10 +12,10 @@
 //! | `bench` | a run in progress |
 //! | `injection` | one fault of drives, buses or host |
 //! | `judge` | the safety of the motion, written from docs/safety.md |
-//! | `broken` | boards that are broken on purpose |
+//! | `broken` | boards with deliberate faults |
 //!
-//! Every tick is the firmware's own [`joint_io::run_tick`]. Each joint has a stop at either limit: an arm without brakes lies on those of its
-//! rest pose until it is armed, and falls onto them.
+//! Every tick is the firmware's own [`joint_io::run_tick`]. Each joint has a mechanical stop at both limits. An arm without brakes lies on the stops
+//! near its rest pose until it is armed, and falls onto them when torque ends.
 
 mod bench;
 mod broken;
@@ -39,7 +38,7 @@ use robot_compiler::SceneFile;
 use sim::failure::Failure;
 
 impl<const N: usize> DrivesStage<N> {
-    /// Prepare the runs of a scene.
+    /// Prepares the runs of a scene.
     ///
     /// # Errors
     /// The scene cannot be run, or its robot has no drives on CAN.
@@ -49,7 +48,7 @@ impl<const N: usize> DrivesStage<N> {
         Ok(stage)
     }
 
-    /// The same runs with a board that was built from another scene. The host greets that board; the judge knows this scene.
+    /// The same runs with a board that was built from another scene. The host greets that board; the judge uses this scene.
     ///
     /// # Errors
     /// The other scene cannot be run.
@@ -59,7 +58,7 @@ impl<const N: usize> DrivesStage<N> {
         Ok(self)
     }
 
-    /// Fewest ticks of an undisturbed arming, among some.
+    /// Fewest ticks of undisturbed arming, over several runs.
     fn arming_ticks(&self, scene: &SceneFile) -> Result<u32, Failure> {
         let model = scene.robot.model::<N>().map_err(Failure::input)?;
         let mut desk = Desk::new(scene, &model, Pacing::Live);
@@ -79,7 +78,7 @@ impl<const N: usize> DrivesStage<N> {
     }
 }
 
-/// Do one run. `pair` is the number of the pair of requests, where there is one; `breakage` breaks the board on purpose.
+/// Does one run. `pair` is the number of the pair of requests, if there is one; `breakage` adds a deliberate fault to the board.
 ///
 /// # Errors
 /// [`Failure::Input`] if the scene's machine does not reach the state.

@@ -16,9 +16,9 @@ pub enum FaultKind {
     Nothing,
     /// The emergency stop is pressed.
     EmergencyStop,
-    /// Ticks do not end in time.
+    /// Ticks do not finish in time.
     Overrun,
-    /// A drive says that it has failed.
+    /// A drive reports a failure.
     Drive,
     /// The supply voltage is too low, too high, NaN or infinite.
     Supply,
@@ -30,7 +30,7 @@ pub enum FaultKind {
     Velocity,
     /// A position or encoder count jumps.
     Jump,
-    /// A position or encoder count stands still.
+    /// A position or encoder count does not change.
     Stuck,
     /// A position or encoder count drifts away, slower than a jump.
     Runaway,
@@ -42,17 +42,17 @@ pub enum FaultKind {
     HostSilent,
     /// Trajectory points arrive too late.
     Underrun,
-    /// A trajectory point is far from the one before.
+    /// A trajectory point is far from the previous one.
     PointJump,
     /// The trajectory leads to a position limit and beyond.
     ToLimit,
     /// The trajectory is faster than the joint's velocity limit.
     TooFast,
-    /// Trajectory points hold NaN, infinite or huge values.
+    /// Trajectory points contain NaN, infinite or huge values.
     PointNumbers,
     /// More points arrive than the buffer holds.
     Flood,
-    /// The host sends every request again and again.
+    /// The host repeats every request.
     Requests,
     /// Bits are flipped on the link.
     Damaged,
@@ -66,13 +66,13 @@ pub enum FaultKind {
     Garbage,
     /// A live input is NaN or infinite.
     LiveNumbers,
-    /// A live payload of absurd mass.
+    /// A live payload has an absurd mass.
     Payload,
-    /// A live wrench of absurd size.
+    /// A live wrench has an absurd size.
     Wrench,
-    /// Live rotor inertias that are negative or absurd.
+    /// Live rotor inertias are negative or absurd.
     Rotor,
-    /// A live payload that could be, and is not there.
+    /// A plausible live payload that the arm does not carry.
     Model,
     /// A force pushes at the tip.
     Push,
@@ -83,31 +83,31 @@ pub enum FaultKind {
     ),
     /// All frames to all drives are lost.
     Burst,
-    /// Nobody acknowledges what the board sends on a bus.
+    /// The board's frames on a bus are not acknowledged.
     Unacknowledged,
     /// The board's controller has left a bus.
     BusOff,
-    /// Replies of a drive have this fate; no reading is older than `age_max`.
+    /// Replies of a drive have this fate; no reading gets older than `age_max`.
     Reply(#[serde(serialize_with = "in_small_letters")] Fate),
     /// Replies of a drive are lost for longer than `age_max`.
     ReplyGap,
-    /// A drive has no power, shorter or longer than its restart takes.
+    /// A drive has no power, for a time shorter or longer than its restart.
     Power(Span),
-    /// No drive has power, shorter or longer than their restart takes.
+    /// No drive has power, for a time shorter or longer than their restart.
     PowerOfAll(Span),
     /// The emergency stop is pressed and cuts the power of all drives.
     PowerCut,
-    /// A drive answers its enable frame, and stays off.
+    /// A drive acknowledges its enable frame, and stays off.
     EnableIgnored,
-    /// A drive switches itself off, and reports no error.
+    /// A drive switches off without reporting an error.
     Trip,
     /// A drive latches an error.
     Latched,
-    /// Somebody else sets the zero of a drive.
+    /// Another program sets the zero of a drive.
     Zero,
     /// Two requests in one tick.
     RequestPair,
-    /// The host never comes back.
+    /// The host stops for the rest of the run.
     HostGone,
 }
 
@@ -117,7 +117,7 @@ pub enum FaultKind {
 pub enum Span {
     /// At most the shortest restart of a drive.
     Short,
-    /// Longer.
+    /// Longer than the shortest restart of a drive.
     Long,
 }
 
@@ -125,7 +125,7 @@ fn in_small_letters<T: Debug, S: Serializer>(it: &T, serializer: S) -> Result<S:
     serializer.serialize_str(&format!("{it:?}").to_lowercase())
 }
 
-/// The names of a kind of frames with each of its fates.
+/// Names of one kind of frame with each of its fates.
 macro_rules! commands {
     ($($order:ident $name:literal),*) => {
         [$(
@@ -260,9 +260,9 @@ impl FaultKind {
     /// Shortest and longest duration, ticks.
     pub(super) const fn ticks(self) -> (u32, u32) {
         match self {
-            // Longer than the machine holds without its host; the limits of the scene are added.
+            // Longer than the machine holds without its host. The limits of the scene are added.
             Self::HostSilent => (1, 400),
-            // Longer than the points sent ahead of time last.
+            // Longer than the points that were sent in advance last.
             Self::Underrun => (20, 80),
             Self::Runaway | Self::Stuck | Self::ToLimit => (1, 300),
             // Longer than the drives' own timeouts.

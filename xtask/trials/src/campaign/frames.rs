@@ -1,9 +1,9 @@
 //! Comparison of the frames that chip and desk send in one tick.
 //!
-//! Two machines agree if they send the same frames in the same order, apart from the answers to requests. An answer names the number of its
-//! request, so the order of answers carries no meaning. It depends on time: a task that reads a request later than another has sent its first
-//! answers by then. The answers of a tick are therefore compared as a set, sorted by number. Each request is answered once. All answers of a
-//! tick come before its status: an answer that comes later belongs to the next tick, and is a difference.
+//! Two machines agree if they send the same frames in the same order, apart from the answers to requests. Each answer contains the number of its
+//! request, so the order of answers carries no meaning. The order depends on timing: when one task reads a request, another may already have sent its
+//! first answers. The answers of a tick are therefore compared as a set, sorted by number. Each request is answered once. All answers of a tick come
+//! before its status: a later answer belongs to the next tick, and is a difference.
 
 use link::{Answer, Frame};
 
@@ -55,7 +55,7 @@ mod tests {
         Frame::Answer(Answer { number, verdict })
     }
 
-    /// A tick with colliding requests: two refusals, three answers, and a frame in the place of its status.
+    /// A tick with colliding requests: two refusals, three answers, and one frame in place of its status.
     fn desk() -> Vec<Frame> {
         vec![
             Frame::Refusal(Refusal::Lost { missed: 1 }),
@@ -67,7 +67,7 @@ mod tests {
         ]
     }
 
-    /// The difference of a chip whose frames are the desk's after `change`.
+    /// Difference between the desk's frames and the same frames after `change`.
     fn changed(change: impl Fn(&mut Vec<Frame>)) -> Option<String> {
         let mut chip = desk();
         change(&mut chip);
@@ -88,7 +88,7 @@ mod tests {
         assert!(changed(|chip| chip[1] = answer(7, Verdict::Accepted)).is_some(), "another verdict");
         assert!(changed(|chip| chip[4] = answer(8, Verdict::Rejected(NOT_HOMED))).is_some(), "another verdict");
         assert!(changed(|chip| chip[1] = answer(9, Verdict::Superseded)).is_some(), "another number");
-        // The same numbers and the same verdicts, of other requests.
+        // The same numbers and verdicts, but assigned to other requests.
         let swapped_verdicts = |chip: &mut Vec<Frame>| {
             chip[3] = answer(6, Verdict::Accepted);
             chip[4] = answer(8, Verdict::Superseded);
@@ -96,7 +96,7 @@ mod tests {
         assert!(changed(swapped_verdicts).is_some(), "verdicts of each other's requests");
         assert!(changed(|chip| drop(chip.remove(4))).is_some(), "a missing answer");
         assert!(changed(|chip| chip.insert(4, answer(7, Verdict::Superseded))).is_some(), "a doubled answer");
-        // Twice on both sides is no better.
+        // Two answers to one request are an error even if both machines send them.
         let twice = [desk(), vec![answer(8, Verdict::Accepted)]].concat();
         assert!(difference(&twice, &twice).unwrap().contains("request 8 is answered twice"));
     }

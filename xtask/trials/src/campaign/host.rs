@@ -11,17 +11,16 @@ use link::{Encoder, Frame, Hello, Measurement, Pacing, Packet, Parts, Point, Req
 /// Ticks between two points of the trajectory.
 const STEP: u32 = 10;
 
-/// Number of ticks by which the host sends its points in advance.
+/// Ticks by which the host sends its points in advance.
 const AHEAD: u32 = 30;
 
-/// Ticks of silence after which the host sends a sign of life.
+/// Ticks of silence after which the host sends an `Alive` frame.
 const ALIVE: u32 = 20;
 
-/// Most bytes that the host sends in a tick. The chip's receive buffer holds three packets of unread bytes, and a
-/// dry run's own frames follow.
+/// Most bytes that the host sends in a tick. The chip's receive buffer holds three unread packets, and a dry run's own frames follow.
 const BYTES: usize = 560;
 
-/// Traffic of one tick, as far as the judge may know it.
+/// Traffic of one tick, as far as the judge may use it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sent {
     /// All bytes that were sent.
@@ -42,22 +41,22 @@ pub(super) struct Host<const N: usize> {
     number: u8,
     /// Ticks since the host last sent anything.
     quiet: u32,
-    /// Lines that it sent last in a dry run.
+    /// Lines sent last, in a dry run.
     lines: Option<link::Lines>,
-    /// Point that it sent last.
+    /// Point sent last.
     pub(super) last: Option<Reference<f64, N>>,
     /// Trajectory ticks sent so far.
     sent: u32,
     /// True if it has not sent anything yet.
     begins: bool,
-    /// It says nothing, and does not count what it would have said.
+    /// True if the host sends nothing and does not count what it would have sent.
     pub(super) gone: bool,
-    /// A request that never reaches the machine, of one that is broken on purpose.
+    /// A request that never reaches the machine, for a deliberate fault.
     pub(super) deaf_to: Option<Request>,
 }
 
 impl<const N: usize> Host<N> {
-    /// Create a host that starts with its hello.
+    /// Creates a host that starts with its hello.
     pub(super) fn new(hello: Hello, seal: Option<SealKey>) -> Result<Self, FrameTooLong> {
         let mut encoder = Encoder::new();
         if let Some(key) = seal {
@@ -83,7 +82,7 @@ impl<const N: usize> Host<N> {
         Ok(host)
     }
 
-    /// Send a frame in this tick, unless the tick's bytes are used up.
+    /// Sends a frame in this tick, unless the tick's bytes are used up.
     pub(super) fn send(&mut self, frame: &Frame) -> Result<(), FrameTooLong> {
         if self.gone || self.packets.iter().map(|packet| packet.len()).sum::<usize>() > BYTES {
             return Ok(());
@@ -92,7 +91,7 @@ impl<const N: usize> Host<N> {
         Ok(())
     }
 
-    /// Send a request.
+    /// Sends a request.
     pub(super) fn ask(&mut self, request: Request) -> Result<(), FrameTooLong> {
         if self.gone {
             return Ok(());
@@ -105,19 +104,19 @@ impl<const N: usize> Host<N> {
         self.send(&Frame::request(self.number, request))
     }
 
-    /// Begin a trajectory.
+    /// Begins a trajectory.
     pub(super) fn start(&mut self, at: &Reference<f64, N>) -> Result<(), FrameTooLong> {
         self.sent = 0;
         self.point(0, at)
     }
 
-    /// Send a trajectory point.
+    /// Sends a trajectory point.
     pub(super) fn point(&mut self, ticks: u16, at: &Reference<f64, N>) -> Result<(), FrameTooLong> {
         self.last = Some(*at);
         self.send(&Frame::Point(Point { ticks, reference: link::Reference::new(&at.cast::<f32>()) }))
     }
 
-    /// Send the points of a motion that are due in its tick number `now`.
+    /// Sends the points of a motion that are due in its tick number `now`.
     pub(super) fn feed(&mut self, now: u32, motion: impl Fn(u32) -> Reference<f64, N>) -> Result<(), FrameTooLong> {
         while self.sent < now + AHEAD {
             self.sent += STEP;
@@ -126,10 +125,10 @@ impl<const N: usize> Host<N> {
         Ok(())
     }
 
-    /// End the tick: returns its bytes after the link's faults. A mute host sends nothing.
+    /// Ends the tick: returns its bytes, after the link's faults. A mute host sends nothing.
     ///
-    /// In a dry run, of which it is given the readings, the lines (if they changed) and the measurement come last and undamaged, because without them there
-    /// is no tick.
+    /// In a dry run, `dry_run` contains the readings. The lines (if they changed) and the measurement come last and undamaged, because there is no
+    /// tick without them.
     pub(super) fn finish(
         &mut self,
         dry_run: Option<&TickInputs<N>>,
@@ -144,8 +143,7 @@ impl<const N: usize> Host<N> {
             self.packets.clear();
             self.requests.clear();
         }
-        // An earlier host may have stopped in the middle of a packet. The zero ends that packet, so that the hello is
-        // not lost with it.
+        // An earlier host may have stopped in the middle of a packet. The zero ends that packet, so that the hello is not lost with it.
         let mut bytes = if core::mem::take(&mut self.begins) { vec![0] } else { Vec::new() };
         let harmed = wire.is_some();
         match wire {
@@ -159,7 +157,7 @@ impl<const N: usize> Host<N> {
         self.packets.clear();
         if let Some(told) = dry_run {
             if harmed {
-                // A zero ends a truncated packet. The frame after it may be refused if frames before it were lost.
+                // A zero ends a truncated packet. The following frame may be rejected if frames before it were lost.
                 bytes.push(0);
                 bytes.extend(self.encoder.encode(&Frame::Alive)?);
             }
@@ -176,7 +174,7 @@ impl<const N: usize> Host<N> {
     }
 }
 
-/// Compare bit by bit, because NaN differs from itself.
+/// Compares bit by bit, because NaN differs from itself.
 fn same(a: &link::Lines, b: &link::Lines) -> bool {
     let bits = |x: Option<f32>| x.map(f32::to_bits);
     let of = |lines: &link::Lines| {
@@ -186,7 +184,7 @@ fn same(a: &link::Lines, b: &link::Lines) -> bool {
     of(a) == of(b)
 }
 
-/// Append the packets to `bytes` after this fault of the link.
+/// Appends the packets to `bytes`, with this fault of the link.
 fn harm(kind: FaultKind, packets: &[Packet], random: &mut Random, bytes: &mut Vec<u8>) {
     let mut order: Vec<&Packet> = packets.iter().collect();
     if kind == FaultKind::Swapped && order.len() > 1 {
@@ -211,7 +209,7 @@ fn harm(kind: FaultKind, packets: &[Packet], random: &mut Random, bytes: &mut Ve
     }
     if kind == FaultKind::Garbage {
         for _ in 0..random.whole(0, 80) {
-            // Zeros end packets, so they are more frequent here than by chance.
+            // A zero ends a packet, so zeros are more frequent here than by chance.
             bytes.push(if random.chance(0.1) { 0 } else { random.bits() as u8 });
         }
     }

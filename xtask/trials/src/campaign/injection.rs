@@ -24,7 +24,7 @@ pub(super) struct Injection<const N: usize> {
     share: f64,
     /// The live inputs as they should be.
     truth: Live<f32, N>,
-    /// Greatest payload that the machine takes, kg.
+    /// Largest payload that the machine accepts, kg.
     payload_max: f32,
     /// Reading and ages before the fault.
     before: Option<(Sensed<f32, N>, [u32; N])>,
@@ -33,7 +33,7 @@ pub(super) struct Injection<const N: usize> {
 const WILD: [f32; 6] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, -1e30, 1e9];
 
 impl<const N: usize> Injection<N> {
-    /// Draw the parameters of a fault.
+    /// Draws the parameters of a fault.
     pub(super) fn new(kind: FaultKind, stage: &Stage<N>, random: &mut Random) -> Self {
         let joint = random.index(N);
         let wild = random.pick(&WILD).unwrap_or(f32::NAN);
@@ -42,7 +42,7 @@ impl<const N: usize> Injection<N> {
         Self { kind, joint, scale, wild, sign, share, truth, payload_max, before: None }
     }
 
-    /// Apply the fault to readings and lines in its tick number `k`, counted from 0.
+    /// Applies the fault to readings and lines in its tick number `k`, counted from 0.
     pub(super) fn tell(&mut self, k: u32, told: &mut TickInputs<N>, random: &mut Random) {
         let (sensed, ages) = *self.before.get_or_insert((told.sensed, told.age_ticks));
         let bad = |low: f32, high: f32| [low, high, f32::NAN, f32::INFINITY][((self.share * 4.0) as usize).min(3)];
@@ -78,8 +78,7 @@ impl<const N: usize> Injection<N> {
         }
     }
 
-    /// Apply the fault to the host's frames in its tick number `k`, counted from 0. Returns `true` if the host sends no
-    /// regular points.
+    /// Applies the fault to the host's frames in its tick number `k`, counted from 0. Returns `true` if the host sends no regular points.
     pub(super) fn talk(&self, k: u32, host: &mut Host<N>, random: &mut Random) -> Result<bool, FrameTooLong> {
         match self.kind {
             FaultKind::Underrun => return Ok(true),
@@ -118,7 +117,7 @@ impl<const N: usize> Injection<N> {
                     1 => at.qd[i] = wild,
                     _ => at.qdd[i] = wild,
                 })?;
-                // Forget the wild point: the next one starts from the last regular one.
+                // Forget the wrong point: the next one starts from the last regular one.
                 host.last = before;
             }
             FaultKind::Flood => {
@@ -142,7 +141,7 @@ impl<const N: usize> Injection<N> {
         Ok(false)
     }
 
-    /// Live inputs that are finite and wrong; `None` for every other fault.
+    /// Live inputs that are finite but wrong; `None` for every other fault.
     fn falsehood(&self, kind: FaultKind) -> Option<Live<f32, N>> {
         let mut live = self.truth;
         let sign = self.sign as f32;
@@ -161,14 +160,14 @@ impl<const N: usize> Injection<N> {
         Some(live)
     }
 
-    /// Force at the tip; `None` for every other fault.
+    /// Force at the tip, N; `None` for every other fault.
     pub(super) fn push(&self) -> Option<Wrench<f64>> {
         let force = self.sign * 400.0 * self.share;
         (self.kind == FaultKind::Push)
             .then(|| Wrench { force: Vector3::new(force, -force, force), moment: Vector3::zeros() })
     }
 
-    /// Send the last point again with one joint changed.
+    /// Sends the last point again with one joint changed.
     fn astray(
         &self,
         host: &mut Host<N>,
@@ -181,7 +180,7 @@ impl<const N: usize> Injection<N> {
     }
 }
 
-/// Send some frames for the link to damage: requests and signs of life.
+/// Sends some frames for the link to damage: requests and `Alive` frames.
 fn chatter<const N: usize>(host: &mut Host<N>, random: &mut Random, kind: FaultKind) -> Result<(), FrameTooLong> {
     let most = if kind == FaultKind::Requests { 4 } else { 2 };
     for _ in 0..random.whole(0, most) {
@@ -200,7 +199,7 @@ fn point_mass(mass: f32, at: f32) -> Inertia<f32> {
     Inertia { mass, first_moment: Vector3::new(0.0, 0.0, at * mass), about_origin }
 }
 
-/// Move the reading of a joint by `way`, rad or m.
+/// Moves the reading of a joint by `way`, rad or m.
 fn move_by<const N: usize>(told: &mut TickInputs<N>, joint: usize, way: f64, scale: &JointScale) {
     match &mut told.sensed {
         Sensed::State { q, .. } => q[joint] += way as f32,
@@ -209,7 +208,7 @@ fn move_by<const N: usize>(told: &mut TickInputs<N>, joint: usize, way: f64, sca
     }
 }
 
-/// Replace the reading of a joint by an earlier one.
+/// Replaces the reading of a joint by an earlier one.
 fn hold_still<const N: usize>(told: &mut TickInputs<N>, joint: usize, before: &Sensed<f32, N>) {
     match (&mut told.sensed, before) {
         (Sensed::State { q, qd }, Sensed::State { q: q_before, .. }) => (q[joint], qd[joint]) = (q_before[joint], 0.0),

@@ -1,13 +1,11 @@
 //! Safety check of each command, written from `docs/safety.md` without using any code of the judged machine.
 //!
-//! After every tick the judge receives the machine's inputs, the requests that the host may have made, and the
-//! machine's output. It keeps its own record of homing, latched faults, acting torque and silence. Limits, guards and
-//! times are those of the scene. The judge computes in f64 and reports a violation only if a bound is exceeded by more
-//! than the rounding of f32.
+//! After every tick the judge receives the machine's inputs, the requests that the host may have made, and the machine's output. It keeps its own
+//! record of homing, latched faults, acting torque and silence. Limits, guards and times come from the scene. The judge computes in f64 and reports a
+//! violation only if a bound is exceeded by more than the rounding of f32.
 //!
-//! A campaign and the fuzz target `session` share the judge. They differ in their knowledge: the campaign's readings
-//! come from a simulated arm ([`Trust`]), and the fuzz target knows every message that the machine accepted
-//! ([`Heard::exact`]).
+//! A campaign and the fuzz target `session` share the judge, but provide different information. The campaign's readings come from a simulated arm
+//! ([`Trust`]); the fuzz target knows every message that the machine accepted ([`Heard::exact`]).
 
 mod fault;
 mod law;
@@ -26,10 +24,10 @@ use link::Request;
 use link::StateCode;
 use observation::{Observation, torque};
 
-/// Trust in readings and model; each level includes the one before.
+/// Trust in readings and model; each level includes the previous one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Trust {
-    /// Readings may be arbitrary: each is judged by itself and against the previous one.
+    /// Readings may be arbitrary: each is judged alone and against the previous one.
     Nothing,
     /// Readings come from a real motion: mean speeds from encoders are judged, too.
     Arm,
@@ -42,9 +40,9 @@ pub enum Trust {
 pub struct Heard<'a> {
     /// Requests that the machine may have accepted, in order.
     pub requests: &'a [Request],
-    /// The machine may have received any message of the host.
+    /// True if the machine may have received any message of the host.
     pub spoke: bool,
-    /// The messages above are exactly those accepted: at most one request, so that its answer can be checked.
+    /// True if the messages above are exactly those accepted. There is then at most one request, so that its answer can be checked.
     pub exact: bool,
 }
 
@@ -64,12 +62,12 @@ pub struct Judge<const N: usize> {
     acted: usize,
     /// Ticks since the machine may last have received a message of the host.
     silent: u32,
-    /// Where the arm was armed.
+    /// Position of the arm when it was armed, rad or m.
     armed: [f64; N],
     /// Number of consecutive ticks of holding, and of disarming.
     held: u32,
     disarms: u32,
-    /// The disarming was not asked for: the host is gone, or a motor is too hot.
+    /// True if disarming was not requested: the host is gone, or a motor is too hot.
     lost: bool,
     /// Ticks of holding after which the arm must be at rest.
     rest_after: u32,
@@ -77,13 +75,13 @@ pub struct Judge<const N: usize> {
 }
 
 impl<const N: usize> Judge<N> {
-    /// Create the judge of a machine that has just started.
+    /// Creates the judge of a machine that has just started.
     #[must_use]
     pub fn new(config: &ControllerConfig<f64, N>, rules: &Rules<f64, N>, trust: Trust) -> Self {
         let stop = |i: usize| {
             let velocity = config.limits[i].velocity;
             let slowing = if velocity.is_finite() { velocity / rules.joints[i].deceleration } else { 1.0 };
-            // Remaining position error: at five time constants 4 % of its speed.
+            // Remaining position error: after five time constants 4 % of its speed.
             slowing + 5.0 / config.gains[i].position.sqrt() + 0.02
         };
         let rest = (0..N).map(stop).fold(0.0, f64::max);
@@ -106,15 +104,15 @@ impl<const N: usize> Judge<N> {
         }
     }
 
-    /// Start again, as after a hello.
+    /// Starts again, as after a hello.
     pub fn reset(&mut self) {
         *self = Self::new(&self.config, &self.rules, self.trust);
     }
 
-    /// Judge a tick.
+    /// Judges a tick.
     ///
     /// # Errors
-    /// [`Unsafe`]: the first broken law.
+    /// [`Unsafe`]: the first violated property.
     pub fn watch(&mut self, told: &TickInputs<N>, heard: &Heard<'_>, said: &TickOutput<N>) -> Result<(), Unsafe> {
         self.now += 1;
         self.silent = if heard.spoke { 0 } else { self.silent.saturating_add(1) };

@@ -1,4 +1,4 @@
-//! Machine under test: the firmware's session on the desk, or the emulated chip with the desk beside it.
+//! Machine under test: the firmware's session on the desk, or the emulated chip together with the desk.
 
 use super::frames::difference;
 use board::chip::{Chip, ChipError};
@@ -24,22 +24,22 @@ pub struct TickInputs<const N: usize> {
     pub sensed: Sensed<f32, N>,
     /// Age of the reading of each joint, ticks.
     pub age_ticks: [u32; N],
-    /// The emergency stop is pressed.
+    /// True if the emergency stop is pressed.
     pub emergency_stop: bool,
-    /// The previous tick had not ended when this one was due.
+    /// True if the previous tick had not ended when this one was due.
     pub overrun: bool,
-    /// Every joint knows its zero position.
+    /// True if every joint knows its zero position.
     pub zeroed: bool,
     /// Fault reports of the joints' drives.
     pub drive_fault: [bool; N],
-    /// Supply voltage, V.
+    /// Supply voltage, V; `None` if it is not measured.
     pub supply: Option<f32>,
-    /// Temperature, degrees Celsius.
+    /// Temperature, degrees Celsius; `None` if it is not measured.
     pub temperature: Option<f32>,
 }
 
 impl<const N: usize> TickInputs<N> {
-    /// Lines for a dry run, which the host sends.
+    /// Lines for a dry run, in which the host sends them.
     pub(super) fn lines(&self) -> link::Lines {
         link::Lines {
             emergency_stop: self.emergency_stop,
@@ -81,7 +81,7 @@ pub struct TickOutput<const N: usize> {
     pub status: Status,
 }
 
-/// Reason why a run cannot go on.
+/// Reason why a run cannot continue.
 #[derive(Debug, thiserror::Error)]
 pub enum MachineError {
     /// The chip failed.
@@ -97,29 +97,28 @@ pub enum MachineError {
 
 /// A machine under test, tick by tick.
 pub trait Machine<const N: usize> {
-    /// Source of its ticks: [`Pacing::Live`] with the lines and readings of a board, or [`Pacing::DryRun`].
+    /// Pacing of its ticks: [`Pacing::Live`] with the lines and readings of a board, or [`Pacing::DryRun`].
     fn pacing(&self) -> Pacing;
 
-    /// Begin a run. Returns the key that the host's packets must be sealed with, where there is one.
+    /// Begins a run. Returns the key with which the host's packets must be sealed, if there is one.
     ///
     /// # Errors
-    /// [`MachineError`].
+    /// [`MachineError`] if the machine fails.
     fn begin(&mut self) -> Result<Option<SealKey>, MachineError> {
         Ok(None)
     }
 
-    /// Run one tick after these bytes arrived over the link. In a dry run the bytes contain `told`, and the measurement
-    /// comes last.
+    /// Runs one tick after these bytes arrived over the link. In a dry run the bytes contain `told`, and the measurement comes last.
     ///
     /// # Errors
-    /// [`MachineError`].
+    /// [`MachineError`] if the machine fails, or does not report the tick.
     fn tick(&mut self, bytes: &[u8], told: &TickInputs<N>) -> Result<TickOutput<N>, MachineError>;
 }
 
 /// The firmware's session on the desk.
 pub struct Desk<const N: usize> {
     session: DeskSession<N>,
-    /// The session before its first hello: a run begins with it, because a hello does not end a session that drives the arm.
+    /// A copy of the session before its first hello. A run starts from it, because a hello does not end a session that drives the arm.
     new: DeskSession<N>,
     meter: Meter<Uncounted>,
     decoder: Decoder,
@@ -128,7 +127,7 @@ pub struct Desk<const N: usize> {
 }
 
 impl<const N: usize> Desk<N> {
-    /// The session of a scene.
+    /// Creates the session of a scene.
     #[must_use]
     pub fn new(scene: &SceneFile, model: &Model<f64, N>, pacing: Pacing) -> Self {
         let new = desk_session(scene, model);
@@ -142,17 +141,17 @@ impl<const N: usize> Desk<N> {
         }
     }
 
-    /// Begin anew, as after a reset of the board.
+    /// Starts again, as after a reset of the board.
     pub(super) fn restart(&mut self) {
         self.session.clone_from(&self.new);
         self.decoder = Decoder::new();
         self.answers.clear();
     }
 
-    /// Feed received bytes to the session.
+    /// Feeds received bytes to the session.
     fn receive(&mut self, bytes: &[u8]) {
         for received in bytes.iter().filter_map(|byte| self.decoder.push(*byte)) {
-            // A board answers a packet that it cannot open by itself; its session does not hear of it.
+            // A board itself answers a packet that it cannot open; its session does not receive it.
             if received.is_err() {
                 continue;
             }
@@ -161,13 +160,13 @@ impl<const N: usize> Desk<N> {
                     self.answers.push(frame)
                 }
                 Reaction::Stop(hello, refusal) => self.answers.extend([hello, refusal]),
-                // The tick follows in `answers`: a dry run's measurement comes last.
+                // The tick follows in `answers`, because a dry run's measurement comes last.
                 Reaction::Tick | Reaction::None => {}
             }
         }
     }
 
-    /// Run one tick of a board that reaches the joints itself, after these bytes arrived over the link.
+    /// Runs one tick of a board that accesses the joints itself, after these bytes arrived over the link.
     ///
     /// # Errors
     /// The tick was not reported.
@@ -211,20 +210,20 @@ impl<const N: usize> Machine<N> for Desk<N> {
     fn tick(&mut self, bytes: &[u8], told: &TickInputs<N>) -> Result<TickOutput<N>, MachineError> {
         let (answers, drives) = self.answers(bytes, told);
         let status = status(answers, told.tick, self.pacing)?;
-        // A dry run drives nothing: the status holds the command that would act.
+        // A dry run drives nothing; the status contains the command that would act.
         let drives = if self.pacing == Pacing::Live { drives } else { played(&status) };
         Ok(TickOutput { drives, status })
     }
 }
 
-/// The emulated chip in a dry run, and the desk beside it on the same bytes.
+/// The emulated chip in a dry run, and the desk on the same bytes.
 pub struct Both<const N: usize> {
     chip: Chip,
     desk: Desk<N>,
 }
 
 impl<const N: usize> Both<N> {
-    /// Create a pair from a chip that runs the scene's firmware.
+    /// Creates a pair from a chip that runs the scene's firmware.
     pub fn new(chip: Chip, scene: &SceneFile, model: &Model<f64, N>) -> Self {
         Self { chip, desk: Desk::new(scene, model, Pacing::DryRun) }
     }
@@ -250,7 +249,7 @@ impl<const N: usize> Machine<N> for Both<N> {
         loop {
             let frame = self.chip.receive("the status of a tick")?;
             let last = matches!(&frame, Frame::Status(status) if status.tick == told.tick);
-            // The channel's answer, not the session's.
+            // This answer comes from the channel, not from the session.
             if !matches!(frame, Frame::Refusal(Refusal::Unauthentic { .. } | Refusal::Undecodable(_))) {
                 chip.push(without_cost(frame));
             }

@@ -12,9 +12,9 @@ pub enum Outcome {
     Fault(u8),
     /// The machine held, with this cause.
     Held(u8),
-    /// The machine followed a request.
+    /// The machine did what was requested.
     Asked,
-    /// The machine carried on.
+    /// The machine continued.
     Unaffected,
 }
 
@@ -31,7 +31,7 @@ pub struct Counterexample {
     pub tick: u32,
     /// The fault and the state.
     pub case: Case,
-    /// The law that is broken; `None` if chip and desk differ.
+    /// The violated property; `None` if chip and desk differ.
     pub law: Option<SafetyProperty>,
     /// Description of the violation.
     pub what: String,
@@ -54,10 +54,10 @@ pub struct Finished {
     pub counterexample: Option<Counterexample>,
 }
 
-/// Motion of an arm on real drives in a run.
+/// Motion of an arm on simulated drives in a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Motion {
-    /// Greatest distance of a joint from where it should be while torque is to hold it, rad or m.
+    /// Largest distance of a joint from its position while torque must hold it, rad or m.
     pub worst: f64,
     /// Exemptions that occurred: one bit for each of [`Exemption::NAMES`].
     pub exempt: u8,
@@ -68,14 +68,14 @@ pub struct Motion {
 pub enum Exemption {
     /// An arm without brakes falls at a joint whose drive is off or has no power.
     NoDrive = 1,
-    /// A drive that hears nothing gives its last torque until its own timeout.
+    /// A drive that receives nothing continues its last torque until its own timeout.
     Unheard = 2,
-    /// A drive that is off below the torque at which its replies could show it: the arm may leave its place by its `reach`.
+    /// A drive is off while its torque is too small for its replies to show it. The arm may leave its position by its `reach`.
     Invisible = 4,
 }
 
 impl Exemption {
-    /// All of them, in words.
+    /// All exemptions with their descriptions.
     pub const NAMES: [(Self, &'static str); 3] = [
         (Self::NoDrive, "an arm without brakes falls at a drive that is off"),
         (Self::Unheard, "a drive that hears nothing gives its last torque until its own timeout"),

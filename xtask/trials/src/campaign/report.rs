@@ -32,8 +32,8 @@ pub struct Row {
     pub ticks: u64,
     /// Number of runs that ended with an unsafe command, or an unsafe motion.
     pub unsafe_commands: u64,
-    /// With drives: runs in which something happened that no program can prevent, and the greatest distance of a joint from where torque
-    /// was to hold it, rad or m.
+    /// With drives: the number of exempt runs, in which something happened that no program can prevent; and the largest distance of a joint from its
+    /// position while torque must hold it, rad or m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub motion: Option<(u64, f64)>,
 }
@@ -53,10 +53,10 @@ pub struct Report {
     pub ticks: u64,
     /// Wall-clock time, s.
     pub seconds: f64,
-    /// Runs in which something happened that no program can prevent, in words, and how many.
+    /// Exemptions, which no program can prevent: description, and number of runs in which each occurred.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub exempt: Vec<(&'static str, u64)>,
-    /// The states, as the rows have them.
+    /// The states, in the order of the cells of each row.
     #[serde(skip)]
     pub(super) states: Vec<Situation>,
     /// One row per fault.
@@ -66,7 +66,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// Summarise finished runs.
+    /// Summarises finished runs.
     pub(super) fn new(
         scenes: Vec<String>,
         (target, seed): (Target, u64),

@@ -1,4 +1,4 @@
-//! One run: bring a machine to a state, inject a fault for a while, and judge every tick.
+//! One run: brings a machine to a state, injects a fault for a while, and judges every tick.
 
 use super::case::{Case, Situation};
 use super::fault::FaultKind;
@@ -20,7 +20,7 @@ use sim::failure::Failure;
 use sim::plant::Diverged;
 use sim::run::world::{World, measurement};
 
-/// Do one run. The machine may have done anything before: it begins anew.
+/// Does one run. The machine may be in any state before; it starts again.
 ///
 /// # Errors
 /// [`Failure::Target`] if the chip fails; [`Failure::Input`] if the scene's machine does not reach the state.
@@ -60,7 +60,7 @@ struct Bench<'a, const N: usize> {
     judge: Judge<N>,
     world: World<N>,
     random: Random,
-    /// The fault of this run, while it lasts.
+    /// The active fault of this run.
     injection: Option<(FaultKind, Injection<N>)>,
     tick: u32,
     status: Option<Status>,
@@ -70,7 +70,7 @@ struct Bench<'a, const N: usize> {
     driven: u32,
 }
 
-/// The fault in a tick.
+/// The active fault, for one tick.
 struct Wrong<'a, const N: usize> {
     kind: FaultKind,
     injection: &'a mut Injection<N>,
@@ -133,7 +133,7 @@ impl<const N: usize> Script<N> for Bench<'_, N> {
 }
 
 impl<const N: usize> Bench<'_, N> {
-    /// Run one tick: sensors, host, machine, judge, arm.
+    /// Runs one tick: sensors, host, machine, judge, arm.
     fn pass(&mut self, wrong: Option<Wrong<'_, N>>) -> Result<(), Stop> {
         self.tick += 1;
         let mut told = self.calm();
@@ -203,13 +203,13 @@ impl<const N: usize> Bench<'_, N> {
         self.world.reference(f64::from(ticks) * self.world.period)
     }
 
-    /// Send the trajectory points that are due.
+    /// Sends the trajectory points that are due.
     fn feed(&mut self) -> Result<(), FrameTooLong> {
         let (world, period) = (&self.world, self.world.period);
         self.host.feed(self.along, |ticks| world.reference(f64::from(ticks) * period))
     }
 
-    /// Move the arm as the drives command.
+    /// Moves the arm as the drives command.
     fn move_arm(&mut self, said: &TickOutput<N>) -> Result<(), Diverged> {
         let plant = &mut self.world.plant;
         let torque = match &said.drives {

@@ -1,4 +1,4 @@
-//! The script of every run: bring the machine to a state, disturb it for a while, and ask for everything that leads back to torque.
+//! The script of every run: bring the machine to a state, disturb it for a while, and send every request that leads back to torque.
 
 use super::case::{Case, Situation};
 use super::fault::FaultKind;
@@ -32,7 +32,7 @@ impl From<FrameTooLong> for Stop {
     }
 }
 
-/// Longest wait for a state that the machine comes to by itself, ticks.
+/// Longest wait for a state that the machine reaches without a request, ticks.
 const PATIENCE: u32 = 20_000;
 
 /// A run in progress, tick by tick.
@@ -52,38 +52,38 @@ pub(super) trait Script<const N: usize> {
     /// True if the scene limits the first motion after homing.
     fn limits_first_motion(&self) -> bool;
 
-    /// Run a tick without a fault.
+    /// Runs a tick without a fault.
     fn step(&mut self) -> Result<(), Stop>;
 
-    /// Run a tick with the emergency stop pressed.
+    /// Runs a tick with the emergency stop pressed.
     fn press(&mut self) -> Result<(), Stop>;
 
-    /// Send the beginning of the scene's motion.
+    /// Sends the beginning of the scene's motion.
     fn begin_motion(&mut self) -> Result<(), Stop>;
 
-    /// Draw the fault of a case, and the ticks for which it lasts.
+    /// Draws the fault of a case, and returns its duration in ticks.
     fn begin_fault(&mut self, case: Case) -> Result<u32, Stop>;
 
-    /// Run tick number `k` of the fault, counted from 0.
+    /// Runs tick number `k` of the fault, counted from 0.
     fn disturbed(&mut self, k: u32) -> Result<(), Stop>;
 
-    /// The fault ends.
+    /// Ends the fault.
     fn end_fault(&mut self) {}
 
-    /// The host is silent until the fault ends.
+    /// Silences the host until the fault ends.
     fn lose_host(&mut self) {}
 
-    /// True if the host homes the arm anew on the way back to torque.
+    /// True if the host homes the arm again on the way back to torque.
     fn homes_again(&mut self) -> bool {
         true
     }
 
-    /// Ticks of arming.
+    /// Duration of arming, ticks.
     fn arming(&self) -> u32 {
         1
     }
 
-    /// Ticks of disarming.
+    /// Duration of disarming, ticks.
     fn disarming(&self) -> u32 {
         0
     }
@@ -98,7 +98,7 @@ pub(super) trait Script<const N: usize> {
         (self.state(), self.status().map_or(0, |status| status.cause))
     }
 
-    /// The whole run.
+    /// Runs the whole script.
     fn play(&mut self, case: Case) -> Result<Outcome, Stop> {
         self.approach(case.situation)?;
         let before = self.where_it_is();
@@ -109,7 +109,7 @@ pub(super) trait Script<const N: usize> {
         let ticks = self.begin_fault(case)?;
         let mut outcome = Outcome::Unaffected;
         for k in 0..ticks {
-            // Simulate a host that clears faults without looking.
+            // Simulate a host that clears faults without checking.
             if case.fault != FaultKind::Nothing && self.random().chance(0.05) {
                 self.host().ask(Request::Clear)?;
             }
@@ -127,7 +127,7 @@ pub(super) trait Script<const N: usize> {
         Ok(outcome)
     }
 
-    /// Effect of the fault so far: the first fault counts, otherwise the first hold.
+    /// Outcome so far: the first fault counts, otherwise the first hold.
     fn observed_outcome(&self, so_far: Outcome, before: (StateCode, u8)) -> Outcome {
         let now = self.where_it_is();
         match (so_far, now) {
@@ -140,7 +140,7 @@ pub(super) trait Script<const N: usize> {
         }
     }
 
-    /// Bring the machine to a state and wait there.
+    /// Brings the machine to a state and waits there.
     fn approach(&mut self, situation: Situation) -> Result<(), Stop> {
         let live = self.live();
         self.host().send(&live)?;
@@ -168,7 +168,7 @@ pub(super) trait Script<const N: usize> {
                 self.wait(30, 60)?;
                 self.begin_motion()?;
                 self.host().ask(Request::Run)?;
-                // An arm that has hardly left its rest pose is back at once.
+                // An arm close to its rest pose would reach it at once.
                 self.wait(if situation == Situation::Lowering { 100 } else { 1 }, 400)?;
             }
             Situation::Fault => {
@@ -182,7 +182,7 @@ pub(super) trait Script<const N: usize> {
         }
         if situation == Situation::Disarming {
             self.wait(0, 60)?;
-            // A drive's coarse speed may look like motion for a tick; then the machine rejects it.
+            // A drive's coarsely quantised speed may look like motion for a tick, and the machine then refuses to disarm.
             for _ in 0..PATIENCE {
                 self.host().ask(Request::Disarm)?;
                 self.step()?;
@@ -205,7 +205,7 @@ pub(super) trait Script<const N: usize> {
         self.wait(1, 60)
     }
 
-    /// Ask to clear the fault and to go on to torque, whether or not the machine grants it.
+    /// Requests to clear the fault and return to torque, even if the machine refuses.
     fn recover(&mut self) -> Result<(), Stop> {
         let homes = self.homes_again();
         for request in [Request::Clear, Request::Home, Request::Confirm, Request::Arm, Request::Run, Request::Hold] {
@@ -222,7 +222,7 @@ pub(super) trait Script<const N: usize> {
         Ok(())
     }
 
-    /// After homing, lifts the limits of the first motion: faults are judged at full speed and torque.
+    /// After homing, lifts the limits of the first motion, because faults are judged at full speed and torque.
     fn lift_limits_after(&mut self, request: Request) -> Result<(), Stop> {
         if request == Request::Confirm && self.limits_first_motion() {
             self.host().ask(Request::FullRange)?;
@@ -231,7 +231,7 @@ pub(super) trait Script<const N: usize> {
         Ok(())
     }
 
-    /// Run some ticks without a fault.
+    /// Runs some ticks without a fault.
     fn wait(&mut self, least: u32, most: u32) -> Result<(), Stop> {
         for _ in 0..self.random().whole(least, most) {
             self.step()?;
@@ -240,7 +240,7 @@ pub(super) trait Script<const N: usize> {
     }
 }
 
-/// The result of a run that has ended.
+/// Returns the result of a run that has ended.
 ///
 /// # Errors
 /// [`Failure::Target`] if the chip fails; [`Failure::Input`] if the scene's machine does not reach the state.

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 
 /// Data shared by all runs of a scene.
 pub struct Stage<const N: usize> {
-    /// Name of the scene, and its file.
+    /// Name of the scene, and the path of its file.
     pub(super) scene: (String, PathBuf),
     pub(super) world: World<N>,
     pub(super) hello: Hello,
@@ -22,12 +22,12 @@ pub struct Stage<const N: usize> {
     /// The live inputs as they should be.
     pub(super) truth: Live<f32, N>,
     pub(super) scales: [JointScale; N],
-    /// Normal supply voltage and temperature.
+    /// Normal supply voltage, V, and temperature, degrees Celsius.
     pub(super) calm: (Option<f32>, Option<f32>),
 }
 
 impl<const N: usize> Stage<N> {
-    /// Prepare the runs of a scene.
+    /// Prepares the runs of a scene.
     ///
     /// # Errors
     /// The scene cannot be run.
@@ -48,7 +48,7 @@ impl<const N: usize> Stage<N> {
         };
         Ok(Self {
             scene: (scene.name.clone(), scene.path.clone()),
-            // Drives would stand between the injected readings and the machine.
+            // Simulated drives would come between the injected readings and the machine.
             world: simulate::ideal_world(scene)?,
             hello: hello(scene, &model, link::Pacing::LockStep),
             live: Frame::Live(live),
@@ -61,12 +61,12 @@ impl<const N: usize> Stage<N> {
     }
 }
 
-/// Scales of a joint, by which faults are sized.
+/// Quantities of a joint that determine the size of faults.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct JointScale {
     /// Largest allowed change of a reading in a tick, rad or m.
     pub(super) jump_step: f64,
-    /// Position per encoder count; 0 if positions are measured directly.
+    /// Position per encoder count, rad or m; 0 if positions are measured directly.
     pub(super) per_count: f64,
     /// Greatest speed, rad/s or m/s.
     pub(super) velocity: f64,
@@ -75,7 +75,7 @@ pub(super) struct JointScale {
 }
 
 impl JointScale {
-    /// Create the scales of a joint. Missing limits are replaced by those of an ordinary joint.
+    /// Creates the scales of a joint. Missing limits are replaced by typical values.
     fn new(spec: &JointSpec, jump_step: f64, per_count: f64) -> Self {
         let finite = |x: f64, or: f64| if x.is_finite() { x } else { or };
         let (low, high) = spec.limits.position;

@@ -7,12 +7,12 @@ pub enum Target {
     Desk,
     /// The session and the drivers of the joints on the desk, with simulated drives on buses.
     Drives,
-    /// The firmware in the emulated chip, with the desk beside it.
+    /// The firmware in the emulated chip, together with the desk.
     Qemu,
 }
 
 impl Target {
-    /// Its name on the command line.
+    /// Name on the command line.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {

@@ -1,4 +1,4 @@
-//! Damaged inputs made from good ones, the same in every run with the same seed.
+//! Damaged inputs made from good ones. The same seed gives the same inputs.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -9,8 +9,8 @@ pub struct Damage {
     words: Vec<Vec<u8>>,
 }
 
-/// Nested brackets, tables, names and elements of this depth. The parsers behind our readers are recursive, so too deep
-/// a nesting must be refused before it reaches them.
+/// Nested brackets, tables, names and elements of this depth. The parsers that our readers use are recursive, so too deep a nesting must be rejected
+/// before it reaches them.
 #[must_use]
 pub fn nested(depth: usize) -> [Vec<u8>; 4] {
     [
@@ -32,7 +32,7 @@ enum Kind {
     Number,
 }
 
-/// The kinds with their frequencies; small changes are more frequent, because more of such an input is read.
+/// The kinds with their frequencies. Small changes are more frequent, because readers get further into such an input.
 const KINDS: [Kind; 14] = [
     Kind::Flip,
     Kind::Flip,
@@ -55,7 +55,7 @@ const STRETCH: usize = 60;
 const NOISE: usize = 600;
 
 impl Damage {
-    /// A generator that inserts the words of a dictionary among other kinds of damage.
+    /// Creates a generator that also inserts words of a dictionary.
     #[must_use]
     pub fn new(seed: u64, dictionary: &str) -> Self {
         let words = dictionary.lines().filter_map(|line| Some(plain(line.strip_prefix('"')?.strip_suffix('"')?)));
@@ -111,7 +111,7 @@ impl Damage {
     }
 }
 
-/// The bytes of a word, in which `\xNN` is a byte, and any other character behind a backslash stands for itself.
+/// Bytes of a dictionary word: `\\xNN` is a byte, and any other character after a backslash is itself.
 fn plain(mut word: &str) -> Vec<u8> {
     let mut bytes = Vec::new();
     while let Some((before, behind)) = word.split_once('\\') {

@@ -1,4 +1,4 @@
-//! Inputs in the project: the shipped files, and the findings of fuzzing.
+//! Inputs that the project contains: the shipped files, and findings of the fuzzer.
 
 use crate::fuzz::cases::{Case, Table};
 use std::fs;
@@ -9,21 +9,21 @@ pub(crate) fn top(folder: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap_or(Path::new("")).join(folder)
 }
 
-/// Inputs that were findings once, `found/TARGET/*`, with their paths.
+/// Inputs that once violated a property, `found/TARGET/*`, with their paths.
 #[must_use]
 pub fn found(target: &str) -> Vec<(PathBuf, Vec<u8>)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("found").join(target);
     paths(&folder).into_iter().map(|path| (path.clone(), fs::read(&path).unwrap())).collect()
 }
 
-/// The files with this ending in some folders, folder by folder, each sorted.
+/// Files with this extension in some folders, folder by folder, each sorted.
 pub(crate) fn files(folders: &[&str], ending: &str) -> Vec<Vec<u8>> {
     let named = |path: &PathBuf| path.extension().is_some_and(|extension| extension == ending);
     let paths = folders.iter().flat_map(|folder| paths(&top(folder))).filter(named);
     paths.map(|path| fs::read(path).unwrap()).collect()
 }
 
-/// The invalid files with this ending in the tests of the robot compiler, sorted by name.
+/// Invalid files with this extension in the tests of the robot compiler, sorted by name.
 pub(crate) fn invalid(ending: &str) -> Vec<Vec<u8>> {
     let folder = top("robot-compiler/tests/bad");
     let tables = paths(&folder).into_iter().filter(|path| path.extension().is_some_and(|extension| extension == "txt"));
@@ -45,7 +45,7 @@ fn paths(folder: &Path) -> Vec<PathBuf> {
 mod tests {
     use super::invalid;
 
-    /// A wrong path to the tables would leave them out unseen.
+    /// A wrong path to the tables would silently leave them out.
     #[test]
     fn invalid_files_of_the_compiler_are_found() {
         let has = |ending, text: &str| {

@@ -1,4 +1,4 @@
-//! Properties of a reader of files for any content, and of the files that it accepts.
+//! Properties of a file reader for any content, and of the files that it accepts.
 
 use dynamics_core::control::{Command, Measurement, Reference, Sensed};
 use dynamics_core::trig::Libm;
@@ -8,9 +8,9 @@ use robot_compiler::{FileError, Robot, SceneFile, emit, with_dof};
 use sim::run::simulate::desk;
 use std::fmt::Debug;
 
-/// Read a text; returns `None` if the reader refuses it with a helpful error.
+/// Reads a text; returns `None` if the reader rejects it with a helpful error.
 ///
-/// An accepted text with a comment appended at its end must give the same result again.
+/// An accepted text must give the same result again with a comment appended at its end.
 pub(crate) fn read<T: PartialEq + Debug>(
     text: &str,
     name: &str,
@@ -30,12 +30,12 @@ pub(crate) fn read<T: PartialEq + Debug>(
     }
 }
 
-/// Check an error: it describes the problem, the expected content, and a place in the text or a field.
+/// Checks that an error describes the problem, the expected content, and a location in the text or a field.
 fn check_error(error: &FileError, text: &str, name: &str) {
     let mut report = String::new();
     GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor()).render_report(&mut report, error).unwrap();
     assert!(!error.problem().is_empty() && !error.expected().is_empty(), "{report}");
-    // The robot file of a scene has its own errors and places.
+    // The robot file of a scene has its own errors and locations.
     if error.file() != name {
         return;
     }
@@ -50,7 +50,7 @@ fn check_error(error: &FileError, text: &str, name: &str) {
     );
 }
 
-/// Check an accepted robot: it has a model in both precisions, the model has torques, and it has a default scene.
+/// Checks an accepted robot: it has a model in both precisions, the model has torques, and it has a default scene.
 pub(crate) fn check_robot(robot: &Robot) {
     assert!((1..=6).contains(&robot.dof()));
     for (index, joint) in robot.joints.iter().enumerate() {
@@ -69,8 +69,8 @@ pub(crate) fn check_robot(robot: &Robot) {
     check_scene(&SceneFile::default_for(robot.clone()));
 }
 
-/// Check an accepted scene: it can be hashed and written out as source, and its motion is finite. The controller on
-/// that motion gives torques inside their limits or brakes.
+/// Checks an accepted scene: it can be hashed and written out as source, and its motion is finite. On that motion the controller gives torques within
+/// their limits, or brakes.
 pub(crate) fn check_scene(scene: &SceneFile) {
     with_dof!(scene.robot.dof(), N => {
         let model = scene.robot.model::<N>().unwrap();

@@ -36,8 +36,8 @@ fn model<const N: usize>(name: &str) -> Model<f64, N> {
     Robot::load(&top("robots").join(format!("{name}.toml"))).unwrap().model().unwrap()
 }
 
-/// In both precisions every line is answered up to the first refused one, which the error names. An answer belongs to
-/// its question, and its numbers are consistent.
+/// In both precisions every line is answered up to the first rejected one, which the error names. Each answer belongs to its question, and its
+/// numbers are consistent.
 pub fn check(bytes: &[u8]) {
     check_arm(&ONE, bytes);
     check_arm(&TWO, bytes);
@@ -87,8 +87,7 @@ where
 
 type Fields = BTreeMap<String, Value>;
 
-/// Check that the answer belongs to the line, and that `D qdd + C qd + G` is the torque without a push, within
-/// `rounding` of its parts.
+/// Checks that the answer belongs to the line, and that `D qdd + C qd + G` is the torque without an external wrench, within `rounding` of its parts.
 fn check_answer<const N: usize>(line: &[u8], answer: &str, rounding: f64) {
     let question: Fields = serde_json::from_slice(line).unwrap();
     let answer: Fields = serde_json::from_str(answer).unwrap();
@@ -119,7 +118,7 @@ fn check_answer<const N: usize>(line: &[u8], answer: &str, rounding: f64) {
     let (qd, qdd) = (given("qd").unwrap_or(still.clone()), given("qdd").unwrap_or(still));
     let position = given("q").unwrap().iter().fold(0.0_f64, |most, q| most.max(q.abs()));
     let pull = given("gravity").unwrap_or(vec![9.81]).iter().map(|x| x.abs()).fold(0.0, f64::max);
-    // With a prismatic joint far out, rounding loses the arm at its end.
+    // If a prismatic joint is extended very far, rounding loses the position of the tip.
     if given("wrench_tip").is_some_and(|wrench| wrench.iter().any(|x| *x != 0.0)) || position > 10.0 {
         return;
     }
@@ -131,7 +130,7 @@ fn check_answer<const N: usize>(line: &[u8], answer: &str, rounding: f64) {
     for (i, row) in matrix.iter().enumerate() {
         let sum = row.iter().zip(&qdd).map(|(d, qdd)| d * qdd).sum::<f64>() + coriolis[i] + gravity[i];
         let near = (tau[i] - sum).abs() <= rounding * parts;
-        // The sum may overflow where the recursion did not.
+        // The sum may overflow although the recursion did not.
         assert!(near || !sum.is_finite(), "joint {i}: {} and {sum} of {parts}", tau[i]);
     }
 }

@@ -1,10 +1,10 @@
-//! Fuzz target: a sealed session, and a stranger on its wire.
+//! Fuzz target: a sealed session with an intruder on its wire.
 
 use crate::fuzz::FuzzTarget;
 use crate::fuzz::packets::{all_bits, frame};
 use link::{Access, BoardChannel, Encoder, Frame, Hello, HostChannel, Key, NonceSource, Pacing};
 
-/// Sessions in which the stranger does each thing once, and often.
+/// Sessions in which each kind of event happens once, and sessions with many events.
 pub const TARGET: FuzzTarget = FuzzTarget { name: "link_channel", check, examples, words: "" };
 
 const KEY: [u8; 32] = [0x4e; 32];
@@ -22,16 +22,16 @@ fn examples() -> Vec<Vec<u8>> {
     all
 }
 
-/// A board with a key, its host, and all that went over the wire.
+/// A board with a key, its host, and all traffic on the wire.
 struct HostAndBoard {
     board: BoardChannel,
     host: HostChannel,
     nonces: u8,
-    /// All packets of the host, and whether the board has counted them.
+    /// All packets of the host: bytes, frame, and true once the board has accepted it.
     sent: Vec<(Vec<u8>, Vec<u8>, bool)>,
     /// Packets of earlier sessions.
     past: Vec<Vec<u8>>,
-    /// The last one that the board has counted.
+    /// Index of the last packet that the board has accepted.
     last: Option<usize>,
     said: Vec<u8>,
 }
@@ -51,12 +51,12 @@ impl HostAndBoard {
         wire
     }
 
-    /// A new session: what was sent before counts no more.
+    /// Begins a new session, in which earlier packets are no longer accepted.
     fn join(&mut self) {
         self.host = HostChannel::new(Some(Key::new(KEY)));
         let packet = self.host.join([self.nonces; 16]).unwrap();
         self.said.clear();
-        // The end of whatever came before.
+        // End any unfinished packet.
         assert!(self.give(&[0]).is_empty());
         self.said.clear();
         assert!(self.give(&packet).is_empty());
@@ -77,7 +77,7 @@ impl HostAndBoard {
         self.last = None;
     }
 
-    /// Give the board bytes; the frames that count for it.
+    /// Passes bytes to the board; returns the frames that it accepts.
     fn give(&mut self, bytes: &[u8]) -> Vec<Vec<u8>> {
         let mut counted = Vec::new();
         for &byte in bytes {
@@ -91,7 +91,7 @@ impl HostAndBoard {
         counted
     }
 
-    /// Give the board bytes of whoever: each frame that counts is the host's own, sent whole, and counts once, in its order.
+    /// Passes an intruder's bytes to the board. Each accepted frame must be the host's own, sent whole, accepted once, and in order.
     fn stranger(&mut self, bytes: &[u8]) {
         for counted in self.give(bytes) {
             let from = self.last.map_or(0, |last| last + 1);
@@ -109,8 +109,8 @@ impl HostAndBoard {
     }
 }
 
-/// Whatever a stranger sends between the host's packets, no frame counts that the host has not sent, none twice, and none out of
-/// its order; and the host's next whole packet counts.
+/// For anything that an intruder sends between the host's packets: no frame is accepted that the host has not sent, none twice, and none out of
+/// order. The host's next whole packet is accepted.
 pub fn check(mut bytes: &[u8]) {
     let mut wire = HostAndBoard::new();
     let mut open = Encoder::new();
@@ -119,7 +119,7 @@ pub fn check(mut bytes: &[u8]) {
         let mut number = || usize::from(bytes.split_off_first().copied().unwrap_or_default());
         let (first, second) = (number(), number());
         match kind % KINDS {
-            // A packet that never arrives, and may be replayed later.
+            // A packet that does not arrive, and may be replayed later.
             0 => {
                 wire.pack(&frame(&mut bytes));
             }
@@ -143,7 +143,7 @@ pub fn check(mut bytes: &[u8]) {
                 let noise = bytes.split_off(..first.min(bytes.len())).unwrap_or_default();
                 wire.stranger(noise);
             }
-            // What the board says itself.
+            // A packet from the board itself, sent back to it.
             5 => {
                 let mut packet = Vec::new();
                 wire.board.send(&frame(&mut bytes), &mut |bytes| packet.extend_from_slice(bytes));
@@ -159,7 +159,7 @@ pub fn check(mut bytes: &[u8]) {
                 wire.stranger(&said);
             }
         }
-        // The host goes on, behind a zero that ends whatever came.
+        // The host continues after a zero, which ends any unfinished packet.
         wire.stranger(&[0]);
         let sensed = link::Sensed::Counts(link::Joints::new());
         let measurement = link::Measurement { tick: u32::MAX - count as u32, age_ticks: 0, sensed };

@@ -4,7 +4,7 @@ use crate::fuzz::FuzzTarget;
 use crate::fuzz::packets::{PAYLOAD_MAX, all_bits, decode, expected, frame, taken, whole};
 use link::{DecodeError, Decoder, Encoder, Frame, Hello, PACKET_MAX, Pacing, Received};
 
-/// Payloads of every kind of frame, packets of them, and a flood of bytes without an end.
+/// Payloads of every kind of frame, packets of them, and a long sequence of bytes without an end.
 pub const TARGET: FuzzTarget =
     FuzzTarget { name: "link_decoder", check, examples, words: include_str!("../../words/link.dict") };
 
@@ -22,8 +22,8 @@ fn examples() -> Vec<Vec<u8>> {
     all
 }
 
-/// The decoder accepts the same frames as an independent reader. Every frame comes back the same from another packet,
-/// and the next packet is read after any bytes.
+/// The decoder accepts the same frames as an independent reader. Every frame survives being encoded and decoded again, and the next packet is read
+/// after any bytes.
 pub fn check(bytes: &[u8]) {
     let mut decoder = Decoder::new();
     let results = decode(&mut decoder, bytes);
@@ -34,7 +34,7 @@ pub fn check(bytes: &[u8]) {
 
     let payload = &bytes[..bytes.len().min(PAYLOAD_MAX)];
     let packet = whole(bytes.last().copied().unwrap_or_default(), payload);
-    // A new one: the number may be an earlier one for the decoder that has read packets before.
+    // Use a new decoder, because one that has read packets may reject the number as an earlier one.
     let mut decoder = Decoder::new();
     let results = decode(&mut decoder, &packet);
     match &results[..] {
@@ -51,7 +51,7 @@ fn check_comes_back(received: &Received) {
     check_is_read(&mut Decoder::new(), &received.frame);
 }
 
-/// The next packet is read after any bytes, behind a hello that begins the count anew.
+/// Checks that the next packet is read after any bytes, once a hello has restarted the count.
 fn check_next_is_read(decoder: &mut Decoder, frame: &Frame) {
     let hello = Frame::Hello(Hello { robot: 0, joints: 0, rate_hz: 0.0, pacing: Pacing::DryRun });
     let mut encoder = Encoder::new();

@@ -1,10 +1,10 @@
-//! Fuzz target: a stream of good packets, and events on the link.
+//! Fuzz target: a stream of good packets, with events on the link.
 
 use crate::fuzz::FuzzTarget;
 use crate::fuzz::packets::{Taken, all_bits, begins, decode, expected, frame, taken};
 use link::{Decoder, Encoder, Frame, Packet};
 
-/// Streams in which each event happens once, and often.
+/// Streams in which each event happens once, and streams with many events.
 pub const TARGET: FuzzTarget = FuzzTarget { name: "link_stream", check, examples, words: "" };
 
 fn examples() -> Vec<Vec<u8>> {
@@ -25,7 +25,7 @@ enum Event {
     Doubled,
     /// The packet arrives after the one that follows it.
     Overtaken,
-    /// Only this many bytes are left, without the final zero.
+    /// The packet is cut to this many bytes, modulo its length, so the final zero is always lost.
     Cut(usize),
     /// This bit is flipped.
     Flipped(usize),
@@ -57,10 +57,10 @@ struct ByteStream {
     bytes: Vec<u8>,
     /// Whole packets that begin at the start or after a zero, and must therefore be read.
     whole: Vec<Vec<u8>>,
-    /// Number of each whole packet, as long as nothing but loss has happened.
+    /// Sequence number of each whole packet, while packets have only been lost.
     numbers: Vec<usize>,
     only_loss: bool,
-    /// Number of the last packet that must be read: an earlier one, or the same again, is refused.
+    /// Number of the last packet that must be read; the same or an earlier number is rejected.
     last: Option<usize>,
 }
 
@@ -120,7 +120,7 @@ pub fn check(mut bytes: &[u8]) {
     }
 
     let read = taken(&decode(&mut Decoder::new(), &wire.bytes));
-    // Noise or a cut packet may contain a good packet by chance; the reader with its own check sum detects that.
+    // Noise or a cut packet may contain a good packet by chance; the independent reader detects that with its own check sum.
     assert_eq!(read, expected(&wire.bytes));
     let mut rest = read.iter();
     for whole in &wire.whole {

@@ -3,14 +3,13 @@
 
 use link::{DecodeError, Decoder, Frame, PACKET_MAX, PROTOCOL_VERSION, Received};
 
-/// Longest payload of an open packet: of [`PACKET_MAX`], COBS takes two bytes, version and sequence number take five, and the
-/// check sum takes four.
+/// Longest payload of an unsealed packet: of [`PACKET_MAX`], COBS uses two bytes, version and sequence number five, and the check sum four.
 pub(crate) const PAYLOAD_MAX: usize = PACKET_MAX - 11;
 
 /// Large enough for any frame in a packet.
 const FRAME_MAX: usize = PACKET_MAX;
 
-/// Take a frame from the front of the bytes. Missing bytes count as zeros; invalid fields are replaced by zeros.
+/// Takes a frame from the front of the bytes. Missing bytes count as zeros; invalid fields are replaced by zeros.
 pub(crate) fn frame(bytes: &mut &[u8]) -> Frame {
     let tag = bytes.split_off_first().copied().unwrap_or_default() % Frame::KINDS;
     let mut fields = [0; FRAME_MAX];
@@ -58,7 +57,7 @@ pub(crate) fn expected(stream: &[u8]) -> Vec<Taken> {
     for (frame, sequence) in stream[..ended].split(|&byte| byte == 0).filter_map(packet) {
         let afresh = begins(&frame);
         let missed = next.filter(|_| !afresh).map_or(0, |next| sequence.wrapping_sub(next));
-        // A sequence number half the range or more ahead is an old one, and refused.
+        // A sequence number that is half the range or more ahead is an old one, and is rejected.
         if missed <= i32::MAX as u32 {
             next = Some(sequence.wrapping_add(1));
             all.push(Taken { bits: all_bits(&frame), missed });
@@ -67,7 +66,7 @@ pub(crate) fn expected(stream: &[u8]) -> Vec<Taken> {
     all
 }
 
-/// True if the count of packets begins anew with a frame: it begins a session, or belongs to the handshake before one.
+/// True if a frame restarts the packet count: it begins a session, or belongs to the handshake before one.
 pub(crate) fn begins(frame: &Frame) -> bool {
     matches!(frame, Frame::Hello(_) | Frame::Join(_) | Frame::Proof(_) | Frame::Challenge(_))
 }
@@ -85,8 +84,8 @@ fn packet(bytes: &[u8]) -> Option<(Frame, u32)> {
     rest.is_empty().then_some((frame, sequence))
 }
 
-/// Undo consistent overhead byte stuffing. Every block begins with its length, including that byte, and stands for its
-/// bytes and a zero. The last block and blocks of length 255 stand for their bytes alone.
+/// Decodes consistent overhead byte stuffing. Every block begins with its length, which includes that byte, and decodes to its bytes and a zero. The
+/// last block and blocks of length 255 decode to their bytes alone.
 fn without_cobs(mut bytes: &[u8]) -> Option<Vec<u8>> {
     let mut raw = Vec::new();
     while let Some((&length, rest)) = bytes.split_first() {

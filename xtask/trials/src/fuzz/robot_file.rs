@@ -13,18 +13,18 @@ use robot_compiler::{LinkageFile, Robot};
 pub const TARGET: FuzzTarget =
     FuzzTarget { name: "robot_file", check, examples, words: include_str!("../../words/toml.dict") };
 
-/// Name of the text in errors.
+/// File name of the text in errors.
 const NAME: &str = "any.toml";
 
 fn examples() -> Vec<Vec<u8>> {
     let mut all = files(&["robots", "robots/chapter12", "robots/examples", "robot-compiler/tests/data"], "toml");
     all.extend(invalid("toml"));
-    // The greatest depth that is read, and one more.
+    // The greatest accepted depth, and one more.
     all.extend([32, 33].into_iter().flat_map(nested));
     all
 }
 
-/// A text gives a robot, a linkage, or errors with a place; an accepted robot has a model, torques and a scene.
+/// A text gives a robot, a linkage, or errors with a location. An accepted robot has a model, torques and a scene.
 pub fn check(bytes: &[u8]) {
     let text = String::from_utf8_lossy(bytes);
     if let Some(robot) = read(&text, NAME, "# the end", |text| Robot::from_toml_str(text, NAME)) {

@@ -1,4 +1,4 @@
-//! Fuzz target: any text as a scene file in the folder of the shipped scenes, so that it can name their robots.
+//! Fuzz target: any text as a scene file in the folder of the shipped scenes, so that it can refer to their robots.
 
 use crate::fuzz::FuzzTarget;
 use crate::fuzz::damage::nested;
@@ -19,13 +19,13 @@ fn examples() -> Vec<Vec<u8>> {
         let text = String::from_utf8_lossy(&bytes).replace("../../../robots", "../robots");
         text.replace("../../robots", "../robots").replace("../data", "../robot-compiler/tests/data").into()
     }));
-    // The greatest depth that is read, and one more.
+    // The greatest accepted depth, and one more.
     all.extend([32, 33].into_iter().flat_map(nested));
     all
 }
 
-/// A text gives a scene, or an error with a place. An accepted scene has a hash, a source, a motion, and a controller
-/// that keeps its limits on that motion.
+/// A text gives a scene, or an error with a location. An accepted scene has a hash, a source, a motion, and a controller that keeps its limits on
+/// that motion.
 pub fn check(bytes: &[u8]) {
     let path = top("scenes").join("any.toml");
     let text = String::from_utf8_lossy(bytes);

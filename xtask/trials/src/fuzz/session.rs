@@ -1,8 +1,8 @@
-//! Fuzz target: any packets, damage, readings and ticks into the firmware's session, on the bench, in a dry run and live.
+//! Fuzz target: any packets, damage, readings and ticks into the firmware's session, in bench mode, in a dry run and live.
 //!
-//! A second session runs beside the one on the link. It receives only the frames that must be accepted, and reports
-//! every tick. A refused input must leave no trace: both sessions must give the same results to the last bit. The
-//! campaigns' judge checks their results against `docs/safety/rules.md`.
+//! A second session, the twin, runs at the same time. It receives only the frames that must be accepted, and reports every tick. A refused input must
+//! leave no trace: both sessions must give the same results to the last bit. The campaigns' judge checks their results against
+//! `docs/safety/rules.md`.
 
 mod events;
 mod ticks;
@@ -23,7 +23,7 @@ use session::meter::Meter;
 use session::readings::{JointFaults, Lines};
 use std::sync::LazyLock;
 
-/// Sessions that reach each state and then meet each event.
+/// Sessions that reach each state and then get each kind of event.
 pub const TARGET: FuzzTarget = FuzzTarget { name: "session", check, examples, words: "" };
 
 /// Number of kinds of events.
@@ -41,7 +41,7 @@ static ARMS: LazyLock<[SceneFile; 3]> = LazyLock::new(|| {
     ["campaign/encoders", "campaign/states", "examples/pwm2_swing"].map(|name| {
         let mut scene = SceneFile::load(&top("scenes").join(format!("{name}.toml"))).unwrap();
         scene.control.tunable = true;
-        // The judge knows no limits of a first motion.
+        // The judge does not know the limits of a first motion.
         scene.safety.first_motion = None;
         scene
     })
@@ -51,19 +51,19 @@ fn examples() -> Vec<Vec<u8>> {
     let mut all = Vec::new();
     for arm in 0..3 {
         for pacing in 0..4 {
-            // Hello, watch everything, the board's lines normal; then home and arm.
+            // Hello, watch everything, normal lines; then home and arm.
             let begin: &[u8] = &[arm, 3, pacing, 14, 6, 0, 0, 2, 0, 2, 1, 2, 2, 1, 3];
             // A trajectory from here to another point and back; then run along it.
             let go: &[u8] = &[5, 0, 0, 5, 20, 40, 5, 20, 0, 2, 4, 1, 5];
-            // Stopped, off again, then silence of the host until the fault; cleared.
+            // Stop, restart, then silence of the host until the fault; clear it.
             all.push([begin, go, &[2, 5, 1, 63], go, &[20, 255, 2, 6, 1, 3]].concat());
-            // Emergency stop pressed and released; cleared in motion and at rest, and armed again.
+            // Press and release the emergency stop; clear in motion and at rest, and arm again.
             let motion = [7, 0, 1, 0, 0, 0, 63];
             all.push([begin, go, &[6, 1, 0, 0, 6, 0, 0], &motion, &[2, 6, 2, 6, 2, 2, 1, 3]].concat());
             // References beyond the limits at full speed, and references far from the arm.
             all.push([begin, &[5, 0, 0], &[5, 120, 127].repeat(8), &[2, 4], &[1, 63].repeat(8)].concat());
             all.push([begin, &[5, 0, 127, 5, 120, 127, 2, 4, 1, 63]].concat());
-            // Other live inputs and another gain, before torque acts and during a motion, one of two in a tick.
+            // Change live inputs and a gain, before torque acts and during a motion; once with two changes in a tick.
             let change = [21, 1, 21, 2, 22, 16, 65, 0, 0, 22, 16, 66, 0];
             all.push([begin, &change, go, &change, &[1, 31]].concat());
             for event in 0..KINDS {
@@ -74,13 +74,12 @@ fn examples() -> Vec<Vec<u8>> {
     all
 }
 
-/// Check an input; see the module's documentation.
+/// Checks an input; see the module's documentation.
 pub fn check(bytes: &[u8]) {
     ticks_of_states(bytes);
 }
 
-/// As [`check`]; returns the number of ticks that ended in each state of the safety state machine, indexed by the
-/// state's number.
+/// Same as [`check`]; returns the number of ticks that ended in each state of the safety state machine, indexed by the state's number.
 pub fn ticks_of_states(mut bytes: &[u8]) -> [u32; 9] {
     let arm = bytes.split_off_first().copied().unwrap_or_default();
     let scene = &ARMS[usize::from(arm) % ARMS.len()];
@@ -114,30 +113,30 @@ struct Comparison<const N: usize> {
     /// Sent packets with their numbers, which start at 0 and do not wrap.
     sent: Vec<(u64, Packet)>,
     number: u64,
-    /// Number of the last packet that was read whole, if it was one of these.
+    /// Number of the last packet that was read whole, if it is in `sent`.
     last: Option<u64>,
     /// Number of accepted frames since the hello, including refused ones.
     taken: u16,
     ticks: u32,
-    /// True if a change waits for its tick.
+    /// True if a parameter change is pending for the next tick.
     changes: bool,
-    /// Number of ticks under supervision, by the state at their end.
+    /// Number of supervised ticks, by the state at their end.
     states: [u32; 9],
 
-    /// Position of the arm; encoders may measure it.
+    /// Position of the arm, rad; encoders may measure it.
     q: [f32; N],
     qd: [f32; N],
     counted: bool,
-    /// Reading of the next tick in place of the arm's.
+    /// Reading of the next tick that replaces the arm's.
     odd: Option<(Sensed<f32, N>, [u32; N], [JointFaults; N])>,
-    /// Number of ticks in which the board reads nothing.
+    /// Number of further ticks in which the board gets no reading.
     blind: u8,
     lines: Lines,
     /// Last point of the trajectory.
     goal: [f32; N],
 }
 
-/// Watch of every part in every tick.
+/// Watch that reports every part in every tick.
 const EVERYTHING: Frame = Frame::Watch(Watch { every: 1, parts: Parts::ALL });
 
 impl<const N: usize> Comparison<N> {
@@ -184,7 +183,7 @@ impl<const N: usize> Comparison<N> {
         {
             self.event(kind % KINDS, &mut bytes);
         }
-        // A zero ends the link: bytes without an end are no packet.
+        // A zero ends the stream, because bytes without an end are no packet.
         self.push(&[0], None);
         assert_eq!(taken(&self.results), expected(&self.wire));
         let packets = self.wire.split(|&byte| byte == 0).filter(|packet| !packet.is_empty()).count();
@@ -197,7 +196,7 @@ impl<const N: usize> Comparison<N> {
     }
 }
 
-/// Inputs of a tick when nothing has been measured or heard yet.
+/// Inputs of a tick before anything has been measured or received.
 const fn nothing<const N: usize>() -> TickInputs<N> {
     TickInputs {
         tick: 0,

@@ -9,6 +9,6 @@ pub struct FuzzTarget {
     pub check: fn(&[u8]),
     /// Inputs to start with, most of them valid.
     pub examples: fn() -> Vec<Vec<u8>>,
-    /// Words with a meaning in an input: a dictionary as libFuzzer reads it.
+    /// Words with a meaning in an input: a dictionary in libFuzzer's format.
     pub words: &'static str,
 }

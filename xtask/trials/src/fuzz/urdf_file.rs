@@ -10,18 +10,18 @@ use robot_compiler::{Ends, Robot};
 pub const TARGET: FuzzTarget =
     FuzzTarget { name: "urdf_file", check, examples, words: include_str!("../../words/urdf.dict") };
 
-/// Name of the text in errors.
+/// File name of the text in errors.
 const NAME: &str = "any.urdf";
 
 fn examples() -> Vec<Vec<u8>> {
     let mut all = files(&["robot-compiler/tests/data"], "urdf");
     all.extend(invalid("urdf"));
-    // The greatest depth that is read, and one more.
+    // The greatest accepted depth, and one more.
     all.extend([32, 33].into_iter().flat_map(nested));
     all
 }
 
-/// A text gives a robot, or an error with a place: with the only chain, and with one that ends at a link named `tip`.
+/// A text gives a robot, or an error with a location; it is read once with its only chain, and once with the chain that ends at a link named `tip`.
 /// An accepted robot has a model, torques and a scene.
 pub fn check(bytes: &[u8]) {
     let text = String::from_utf8_lossy(bytes);

@@ -1,5 +1,5 @@
-//! The fault-injection campaign on the desk: no unsafe command in some hundred runs. The judge finds every machine that
-//! is broken on purpose, by the law that it breaks.
+//! The fault-injection campaign on the desk: no unsafe command in hundreds of runs. The judge finds every deliberate fault of the machine, by the
+//! property that it violates.
 
 use dynamics_core::Sensed;
 use dynamics_core::safety::SafeAction;
@@ -53,7 +53,7 @@ impl<F: FnMut(Moment<'_>)> Machine<N> for Broken<F> {
     }
 }
 
-/// The law that the judge finds broken in some of these runs of a broken machine; panics if it finds none.
+/// The property that the judge finds violated in some of these runs of a faulty machine; panics if it finds none.
 pub(super) fn found(
     scene_name: &str,
     fault: FaultKind,
@@ -76,14 +76,14 @@ pub(super) fn found(
     panic!("{fault:?} in {situation:?} was not found in 20 runs");
 }
 
-/// Let this torque act, and report it.
+/// Applies this torque, and reports it.
 fn drive(said: &mut TickOutput<N>, torque: [f32; N]) {
     said.drives = Drives::Drive(torque);
     said.status.actuation =
         Some(link::Actuation::Drive { torque: link::convert::joints(&torque), limits: link::convert::joints(&[0; N]) });
 }
 
-/// Let the brake hold, and report it.
+/// Applies the brake, and reports it.
 pub(super) fn brake(said: &mut TickOutput<N>) {
     said.drives = Drives::Safe(SafeAction::Brake);
     said.status.actuation = Some(Actuation::Brake);
@@ -171,7 +171,7 @@ fn a_fault_that_does_not_stay_or_changes_its_number_is_found() {
     assert_eq!(law, SafetyProperty::Latched);
 }
 
-/// Hide a part of the machine's inputs.
+/// Hides a part of the machine's inputs.
 fn hide(fault: FaultKind, scene: &str, mut from: impl FnMut(&mut TickInputs<N>)) -> SafetyProperty {
     found(scene, fault, Situation::Running, |moment| {
         if let Moment::Inputs(told, _) = moment {
@@ -220,7 +220,7 @@ fn a_machine_that_does_not_look_at_a_wild_reading_is_found() {
     }
 }
 
-/// A reading in which every wild number is replaced by the previous one.
+/// A reading in which every implausible number is replaced by the previous one.
 fn smoothed(last: Sensed<f32, N>, sensed: Sensed<f32, N>) -> Sensed<f32, N> {
     match (last, sensed) {
         (Sensed::State { q: before, .. }, Sensed::State { q, qd }) => {
@@ -237,7 +237,7 @@ fn smoothed(last: Sensed<f32, N>, sensed: Sensed<f32, N>) -> Sensed<f32, N> {
     }
 }
 
-/// A payload that is not there pushes the arm away, and the machine believes that it stands.
+/// A declared payload that the arm does not carry drives the arm away, while the machine believes that it is at rest.
 #[test]
 fn an_armed_arm_that_leaves_its_place_is_found() {
     let (mut stood, mut state) = (None, StateCode::Idle);
@@ -258,7 +258,7 @@ fn a_host_that_is_never_missed_is_found() {
         let law = found("states.toml", FaultKind::HostSilent, situation, |moment| {
             if let Moment::Inputs(_, bytes) = moment {
                 quiet = if bytes.is_empty() { quiet + 1 } else { 0 };
-                // The host itself is never silent for so long.
+                // The simulated host is never silent for this long.
                 if quiet > 25 {
                     bytes.extend(encoder.encode(&Frame::Alive).unwrap());
                 }
@@ -270,7 +270,7 @@ fn a_host_that_is_never_missed_is_found() {
 
 #[test]
 fn an_arm_that_holds_and_creeps_is_found() {
-    // The machine reads a wrong position, from which it drives away at 0.1 rad/s, twice the speed of rest.
+    // The machine reads a wrong position, and drives away from it at 0.1 rad/s, twice the speed that counts as rest.
     let mut held = 0_u16;
     let law = found("states.toml", FaultKind::HostSilent, Situation::Holding, |moment| match moment {
         Moment::Inputs(told, _) => {
@@ -286,7 +286,7 @@ fn an_arm_that_holds_and_creeps_is_found() {
     assert_eq!(law, SafetyProperty::Rest);
 }
 
-/// Without a host: the torque of disarming ends before the brakes have engaged, is left out, or goes on.
+/// After loss of the host: the torque of disarming ends before the brakes have engaged, is left out, or continues.
 #[test]
 fn torque_that_ends_before_the_brakes_have_engaged_or_goes_on_after_is_found() {
     let fault = |said: &mut TickOutput<N>| {
@@ -378,7 +378,7 @@ fn a_wrong_name_and_a_reference_that_is_followed_anywhere_are_found() {
         });
         assert_eq!(by, law);
     }
-    // Remove the flag of a held velocity.
+    // Remove the flag of a clamped velocity.
     let by = found("states.toml", FaultKind::Nothing, Situation::Running, |moment| {
         if let Moment::Output(said, ..) = moment
             && let link::ExtraFields::Reference(reference) = &mut said.status.extra
@@ -389,7 +389,7 @@ fn a_wrong_name_and_a_reference_that_is_followed_anywhere_are_found() {
     assert_eq!(by, SafetyProperty::Held);
 }
 
-/// Two scenes in turn, and every fault in every state of the one that has more.
+/// Two scenes in turn, and every fault in every state of the scene that has more cases.
 const CASES: u64 = 2 * 32 * 7;
 
 pub(crate) fn report(runs: impl IntoIterator<Item = u64>) -> Report {

@@ -1,4 +1,4 @@
-//! The campaign with drives on a bus: no unsafe motion in some hundred runs, and every board that is broken on purpose is found.
+//! The campaign with drives on a bus: no unsafe motion in hundreds of runs, and every deliberate fault of a board is found.
 
 use indicatif::ProgressBar;
 use link::Pacing;
@@ -27,11 +27,11 @@ fn report(runs: impl IntoIterator<Item = u64>) -> Report {
 
 #[test]
 fn no_joint_moves_unsafely_whatever_happens_to_drives_and_buses() {
-    // Prime to the number of cases and of scenes: from everywhere.
+    // A step that is coprime to the number of cases and of scenes, so that the runs are spread over all of them.
     let report = report((0..700).map(|k| 7 * k));
     assert!(report.counterexamples.is_empty(), "{}", report.table());
     assert_eq!(report.rows.len(), FaultKind::names(Target::Drives).count());
-    // The machine is not overcautious: without a fault nothing happens but that an arm comes to be armed, lowered or disarmed.
+    // The machine is not overcautious: without a fault, the only change is that arming, lowering or disarming completes.
     let nothing = report.rows.iter().find(|row| row.fault == FaultKind::Nothing).unwrap();
     for ((situation, _), cell) in Situation::names(Target::Drives).zip(&nothing.cells) {
         let goes_on = matches!(situation, Situation::Arming | Situation::Lowering | Situation::Disarming);
@@ -42,7 +42,7 @@ fn no_joint_moves_unsafely_whatever_happens_to_drives_and_buses() {
     assert!(report.table().contains("0 unsafe motions") && report.table().contains("Exempt"), "{}", report.table());
 }
 
-/// A shipped scene of an arm with drives, as its person runs it, can be judged too.
+/// A shipped scene of an arm with drives can be judged with the settings with which its user runs it.
 #[test]
 fn the_limits_of_a_first_motion_are_lifted_before_faults_are_judged() {
     let mut limited = scene("damiao");
@@ -54,13 +54,13 @@ fn the_limits_of_a_first_motion_are_lifted_before_faults_are_judged() {
     assert!(report.counterexamples.is_empty(), "{}", report.table());
 }
 
-/// Deliberate fault: in the board's joints, or in the board as a whole, which was built from another scene than its owner's.
+/// Deliberate fault: in the board's joints, or in the board as a whole, which was built from another scene than the judge's.
 #[derive(Clone, Copy, Debug)]
 enum Broken {
     Joints(Breakage),
-    /// It lowers the arm so many times as fast.
+    /// The board lowers the arm this many times as fast.
     LoweredFast(f64),
-    /// It lets the arm go this much above its rest pose, rad.
+    /// The board releases the arm this far above its rest pose, rad.
     LetGoAbove(f64),
 }
 
@@ -80,7 +80,7 @@ impl Broken {
     }
 }
 
-/// Laws that a broken board breaks in a scene, in runs with these faults, up to the run in which it breaks `law`.
+/// Properties that a faulty board violates in a scene, in runs with these faults, up to the run in which it violates `law`.
 fn found(name: &str, broken: Broken, faults: &[FaultKind], law: SafetyProperty) -> BTreeSet<SafetyProperty> {
     let scene = scene(name);
     let board = broken.board(scene.clone());
@@ -91,7 +91,7 @@ fn found(name: &str, broken: Broken, faults: &[FaultKind], law: SafetyProperty) 
         for (situation, _) in Situation::names(Target::Drives).filter(|(it, _)| *it != Situation::Lowering) {
             let number = Number { seed: 1, run: number };
             let case = Case { fault, situation };
-            // What is broken may keep the board from the state of the case.
+            // The deliberate fault may prevent the board from reaching the state of the case.
             let Ok(done) = run(&stage, &mut desk, (case, number.run), number, broken.breakage()) else { continue };
             laws.extend(done.counterexample.and_then(|found| found.law));
             if laws.contains(&law) {
@@ -102,7 +102,7 @@ fn found(name: &str, broken: Broken, faults: &[FaultKind], law: SafetyProperty) 
     laws
 }
 
-/// All of these are found, each under its law.
+/// Checks that the judge finds each of these, by the stated property.
 fn all_found(cases: &[(&str, Broken, &[FaultKind], SafetyProperty)]) {
     let mut missed = Vec::new();
     for (name, broken, faults, law) in cases {
@@ -166,7 +166,7 @@ fn brakes_timeouts_holds_and_lowering_that_are_broken_on_purpose_are_found() {
     ]);
 }
 
-/// The simulated brakes need 80 ms. A board that takes them for quicker lets the arm sag when it is disarmed.
+/// The simulated brakes need 80 ms. With a shorter `brake_delay` the arm sags when it is disarmed.
 #[test]
 fn a_scene_that_gives_its_brakes_too_little_time_is_found() {
     for (delay, sags) in [(0.0, true), (0.06, true), (0.08, false)] {

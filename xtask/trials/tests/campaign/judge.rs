@@ -1,5 +1,4 @@
-//! The judge of safety by itself: laws that need the knowledge of every message of the host, and faults without a
-//! cause.
+//! The judge alone: properties that need every message of the host, and faults without a cause.
 
 use super::desk::{Moment, N, brake, found, scene};
 use dynamics_core::Sensed;
@@ -43,7 +42,7 @@ fn idle() -> Status {
     }
 }
 
-/// Law that a first tick breaks for a judge with knowledge of every accepted message, and for one without.
+/// Property that a first tick violates, for a judge that knows every accepted message, and for one that does not.
 fn first_tick(requests: &[Request], spoke: bool, status: &Status) -> [Option<SafetyProperty>; 2] {
     let scene = scene("states.toml");
     let model = scene.robot.model::<N>().unwrap();

@@ -1,4 +1,4 @@
-//! The program on the chip: the controllers, and the ticks that all of them get.
+//! The program on the chip: the controllers, and the ticks that all of them run.
 
 use core::fmt::{self, Write as _};
 use core::hint::black_box;
@@ -10,7 +10,7 @@ use generated::{INPUTS, N, all};
 use heapless::String;
 use probe::Counter;
 
-/// A tick's reference, equal to the arm's state, and the counts of the encoders if there are any.
+/// Inputs of a tick: the reference, which equals the arm's state, and the encoder counts if there are any.
 pub(crate) struct Row {
     pub(crate) q: [f64; N],
     pub(crate) qd: [f64; N],
@@ -37,9 +37,9 @@ fn main() -> ! {
     probe::run(all)
 }
 
-/// Run a controller over all ticks from rest, and print the cost and the result of each.
+/// Runs a controller over all ticks from rest, and prints the cost and the result of each.
 ///
-/// The count is that of the tick alone: the count of an empty function, called the same way, is subtracted.
+/// The cost is that of the tick alone: the count of an empty function, called in the same way, is subtracted.
 pub(crate) fn count<S: Real, A: ArmBuild<S, N>>(
     scene: u32,
     counter: &Counter,
@@ -61,7 +61,7 @@ pub(crate) fn count<S: Real, A: ArmBuild<S, N>>(
     }
 }
 
-/// Empty function that returns a result as a tick does; a fault is the shortest result.
+/// Empty function with the result type of a tick; a fault is the shortest result.
 #[inline(never)]
 fn nothing<S: Real, A: ArmBuild<S, N>>(_: &Input<S>, _: &mut Controller<S, N, A>) -> Command<S, N> {
     Command::Brake(Fault::Overrun)
@@ -83,7 +83,7 @@ fn outcome<S: Real>(line: &mut Line, command: &Command<S, N>) -> fmt::Result {
     }
 }
 
-/// A line in one go: each separate output to the emulator takes time.
+/// Prints a whole line at once, because each separate output to the emulator takes time.
 fn say(what: impl FnOnce(&mut Line) -> fmt::Result) {
     let mut line = Line::new();
     if what(&mut line).and_then(|()| line.write_char('\n')).is_err() {

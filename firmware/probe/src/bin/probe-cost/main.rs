@@ -1,16 +1,16 @@
-//! Counts the instructions of a scene's control tick in the emulated chip; `cargo xtask firmware cost` builds it, once for each scene,
-//! and reads its lines.
+//! Counts the instructions of a scene's control tick in the emulated chip. `cargo xtask firmware cost` builds it once for each scene and reads its
+//! output.
 //!
-//! The list of scenes may hold several, but the compiler then no longer specialises the functions that ticks share to
-//! each tick's numbers: for the cost of a tick as its firmware has it, build for one scene.
+//! The list of scenes may contain several. The compiler then no longer specialises shared functions for the numbers of one scene: to get the cost
+//! of a tick in its firmware, build for one scene.
 //!
-//! | line | what |
+//! | line | meaning |
 //! |---|---|
-//! | `scene,K,ADDRESS,BYTES` | the scene that is K-th in the list: where `tick_K` is, and the size of its controller |
-//! | `tick,K,T,COUNT,drive,TORQUE..,LIMITS..` | its tick T: instructions; bits of each joint's torque as f64, in hexadecimal; limits that acted |
-//! | `tick,K,T,COUNT,brake,CODE,JOINT` | the same where it brakes; the joint is empty where the fault is not that of one joint |
+//! | `scene,K,ADDRESS,BYTES` | scene K of the list: address of `tick_K`, and size of its controller |
+//! | `tick,K,T,COUNT,drive,TORQUE..,LIMITS..` | tick T: instructions; bits of each joint's torque as f64, in hexadecimal; limits that acted |
+//! | `tick,K,T,COUNT,brake,CODE,JOINT` | a tick that brakes; JOINT is empty if the fault is not that of a single joint |
 //!
-//! The lines include the ticks before the counted ones, because their torques are compared.
+//! The output includes the ticks before the counted ones, because their torques are compared.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

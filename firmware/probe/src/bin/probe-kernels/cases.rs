@@ -1,9 +1,9 @@
-//! The counted functions: each one that is never inlined, so that it has an address and a size.
+//! The counted functions. They are never inlined, so that each has an address and a size.
 
 use dynamics_core::trig::{Libm, Polynomial};
 use dynamics_core::{Dynamics, InverseDynamics, Live, SinCos, Trig};
 
-/// Everything that a kernel may read.
+/// All inputs that a kernel may read.
 #[derive(Clone, Copy)]
 pub(crate) struct Inputs {
     pub(crate) turn: [SinCos<f32>; 6],
@@ -15,20 +15,20 @@ pub(crate) struct Inputs {
     pub(crate) dynamics: Dynamics<f32, 6>,
 }
 
-/// Room for the results of the largest: a mass matrix.
+/// Results; as many as the function with the most results has, a mass matrix.
 pub(crate) type Outputs = [f32; 21];
 
-/// One function that is counted.
+/// A counted function.
 pub(crate) struct Case {
     pub(crate) name: &'static str,
     pub(crate) run: fn(&Inputs, &mut Outputs),
-    /// Operations, negations, live inputs, values alive at most.
+    /// Number of operations, of negations, of live inputs, and of values alive at most.
     pub(crate) work: [u32; 4],
 }
 
 pub(crate) use kernels::KERNELS;
 
-/// Empty function, to count the cost of a call alone.
+/// Empty function, which counts the cost of a call.
 #[inline(never)]
 pub(crate) fn nothing(_: &Inputs, _: &mut Outputs) {}
 
@@ -41,14 +41,14 @@ pub(crate) fn arms() -> [(&'static str, Dynamics<f32, 6>); 3] {
     ]
 }
 
-/// Counted once.
+/// Functions that are counted once.
 pub(crate) const COMMON: [Case; 3] = [
     Case { name: "trig_polynomial", run: trig_polynomial, work: [0; 4] },
     Case { name: "trig_libm", run: trig_libm, work: [0; 4] },
     Case { name: "puma560_gravity_by_hand", run: puma560_gravity_by_hand, work: [24, 1, 0, 0] },
 ];
 
-/// Counted once for each arm.
+/// Functions that are counted once for each arm.
 pub(crate) const OF_ARMS: [Case; 2] = [
     Case { name: "generic", run: generic, work: [0; 4] },
     Case { name: "generic_with_trig", run: generic_with_trig, work: [0; 4] },

@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 use probe::Counter;
 use probe::states::States;
 
-/// Random states that each function is counted in.
+/// Number of random states in which each function is counted.
 const STATES: usize = 200;
 
 #[entry]
@@ -17,7 +17,8 @@ fn main() -> ! {
     probe::run(all)
 }
 
-/// Count everything, a line for each: name, address, least, most, operations, negations, live inputs, alive at most.
+/// Counts all functions and prints a line for each: name, address, lowest and highest count, operations, negations, live inputs, values alive at
+/// most.
 fn all(counter: &Counter) {
     let arms = cases::arms();
     let (_, any) = &arms[0];
@@ -67,7 +68,7 @@ fn count(counter: &Counter, arm: &str, case: &Case, dynamics: &Dynamics<f32, 6>)
     );
 }
 
-/// Something for every live input; no branch depends on it.
+/// Arbitrary values for all live inputs; no branch depends on them.
 fn live() -> Live<f32, 6> {
     Live {
         gravity: Vector3::new(0.5, -0.25, -9.75),

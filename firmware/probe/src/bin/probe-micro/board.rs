@@ -9,10 +9,10 @@ use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Config;
 use stm32f4xx_hal::serial::config::Config as SerialConfig;
 
-/// Cycles between two reports: a second.
+/// Pause between two reports, cycles: 1 s.
 const PAUSE: u32 = 168_000_000;
 
-/// Switches the cycle counter on; `None` where it stands still, as in the emulator.
+/// Switches the cycle counter on; `None` if it does not count, as in the emulator.
 pub(crate) fn counting(mut core: cortex_m::Peripherals) -> Option<cortex_m::Peripherals> {
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
@@ -21,7 +21,7 @@ pub(crate) fn counting(mut core: cortex_m::Peripherals) -> Option<cortex_m::Peri
     (DWT::cycle_count() != before).then_some(core)
 }
 
-/// Reports for ever; ends as the emulated program does where a peripheral is taken or the baud rate cannot be had.
+/// Repeats the report for ever. If a peripheral is not available or the baud rate is not possible, ends like the emulated program.
 pub(crate) fn run(_: cortex_m::Peripherals) -> ! {
     let Some(device) = pac::Peripherals::take() else { probe::give_up() };
     let clocks = Config::hse(8.MHz()).sysclk(168.MHz()).pclk1(42.MHz());
@@ -31,7 +31,7 @@ pub(crate) fn run(_: cortex_m::Peripherals) -> ! {
     let Ok(mut serial) = device.USART2.serial::<u8>((pins.pa2, pins.pa3), config, &mut rcc) else { probe::give_up() };
     let mut data = Data::new();
     loop {
-        // A transmitter that reports an error loses a line; the reader waits for the next report.
+        // If the transmitter has an error, a line is lost; the reader then waits for the next report.
         report(&mut data, timed, |line| {
             write!(serial, "{line}\r\n").ok();
         });
@@ -39,7 +39,7 @@ pub(crate) fn run(_: cortex_m::Peripherals) -> ! {
     }
 }
 
-/// Cycles of one run. Out of line, so that every run is between the same instructions.
+/// Cycles of one run. Not inlined, so that every run is between the same instructions.
 #[inline(never)]
 fn timed(stretch: &Stretch, data: &mut Data) -> u32 {
     let start = DWT::cycle_count();

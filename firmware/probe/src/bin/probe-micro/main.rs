@@ -1,11 +1,11 @@
-//! Times stretches of one class of instructions each, on a board or in the emulated chip, and writes one line for each;
+//! Micro-benchmarks: times loops of one class of instructions each, on a board or in the emulated chip, and prints one line for each.
 //! `cargo xtask cycles` reads them.
 //!
-//! One program for both: where the core's cycle counter counts, this is a board, and the lines go over USART2 again and
-//! again; elsewhere instructions are counted, and the lines go over semihosting once. So a board runs just what was
-//! estimated. A line is `micro NAME COUNT`, between `micro begin` and `micro end ROWS`.
+//! The same program runs on both, so a board runs exactly the code that was estimated. If the core's cycle counter counts, this is a board, and
+//! the lines are sent over USART2 again and again. Otherwise instructions are counted, and the lines are sent over semihosting once. A line is
+//! `micro NAME COUNT`, between `micro begin` and `micro end ROWS`.
 //!
-//! On a board no pin is driven but the link's PA2. **Not yet run on silicon.**
+//! On a board only one pin is driven, the link's PA2. **Not yet run on silicon.**
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

@@ -1,9 +1,9 @@
-//! Times of all stretches, as lines.
+//! Times all loops and prints the results.
 
 use crate::stretches::{Data, Stretch, all};
 use core::fmt;
 
-/// Times every stretch a second time, when caches know it, and writes the lines.
+/// Times every loop twice, and prints the second time, with warm caches.
 pub(crate) fn report(
     data: &mut Data,
     time: impl Fn(&Stretch, &mut Data) -> u32,

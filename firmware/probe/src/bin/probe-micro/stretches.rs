@@ -1,12 +1,12 @@
-//! The stretches: loops of one class of instructions, each from flash with its loop at the start of a line, from flash two
-//! bytes on, where wide instructions straddle words, and from SRAM.
+//! The timed loops, each of one class of instructions. Each exists three times: in flash at the start of a cache line, in flash two bytes further
+//! (wide instructions then straddle words), and in SRAM.
 
 use core::arch::global_asm;
 
-/// Turns of each loop.
+/// Number of passes of each loop.
 const TURNS: u32 = 64;
 
-/// Data that the stretches read and write.
+/// Data that the loops read and write.
 pub(crate) struct Data {
     /// In SRAM. The first word becomes its own address, for chains of loads.
     words: [u32; 64],
@@ -18,7 +18,7 @@ impl Data {
     }
 }
 
-/// A row of the table that the assembler makes.
+/// A row of the table that the assembler creates.
 #[repr(C)]
 pub(crate) struct Stretch {
     code: extern "C" fn(turns: u32, words: *mut u32),
@@ -45,9 +45,9 @@ unsafe extern "C" {
     static MICRO_ROWS: usize;
 }
 
-/// All of them; the first one returns at once.
+/// Returns all loops; the first one returns at once.
 pub(crate) fn all() -> &'static [Stretch] {
-    // SAFETY: the assembler lays out as many rows of three words, behind one another, and nothing changes them.
+    // SAFETY: the assembler creates this number of contiguous rows of three words, and nothing changes them.
     unsafe { core::slice::from_raw_parts(&raw const MICRO_TABLE, MICRO_ROWS) }
 }
 

@@ -14,7 +14,7 @@ fn main() -> ! {
         None => probe::run(|counter| {
             let mut data = Data::new();
             let count = |stretch: &Stretch, data: &mut Data| counted(counter, stretch, data);
-            // Lines that cannot be written are missed by the reader.
+            // A line that cannot be written is missing, which the reader notices.
             report(&mut data, count, |line| hprintln!("{}", line));
         }),
     }

@@ -1,6 +1,6 @@
 //! The firmware on a port: presence, protocol version, and whether it was built from this scene.
 //!
-//! The check asks for a challenge, which says who the board is and whom it trusts. That disturbs no session, and starts none.
+//! The check requests a challenge, which reports the board's firmware and whether it has a key. This neither disturbs nor starts a session.
 
 use super::Check;
 use crate::session::serial::{BAUD, SerialError, SerialLink};
@@ -15,15 +15,15 @@ const NO_KEY: &str = "without a key it runs on the bench and does not arm: `carg
 #[derive(Debug)]
 enum Heard {
     Board(Challenge),
-    /// Whom it trusts does not go with the key.
+    /// The board's key does not match the key given.
     Distrusted(Distrust),
     OtherVersion(u8),
     Unreadable(DecodeError),
     Nothing,
 }
 
-/// Open the port, ask the board, and compare its answer with the scene's hello, if there is one. Every check is needed,
-/// because the user named the port.
+/// Opens the port, queries the board, and compares its answer with the scene's hello, if there is one. All these checks count as needed, because the
+/// user named the port.
 #[must_use]
 pub fn checks(path: &str, scene: Option<&Hello>, key: Option<Key>) -> Vec<Check> {
     let mut link = match SerialLink::open(path, BAUD) {
@@ -42,7 +42,7 @@ fn ask(link: &mut SerialLink, key: Option<Key>) -> Result<Heard, SerialError> {
     match link.find(key) {
         Ok(None) => Ok(Heard::Nothing),
         Ok(Some(challenge)) => match link.check(&challenge) {
-            // Nothing has to be proved to somebody who has no key.
+            // A user without a key may still check a board that has one.
             Ok(()) | Err(Distrust::KeyNeeded) => Ok(Heard::Board(challenge)),
             Err(distrust) => Ok(Heard::Distrusted(distrust)),
         },
@@ -83,7 +83,7 @@ fn judge(heard: &Heard, scene: Option<&Hello>, proved: bool) -> Vec<Check> {
     checks
 }
 
-/// Whom the board trusts.
+/// Reports whether the board has a key, and which.
 fn trust(trust: Trust, proved: bool) -> Check {
     match trust {
         Trust::Key { source, .. } => {

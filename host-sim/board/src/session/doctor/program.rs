@@ -27,7 +27,7 @@ impl Answer {
     }
 }
 
-/// Run a program to its end, or to [`LIMIT`].
+/// Runs a program to its end, or to [`LIMIT`].
 pub(super) fn ask(program: &str, arguments: &[&str]) -> Answer {
     let mut command = Command::new(program);
     command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());

@@ -6,9 +6,9 @@ use link::Hello;
 use robot_compiler::SceneFile;
 use robot_compiler::drive::JointDrive;
 
-/// The scene, described like its firmware's own log, and the drives that the board needs lines for.
+/// Check of the scene: its hash in the format of the firmware's own log, and the kind of its drives.
 ///
-/// A scene that cannot be loaded never comes here: loading refuses it, with the line.
+/// A scene that cannot be loaded has already been rejected, with the line of the error.
 #[must_use]
 pub fn check(scene: &SceneFile, hello: &Hello) -> Check {
     let drive = scene.robot.joints.first().and_then(|joint| joint.drive.as_ref()).map(JointDrive::kind);

@@ -47,7 +47,7 @@ fn is_new_enough(text: &str) -> bool {
     found.is_some_and(|found| number(RUST_MIN).is_some_and(|oldest| found >= oldest))
 }
 
-/// Checks the same two ways, in the same order, as the builds in host-sim/firmware-image/src/toolchain.rs.
+/// Searches for the target in the same two locations, in the same order, as the builds in host-sim/firmware-image/src/toolchain.rs.
 fn chip_target(needed: bool) -> Check {
     let sysroot = |rustc| ask(rustc, &["--print", "sysroot"]).said().map(PathBuf::from);
     if sysroot("rustc").is_some_and(|root| root.join("lib/rustlib").join(TARGET).join("lib").is_dir()) {
@@ -123,7 +123,7 @@ fn probe(needed: bool) -> Option<Check> {
     })
 }
 
-/// Check of the serial ports. Finding none is no problem: a named port is opened whether it is in this list or not.
+/// Checks the serial ports. Finding none is no problem: a named port is opened even if it is not in this list.
 fn serial_ports() -> Check {
     const ADVICE: &str = "connect a USB-to-serial adapter (3.3 V) to the board's link pins: docs/flash.md";
     match serialport::available_ports() {

@@ -12,7 +12,7 @@ pub fn is_record(bytes: &[u8]) -> bool {
 }
 
 impl Log {
-    /// Read the head.
+    /// Reads the head.
     ///
     /// # Errors
     /// See [`LogError`].

@@ -1,4 +1,4 @@
-//! A record of a session while it is written, in either format; the file's ending chooses.
+//! Writer of a session's record in either format; the file's extension selects it.
 
 use super::viewer::{Recorded, SessionFile};
 use super::{Direction, Writer};
@@ -13,12 +13,12 @@ use std::time::Duration;
 pub enum Recorder {
     /// Frames and nothing else.
     Frames(Writer<BufWriter<File>>),
-    /// For viewers too.
+    /// MCAP, which viewers can show.
     Viewer(Box<SessionFile<BufWriter<File>>>),
 }
 
 impl Recorder {
-    /// Begin a record: MCAP where the file ends in `.mcap`, frames alone otherwise.
+    /// Begins a record: MCAP if the file name ends in `.mcap`, otherwise frames alone.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -32,7 +32,7 @@ impl Recorder {
         })
     }
 
-    /// Write a frame.
+    /// Writes a frame.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -43,7 +43,7 @@ impl Recorder {
         }
     }
 
-    /// Write all that is buffered, and the end.
+    /// Writes all buffered data and the end of the file.
     ///
     /// # Errors
     /// The file cannot be written.

@@ -1,4 +1,4 @@
-//! Every written frame is read back, to the last bit; an error names the place of the damage.
+//! Every written frame is read back bit for bit; an error names the byte offset of the damage.
 #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
 use super::{Direction, Entry, Head, Log, LogError, Writer};

@@ -1,4 +1,4 @@
-//! Record of a session as MCAP: the frames to the last bit, and beside them what viewers show.
+//! Record of a session as MCAP: all frames bit for bit, and in addition messages that viewers can show.
 
 use super::{Direction, ENTRY, Head, Log, LogError, VERSION, encoded, entry};
 use crate::session::operate::messages;
@@ -14,13 +14,13 @@ use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::time::Duration;
 
-/// Name of the texts that make an MCAP file a record of a session.
+/// Name of the metadata that marks an MCAP file as a record of a session.
 const ABOUT: &str = "newtau.session";
 
-/// Longest time that a file which is cut off has lost.
+/// Interval of the chunks: a file that is cut off loses at most this much.
 const CHUNK: Duration = Duration::from_secs(1);
 
-/// Arm of a session, as far as a viewer wants it.
+/// Data about a session's arm for a record.
 #[derive(Clone, Debug)]
 pub struct Recorded {
     /// Robot, scene and controller of the frames.
@@ -39,14 +39,14 @@ pub struct SessionFile<W: Write> {
     ticks: Channel<Tick>,
     arm: ArmChannels,
     encoders: Vec<Encoder<f64>>,
-    /// Tick and readings that the host sent last; in a dry run the next status answers them.
+    /// Tick and readings that the host sent last. In a dry run, the next status answers them.
     told: Option<(u32, Sensed)>,
-    /// When the next chunk is to end.
+    /// Time at which the next chunk ends.
     chunk_end: Duration,
 }
 
 impl<W: Write> SessionFile<W> {
-    /// Begin a record.
+    /// Begins a record.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -59,7 +59,7 @@ impl<W: Write> SessionFile<W> {
         Ok(Self { file, frames, ticks, arm, encoders, told: None, chunk_end: CHUNK })
     }
 
-    /// Write a frame.
+    /// Writes a frame.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -84,7 +84,7 @@ impl<W: Write> SessionFile<W> {
         Ok(())
     }
 
-    /// Write what a status says of the arm.
+    /// Writes a status as a message about the arm.
     fn tick(&mut self, at: u64, status: &Status) -> io::Result<()> {
         let told = self.told.as_ref().filter(|(tick, _)| *tick == status.tick).map(|(_, sensed)| sensed);
         let (q, qd) = match status.sensed.as_ref().map(|said| &said.sensed).or(told) {
@@ -128,7 +128,7 @@ impl<W: Write> SessionFile<W> {
         self.file.write(&self.ticks, at, &message)
     }
 
-    /// Write the index and the end of the file.
+    /// Writes the index and the end of the file.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -171,7 +171,7 @@ fn head(texts: &BTreeMap<String, String>) -> Result<Head, LogError> {
     })
 }
 
-/// Reads such a record: as a log whose entries are those of the other layout.
+/// Reads such a record into a log with entries of the other layout.
 pub(super) fn read(bytes: &[u8]) -> Result<Log, LogError> {
     let mut reader = Reader::new(bytes);
     let (mut found, mut entries, mut number) = (None, Vec::new(), 0);
@@ -195,7 +195,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Log, LogError> {
     Ok(Log { head, bytes: entries, begin: 0, lost: Some((reader.left_out(), reader.has_end())) })
 }
 
-/// Append a frame as an entry of the other layout.
+/// Appends a frame as an entry of the other layout.
 fn append(entries: &mut Vec<u8>, message: &LinkFrame) -> Result<(), String> {
     let way = match message.way.as_str() {
         "sent" => 0,

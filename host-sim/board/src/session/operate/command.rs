@@ -11,7 +11,7 @@ use std::path::PathBuf;
 /// A command of the operator.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Command {
-    /// Nothing: an empty line or a comment.
+    /// No command: an empty line or a comment.
     Nothing,
     /// List the commands.
     Help,
@@ -37,21 +37,21 @@ pub enum Command {
     Get(Vec<u8>),
     /// Change a parameter.
     Set(Setting),
-    /// Set the payload: a mass, kg, with its centre at a point of the tip frame, m.
+    /// Set the payload: its mass, kg, and its centre of mass in the tip frame, m.
     Payload(f64, [f64; 3]),
-    /// Take another control law.
+    /// Select another control law.
     Law(ControlLaw),
-    /// So many times the scene's stiffness.
+    /// Set the stiffness to this multiple of the scene's.
     Stiffness(f64),
-    /// Say what the arm holds, and tell it to the board.
+    /// Estimate the payload and send it to the board.
     Weigh,
-    /// Measure the actual over the commanded torque of a joint; `None`: of each joint.
+    /// Measure the ratio of actual to commanded torque of a joint; `None`: of each joint.
     CheckTorque(Option<usize>),
-    /// Cut a simulated cable (`true`) or plug it in again.
+    /// Cut a simulated cable (`true`) or plug it in again (`false`).
     Cut(Cut, bool),
     /// Press or release the emergency stop of a dry run.
     EmergencyStop(bool),
-    /// Remove the torque; with `true` although joints sink.
+    /// Remove the torque; `true`: even if joints sink.
     Disarm(bool),
     /// Lift the limits of the first motion after homing.
     FullRange,
@@ -61,7 +61,7 @@ pub enum Command {
     Park,
     /// Stop the arm and hold it; again within a second: emergency stop.
     Stop,
-    /// Stop the arm, remove the torque and end the session; with `true` although joints sink.
+    /// Stop the arm, remove the torque and end the session; `true`: even if joints sink.
     Quit(bool),
 }
 
@@ -115,10 +115,10 @@ pub const HELP: [(&str, &str); 37] = [
     ("quit!", "hold, `disarm!`, end"),
 ];
 
-/// Requests that the operator does not only pass on.
+/// Requests that have commands of their own, because the operator does more than pass them on.
 const OWN: [&str; 5] = ["run", "disarm", "stop", "full-range", "release"];
 
-/// Parse a line. `joints` are the names of the joints, base first.
+/// Parses a line. `joints` are the names of the joints, base first.
 ///
 /// # Errors
 /// Description of the error: the field, the value found, and the value expected.

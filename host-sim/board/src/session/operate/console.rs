@@ -1,7 +1,7 @@
 //! Sources of commands: a file, a pipe, or a user at a terminal.
 //!
-//! At a terminal a thread reads every key at once, whatever the operator's loop waits for: Esc, space on an empty line, and the lines
-//! `stop` and `s` are counted as presses of the stop key, and need no place in the queue of lines. Ctrl-D is the line `quit`.
+//! At a terminal, a thread reads every key immediately, whatever the operator's loop waits for. Esc, space on an empty line, and the lines `stop` and
+//! `s` count as presses of the stop key and bypass the queue of lines. Ctrl-D is the line `quit`.
 
 use super::keys::{Editor, Event, Keyboard, Presses};
 use std::collections::VecDeque;
@@ -32,7 +32,7 @@ pub struct Console {
     prompted: bool,
     /// Presses of the stop key; `None` without a terminal.
     stops: Option<Presses>,
-    /// Gives the terminal its settings back when the console ends.
+    /// Restores the terminal's settings when the console ends.
     _keyboard: Option<Keyboard>,
 }
 
@@ -44,7 +44,7 @@ enum Source {
 }
 
 impl Console {
-    /// Lines of a script. If a user sits at the terminal, the stop key works; nothing else that is typed has an effect.
+    /// Reads the lines of a script. If a user sits at the terminal, the stop key works; other typed input has no effect.
     ///
     /// # Errors
     /// The file cannot be read.
@@ -60,7 +60,7 @@ impl Console {
     pub fn standard_input() -> Self {
         if !io::stdin().is_terminal() {
             let (sender, lines) = channel();
-            // The thread ends with the program: a blocking read of a line cannot be interrupted.
+            // The thread ends with the program, because a blocking read of a line cannot be interrupted.
             std::thread::spawn(move || {
                 for line in io::stdin().lock().lines() {
                     if line.is_err() || line.is_ok_and(|line| sender.send(line).is_err()) {
@@ -75,7 +75,7 @@ impl Console {
         Self { source: Source::Terminal(lines), ..console }
     }
 
-    /// Reads the terminal's keys in a thread of its own. Returns the lines that are typed.
+    /// Reads the terminal's keys in a separate thread. Returns a channel of the typed lines.
     fn with_stop_key(self) -> (Self, Receiver<String>) {
         let (sender, lines) = channel();
         let (stops, keyboard) = (Presses::default(), Keyboard::take());
@@ -84,7 +84,7 @@ impl Console {
         (Self { stops: Some(stops), _keyboard: keyboard, ..self }, lines)
     }
 
-    /// Lines that a user at a terminal has typed already.
+    /// A console with lines that a user at a terminal has already typed.
     #[cfg(test)]
     pub(crate) fn typed(lines: &[&str]) -> Self {
         let (sender, typed) = channel();
@@ -148,13 +148,13 @@ fn is_stop(line: &str) -> bool {
     matches!(line.trim(), "stop" | "s")
 }
 
-/// Sends a line, or counts it if it asks for a stop. A script takes no lines, and the stop key works all the same.
+/// Sends a line, or counts it if it requests a stop. A script takes no typed lines, but the stop key works all the same.
 fn pass_on(line: String, lines: &Sender<String>, stops: &AtomicU32) {
     let stop = is_stop(&line);
     if stop {
         stops.fetch_add(1, Ordering::Relaxed);
     }
-    // After a stop an empty line, so that the prompt comes again.
+    // After a stop, an empty line makes the prompt appear again.
     lines.send(if stop { String::new() } else { line }).ok();
 }
 
@@ -183,12 +183,12 @@ fn read_keys(lines: &Sender<String>, stops: &AtomicU32) {
                     stops.fetch_add(1, Ordering::Relaxed);
                 }
                 Event::Echo(text) => {
-                    // If it fails, only the echo is missing.
+                    // If writing fails, only the echo is missing.
                     eprint!("{text}");
                     io::stderr().flush().ok();
                 }
                 Event::Line(line) => pass_on(line, lines, stops),
-                // The keys go on working until the program is through: an arm may be moving.
+                // Keys are read until the program ends, because an arm may be moving.
                 Event::End => pass_on("quit".into(), lines, stops),
             }
         }

@@ -18,14 +18,14 @@ pub trait Device {
     /// The pacing: the event that starts a tick.
     fn pacing(&self) -> Pacing;
 
-    /// Send a frame.
+    /// Sends a frame.
     ///
     /// # Errors
     /// The board cannot be reached, or a record cannot be written.
     fn send(&mut self, frame: &Frame) -> Result<(), DeviceError>;
 
-    /// Let time pass, and show the board that the host is alive. Returns the frames received meanwhile. In a dry run one
-    /// tick passes; on a wire it takes a few milliseconds at most.
+    /// Lets time pass, and sends the board a sign of life. Returns the frames received meanwhile. In a dry run one tick passes; on a serial port it
+    /// takes a few milliseconds at most.
     ///
     /// # Errors
     /// As [`Device::send`]; also a simulated arm that has diverged.
@@ -41,7 +41,7 @@ pub trait Device {
         None
     }
 
-    /// Time since the device was opened: simulated time, where time is simulated.
+    /// Time since the device was opened. It is simulated time if the device simulates time.
     fn now(&self) -> Duration;
 
     /// True if arm and time are simulated.
@@ -54,8 +54,8 @@ pub trait Device {
         false
     }
 
-    /// Presses or releases the emergency stop of a simulated board. Returns false where the board has its own, or where it is one of
-    /// the lines that the operator sends.
+    /// Presses or releases the emergency stop of a simulated board. Returns false if the device does not simulate it: a real board has its own, and
+    /// in a dry run the operator sends it as one of its lines.
     fn press(&mut self, _pressed: bool) -> bool {
         false
     }
@@ -68,22 +68,22 @@ pub trait Device {
         Err("only a simulated link can be cut: start `connect` with `--target desk --simulate-link`".into())
     }
 
-    /// The listener to every frame.
+    /// The tap that sees every frame.
     fn tap(&mut self) -> &mut Tap;
 }
 
-/// Lets simulated time pass no faster than the clock, for a person at a terminal.
+/// Slows simulated time down to the pace of the clock, for a person at a terminal.
 #[derive(Debug, Default)]
 pub struct Pace(Option<Instant>);
 
 impl Pace {
-    /// The pace of the clock, or none.
+    /// A pace that follows the clock if `is_wanted`; otherwise time passes freely.
     #[must_use]
     pub fn new(is_wanted: bool) -> Self {
         Self(is_wanted.then(Instant::now))
     }
 
-    /// Waits until the clock has reached this simulated time. Time that was lost to something longer than [`CATCH_UP`] is not caught up.
+    /// Waits until the clock has reached this simulated time. A delay longer than [`CATCH_UP`] is not caught up.
     pub(super) fn keep(&mut self, simulated: Duration) {
         let Some(begun) = &mut self.0 else { return };
         let passed = begun.elapsed();
@@ -104,7 +104,7 @@ pub enum Cut {
     Host,
     /// A bus at the board, counted from 0.
     Bus(usize),
-    /// Of one joint's drive, counted from 0.
+    /// The cable of one joint's drive, counted from 0.
     Drive(usize),
 }
 
@@ -136,19 +136,19 @@ pub enum DeviceError {
     Record(#[from] io::Error),
 }
 
-/// Listener to every frame: counts the sent frames as the board does, and writes all frames to a file if one is open.
+/// Tap that sees every frame. It counts sent frames as the board does, and writes all frames to a file if one is open.
 #[derive(Debug, Default)]
 pub struct Tap {
     sent: u16,
-    /// Frames that the board reported as lost, and frames of the board that were lost.
+    /// Number of frames that the board reported as lost, and of the board's frames that were lost.
     lost: (u64, u64),
-    /// The board lost more frames than it could report.
+    /// True if the board may have lost more frames than it could report.
     lost_more: bool,
     log: Option<Recorder>,
 }
 
 impl Tap {
-    /// Frames sent since the last hello, those that were lost on the way too, modulo 65,536.
+    /// Frames sent since the last hello, including those that were lost, modulo 65,536.
     #[must_use]
     pub fn sent(&self) -> u16 {
         self.sent
@@ -160,7 +160,7 @@ impl Tap {
         self.log.is_some()
     }
 
-    /// Start a record, or none; the previous record is closed.
+    /// Starts a record, or none; the previous record is closed.
     ///
     /// # Errors
     /// The buffered bytes of the previous record cannot be written.
@@ -171,7 +171,7 @@ impl Tap {
         }
     }
 
-    /// Count and record a sent frame.
+    /// Counts and records a sent frame.
     pub(super) fn hear_sent(&mut self, at: Duration, frame: &Frame) -> io::Result<()> {
         // A board restarts its count after a hello.
         self.sent = if matches!(frame, Frame::Hello(_)) { 0 } else { self.sent.wrapping_add(1) };
@@ -184,13 +184,13 @@ impl Tap {
         self.lost
     }
 
-    /// True if the board lost more frames than [`Tap::lost`] says: a report counts to 255.
+    /// True if the board may have lost more frames than [`Tap::lost`] returns: a report counts only to 255.
     #[must_use]
     pub fn lost_more(&self) -> bool {
         self.lost_more
     }
 
-    /// Record a received frame.
+    /// Records a received frame.
     pub(super) fn hear_received(&mut self, missed: u32, at: Duration, frame: &Frame) -> io::Result<()> {
         if let Frame::Refusal(link::Refusal::Lost { missed }) = frame {
             self.lost.0 += u64::from(*missed);

@@ -1,10 +1,11 @@
-//! A dry run as a device: the scene's simulated arm in place of the joints, and this program in place of the board's
-//! lines.
+//! A dry run as a device: the scene's simulated arm in place of the joints. This program also simulates the board's input lines.
 //!
-//! Time is simulated: it passes only while the operator waits, one control period at a time, so that a script has the
-//! same result on every machine; for a person at a terminal it passes at the pace of the clock. Behind ideal drives the simulated arm is driven while torque acts, and braked otherwise, for any safe
-//! action. Simulated drives begin switched off, are switched on by the first torque, and do the safe action otherwise; their faults and
-//! temperature are sent to the target with the operator's lines.
+//! Time is simulated. It passes only while the operator waits, one control period at a time, so that a script has the same result on every machine.
+//! For a person at a terminal it passes at the pace of the clock.
+//!
+//! With ideal drives, the simulated arm is driven while torque acts and braked otherwise, for any safe action. Simulated drives begin switched off,
+//! are switched on by the first torque, and otherwise do the safe action. Their faults and temperature are sent to the target together with the
+//! operator's lines.
 
 use super::device::{Device, DeviceError, Pace, Tap};
 use crate::chip::ChipError;
@@ -22,9 +23,9 @@ pub struct DryRunDevice<const N: usize, D> {
     world: World<N>,
     tick: u32,
     reading: Option<Sensed>,
-    /// The operator's lines, and those that the target knows.
+    /// The operator's lines, and the lines last sent to the target.
     lines: (Lines, Lines),
-    /// Frames of the black box, dumped before the next tick.
+    /// Frames of the black box that were received before the next tick.
     past: Vec<Frame>,
     /// Last report of a simulated drive with a fault.
     drive_fault: Option<DriveFaultReport>,
@@ -42,7 +43,7 @@ impl<const N: usize, D: DryRun> DryRunDevice<N, D> {
         Self { target, world, tick: 0, reading: None, lines, past, drive_fault: None, pace, tap }
     }
 
-    /// Apply the action of the drives to the simulated arm.
+    /// Applies the last status's torque or safe action to the simulated arm.
     fn act(&mut self, answers: &[Frame]) -> Result<(), DeviceError> {
         let status = answers.iter().rev().find_map(|frame| match frame {
             Frame::Status(status) => status.actuation.as_ref(),
@@ -57,7 +58,7 @@ impl<const N: usize, D: DryRun> DryRunDevice<N, D> {
         }
     }
 
-    /// Tell the target what simulated drives report beside the operator's lines, when it changes.
+    /// Sends the target the operator's lines combined with the simulated drives' faults and temperature, when these change.
     fn report(&mut self, sensing: &Sensing<f32, N>) -> Result<(), DeviceError> {
         let (own, told) = self.lines;
         let bits = (0..N).fold(0, |bits, joint| bits | u8::from(sensing.drive_fault[joint]) << joint);

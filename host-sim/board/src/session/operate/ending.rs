@@ -1,5 +1,5 @@
-//! The end of torque: `disarm`, `quit`, the end of the input and Ctrl-C. An arm without brakes sinks when its torque ends, so the
-//! operator first says which joints sink and how far, and asks, parks, or keeps holding.
+//! The end of torque: `disarm`, `quit`, the end of the input and Ctrl-C. An arm without brakes sinks when its torque ends. So the operator first
+//! reports which joints sink and how far. Then it asks, parks, or keeps holding.
 //!
 //! | | a user at a terminal | a script or a pipe |
 //! |---|---|---|
@@ -13,7 +13,7 @@ use link::StateCode;
 use robot_compiler::check::on_stop_distance;
 use std::sync::atomic::Ordering;
 
-/// Smallest distance that a joint sinks and that is worth a question, rad or m.
+/// Smallest distance that counts as sinking, rad or m.
 const SINK_MIN: f64 = 0.02;
 
 /// Step of the estimate of how far a joint sinks, rad or m, and the most steps.
@@ -50,19 +50,19 @@ pub(super) struct Sinking {
     distance: f64,
     /// True if only its position limit, or the mechanical stop after it, ends the motion.
     to_limit: bool,
-    /// Torque that gravity needs now, and friction of the joint, N m or N.
+    /// Torque that gravity demands now, and the joint's friction, N m or N.
     gravity: f64,
     friction: f64,
 }
 
-/// Joints that sink without torque: each joint that gravity moves against its friction follows gravity, in small steps, until friction
-/// or a position limit holds it. Dynamics are left out: a real arm swings past this.
+/// Returns the joints that sink without torque. Each joint whose gravity torque exceeds its friction moves down in small steps, until friction or a
+/// position limit holds it. Dynamics are neglected: a real arm swings past this position.
 ///
 /// `gravity` returns the torque that holds the arm at a position.
 fn sinking(q: &[f64], range: &[(f64, f64)], friction: &[f64], gravity: impl Fn(&[f64]) -> Vec<f64>) -> Vec<Sinking> {
     let mut at = q.to_vec();
     let first = gravity(q);
-    // A joint outside its limits sinks no farther; it is not lifted either.
+    // A joint outside its limits sinks no farther, and is not lifted either.
     let end = |joint: usize, down: f64| {
         let (low, high) = range.get(joint).copied().unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
         if down < 0.0 { low } else { high }
@@ -107,7 +107,7 @@ impl Operator {
         let mut all = sinking(q, &self.arm.range, &friction, |q| {
             self.arm.model.inverse_dynamics(q, &still, &still, self.arm.payload)
         });
-        // A joint that lies on its stop, as in most rest poses, falls no farther.
+        // A joint that rests on its mechanical stop, as in most rest poses, falls no farther.
         all.retain(|sinking| {
             let joint = self.arm.recorded.robot.joints.get(sinking.joint);
             let near = joint.map_or(0.0, |joint| on_stop_distance(joint.spec.kind));
@@ -152,12 +152,12 @@ impl Operator {
         while self.is_moving() {
             self.step()?;
         }
-        // After its motion the arm still runs, and the board disarms no arm that runs.
+        // After its motion the arm is still in the state running, in which the board rejects a disarm.
         self.hold_if_running()?;
         self.until_at_rest()
     }
 
-    /// Stops an arm that runs, and waits until it rests.
+    /// Stops an arm that is in the state running, and waits until it is at rest.
     pub(super) fn hold_if_running(&mut self) -> Result<(), Stop> {
         if self.state() != Some(StateCode::Running) {
             return Ok(());
@@ -167,13 +167,13 @@ impl Operator {
         self.until_at_rest()
     }
 
-    /// Removes the torque: holds a moving arm first (if `stops`), says which joints sink, and asks, parks or keeps holding as the
-    /// consent says.
+    /// Removes the torque. First holds a running arm (if `stops`, or if a user can be asked) and reports which joints sink. Then asks, parks or keeps
+    /// holding, as the consent specifies.
     ///
     /// # Errors
     /// The board can no longer be used; Ctrl-C or the stop key.
     pub(crate) fn release(&mut self, consent: Consent, stops: bool) -> Result<Released, Stop> {
-        // An arm that is being lowered is held first: it may be anywhere.
+        // An arm that is being lowered is held first, because it may be anywhere on its path.
         let moves = self.state() == Some(StateCode::Running) && (stops || consent == Consent::Ask);
         if moves || self.state() == Some(StateCode::Lowering) {
             self.ask(Request::Hold)?;
@@ -182,7 +182,7 @@ impl Operator {
             self.ask(Request::Disarm)?;
         }
         if !matches!(self.state(), Some(StateCode::Armed | StateCode::Holding | StateCode::Running)) {
-            // `disarm` is answered in every state; the end of a session has nothing to do.
+            // The board answers `disarm` in every state. At the end of a session, there is nothing to do.
             if !stops && self.state() != Some(StateCode::Homing) {
                 self.ask(Request::Disarm)?;
             }
@@ -201,7 +201,7 @@ impl Operator {
     }
 
     fn with_consent(&mut self, consent: Consent, text: &str) -> Result<Released, Stop> {
-        // After a stop nothing moves unless a person asks for it.
+        // After a stop, the arm moves only if a person requests it.
         let park = self.can_park() && (!self.stopped || consent == Consent::Ask);
         match (consent, park) {
             (Consent::Ask, true) => {
@@ -237,8 +237,8 @@ impl Operator {
         }
     }
 
-    /// Ends a session by the rule for scripts, at the end of the input or after an error. Ctrl-C or the stop key while the arm parks stops it,
-    /// and it stays held.
+    /// Ends a session by the rule for scripts, at the end of the input or after an error. If Ctrl-C or the stop key is pressed while the arm parks,
+    /// the arm stops and stays held.
     ///
     /// # Errors
     /// The board can no longer be used; [`Stop::Interrupted`] after a Ctrl-C.
@@ -283,7 +283,7 @@ impl Operator {
         self.release(Consent::Given, true).map(|_| ())
     }
 
-    /// Takes note of Ctrl-C: only a further press interrupts.
+    /// Marks the presses of Ctrl-C as handled: only a further press interrupts.
     pub(crate) fn interrupted(&mut self) {
         self.seen = self.presses.load(Ordering::Relaxed);
     }

@@ -1,4 +1,4 @@
-//! Law, stiffness and payload of an arm that is armed: changed in steps, each of which the board takes only if no torque jumps.
+//! Control law, stiffness and payload of an armed arm. They change in small steps, and the board accepts a step only if no torque jumps.
 
 use super::torque_check::GravityError;
 use super::{Operator, Stop};
@@ -14,21 +14,21 @@ use session::parameters::{ARM, LAW};
 pub(super) const SOFT: f64 = 0.25;
 pub(super) const STIFF: f64 = 4.0;
 
-/// Time over which an arm at rest is observed before it is guided by hand, s.
+/// Time over which an arm at rest is observed before hand guiding, s.
 const AT_REST: f64 = 0.12;
 
-/// Steps of a change of stiffness.
+/// Number of steps in a change of stiffness.
 const STEPS: u32 = 24;
 
-/// Smallest part of a payload that is reported at once.
+/// Smallest part of a payload change, as a share of it. If the board rejects a part this small, the user sees the refusal.
 const PART_MIN: f64 = 1.0 / 256.0;
 
-/// Number of a joint's position gain, and of its velocity gain.
+/// Parameter numbers of a joint's position gain and of its velocity gain.
 const POSITION_GAIN: u8 = 0;
 const VELOCITY_GAIN: u8 = 1;
 
 impl Operator {
-    /// Another control law. A moving arm is stopped first; an arm whose law is `teach` is led from then on.
+    /// Selects another control law. A moving arm is stopped first. With the law `teach`, the arm is hand-guided from then on.
     pub(super) fn law(&mut self, law: ControlLaw) -> Result<(), Stop> {
         self.hold_if_running()?;
         if law.is_hand_guided() && self.drives() && !(self.is_guidable("teach")? && self.gravity_is_good_enough()?) {
@@ -48,8 +48,8 @@ impl Operator {
         if law.is_hand_guided() && self.drives() { self.lead() } else { Ok(()) }
     }
 
-    /// Reports how good the gravity model is, before the arm is guided by hand. Returns false, and the arm stays as it is, if a
-    /// joint's error exceeds its friction: that joint would drift by itself.
+    /// Reports the error of the gravity model before hand guiding. Returns false, and leaves the arm as it is, if a joint's error exceeds its
+    /// friction: that joint would drift.
     fn gravity_is_good_enough(&mut self) -> Result<bool, Stop> {
         if !self.torque_is_believed()? {
             return Ok(false);
@@ -94,7 +94,7 @@ impl Operator {
         Ok(false)
     }
 
-    /// Let the arm be led: it runs, and follows its own place.
+    /// Starts hand guiding: the arm runs, and its reference follows its position.
     fn lead(&mut self) -> Result<(), Stop> {
         if !self.torque_is_believed()? {
             return Ok(());
@@ -104,14 +104,15 @@ impl Operator {
         self.answer("teach", denial, "; guide it by hand, then `hold`")
     }
 
-    /// So many times the scene's stiffness on every joint, with the damping ratio as it is: `Kp` by the factor, `Kd` by its root.
+    /// Sets every joint's stiffness to this multiple of the scene's and keeps the damping ratio: `Kp` scales with the factor, `Kd` with its square
+    /// root.
     pub(super) fn stiffness(&mut self, factor: f64) -> Result<(), Stop> {
         let joints = self.arm.joints.len() as u8;
         let asked: Vec<Frame> = (0..joints).map(|joint| Frame::Get(16 * joint + POSITION_GAIN)).collect();
         let mut built_in = Vec::new();
         for answer in self.answers(&asked)? {
             match answer {
-                // The bounds are a quarter and four times what was built in.
+                // The board allows a quarter to four times the built-in value.
                 Ok(value) if value.high.is_finite() => built_in.push((value.value, value.high / 4.0)),
                 Ok(_) => {
                     let text = self.refusal_of("stiffness", &Refusal::Fixed);
@@ -136,7 +137,7 @@ impl Operator {
                 let of = |list: &[f32]| list.get(joint).copied().unwrap_or(0.0);
                 let stiff = gain(POSITION_GAIN, built_in.get(joint).map_or(0.0, |(_, nominal)| *nominal), now);
                 let damped = gain(VELOCITY_GAIN, of(&nominal), now.sqrt());
-                // On the way the joint is damped more, not less.
+                // In between, the joint is damped more, not less.
                 let order = if factor > *from { [damped, stiff] } else { [stiff, damped] };
                 for setting in order {
                     if let Some(Err(refusal)) = self.answers(&[Frame::Set(setting)])?.pop() {
@@ -149,15 +150,15 @@ impl Operator {
         self.say("stiffness", &format!("stiffness: {factor} of the scene's"))
     }
 
-    /// Velocity gains as they were built in.
+    /// Returns the velocity gains that were built in.
     fn damping_gains(&mut self, joints: u8) -> Result<Vec<f32>, Stop> {
         let asked: Vec<Frame> = (0..joints).map(|joint| Frame::Get(16 * joint + VELOCITY_GAIN)).collect();
-        // The highest is twice what was built in.
+        // The upper bound is twice the built-in value.
         Ok(self.answers(&asked)?.into_iter().map(|answer| answer.map_or(0.0, |value| value.high / 2.0)).collect())
     }
 
-    /// Sends the board a payload: a mass (kg) with its centre at a point of the tip frame (m). While torque acts, the change is made
-    /// in parts so small that no torque jumps.
+    /// Sends the board a payload: its mass (kg) and its centre of mass in the tip frame (m). While torque acts, the payload changes in parts so small
+    /// that no torque jumps.
     pub(super) fn payload(&mut self, mass: f64, place: [f64; 3]) -> Result<(), Stop> {
         if !self.arm.payload_is_live {
             self.refused = true;
@@ -170,7 +171,7 @@ impl Operator {
         self.take_up("payload", &goal)
     }
 
-    /// The same for any body in the tip frame, reported under the name of a command.
+    /// As [`Operator::payload`] for any body in the tip frame. `name` is the command in the messages.
     pub(super) fn take_up(&mut self, name: &str, goal: &Inertia<f32>) -> Result<(), Stop> {
         let goal = *goal;
         let from = self.arm.payload.unwrap_or_else(|| self.arm.model.payload());
@@ -213,7 +214,7 @@ impl Operator {
         self.say(name, &text)
     }
 
-    /// The payload that the board now has: its mass as the board reports it, position, frame, and the change of each joint's torque.
+    /// Describes the payload that the board now has: its mass as the board reports it, position, frame, and the change of each joint's torque.
     fn payload_in_words(&self, from: &Inertia<f32>, to: &Inertia<f32>, mass: &Value) -> String {
         let place = match centre(&to.cast()) {
             Some([x, y, z]) => format!(" at {x:.3} {y:.3} {z:.3} m in the tip frame"),
@@ -252,18 +253,17 @@ impl Operator {
         }
     }
 
-    /// Tell one payload; the refusal, if there is one.
+    /// Sends one payload. Returns the board's refusal, if there is one.
     fn tell_payload(&mut self, payload: &Inertia<f32>) -> Result<Option<Refusal>, Stop> {
         let frame = Frame::Live(self.arm.model.live(Some(*payload)).map_err(ChipError::from)?);
-        // The board answers live inputs only by a refusal. While torque acts, the refusal comes from the tick after the
-        // one that took them.
+        // The board answers live inputs only with a refusal. While torque acts, it comes in the tick after the one that took the inputs.
         self.expected = Some(Vec::new());
         let taken = self.send_surely(&frame).and_then(|()| self.wait(2.0 * self.arm.period));
         let refused = self.expected.take().unwrap_or_default().into_iter().find_map(Result::err);
         taken?;
         if refused.is_none() {
             self.arm.payload = Some(*payload);
-            // What an earlier host has declared no longer counts.
+            // The payload of an earlier host no longer applies.
             self.resumed = false;
         }
         Ok(refused)
@@ -275,7 +275,7 @@ fn centre(body: &Inertia<f64>) -> Option<[f64; 3]> {
     (body.mass > 0.0).then(|| (body.first_moment / body.mass).into())
 }
 
-/// Inertia this share of the way from one to another: its ten parameters are.
+/// Interpolates between two inertias: each of the ten parameters linearly, at this share.
 fn between(from: &Inertia<f32>, to: &Inertia<f32>, share: f32) -> Inertia<f32> {
     Inertia {
         mass: from.mass + share * (to.mass - from.mass),

@@ -1,4 +1,4 @@
-//! The first motion after homing: the board limits speed and torque until `full-range`, and the operator shows what was seen so far.
+//! The first motion after homing. The board limits speed and torque until `full-range`, and the operator shows the observations so far.
 
 use super::observed::{FirstMotion, Range};
 use super::planned_motion::PlannedMotion;
@@ -7,11 +7,11 @@ use super::{Operator, Stop, messages};
 use link::{Request, StateCode, Status};
 use std::rc::Rc;
 
-/// Share of the board's limits that the operator's motions use while these are in force: the arm itself is a little faster than its
-/// reference now and then, and a wrong model takes torque too.
+/// Share of the board's limits that the operator's motions use in the first motion. The rest is margin: the arm is sometimes a little faster than its
+/// reference, and a wrong model needs torque too.
 const SHARE: f64 = 0.9;
 
-/// Least share of the torque limit that is counted on for accelerating: friction may leave nothing, and then a slower motion does not help.
+/// Least share of the torque limit that is assumed available for acceleration. Friction may leave less, and then a slower motion does not help.
 const SHARE_MIN: f64 = 0.02;
 
 /// Number of positions along a motion at which its torque is computed.
@@ -20,7 +20,7 @@ const SAMPLES: u32 = 200;
 /// [`dynamics_core::safety::Refusal::NotHomed`].
 const NOT_HOMED: u8 = 3;
 
-/// Advice where the board does not lift the limits: a moving arm, or one that presses against its limited torque, would jump.
+/// Advice if the board does not lift the limits, because a moving arm, or one that presses against its limited torque, would jump.
 const HOLD_FIRST: &str = "`hold` first, and wait until the arm is at rest; an arm that its limited torque does not hold needs a support, or its payload declared";
 
 /// Range, rad or m, below which a joint counts as not moved.
@@ -35,7 +35,7 @@ impl Operator {
         self.first_motion.limited
     }
 
-    /// Takes note of accepted requests: homing begins the observations anew, and a person who homes or arms is reminded of the limits.
+    /// Handles an accepted request: homing restarts the observations, and a person who homes or arms is reminded of the limits.
     pub(super) fn note_accepted(&mut self, request: Request) -> Result<(), Stop> {
         match (request, self.arm.first_motion) {
             (Request::Confirm, share) => {
@@ -62,12 +62,12 @@ impl Operator {
         )
     }
 
-    /// Share of the limits that the first motion may use, if it is limited now.
+    /// Share of the limits that the first motion may use, while they are in force.
     pub(super) fn limit(&self) -> Option<f64> {
         self.arm.first_motion.filter(|_| self.first_motion.limited)
     }
 
-    /// The motion, slowed to the limits of the first motion if these are in force; and that in words.
+    /// Returns the motion, slowed to the limits of the first motion if these are in force, and a message about it.
     pub(super) fn at_first_speed(&self, motion: Rc<dyn PlannedMotion>) -> (Rc<dyn PlannedMotion>, String) {
         let slower = self.limit().and_then(|share| motion.slowed(self.first_factor(motion.as_ref(), SHARE * share)));
         match slower {
@@ -82,8 +82,8 @@ impl Operator {
         }
     }
 
-    /// Factor by which a motion has to be slowed so that speed and torque beyond the weight stay within this share of the limits; up to 1 if it
-    /// fits. Torque beyond the weight goes with the square of the speed, apart from friction.
+    /// Factor by which a motion has to be slowed so that speed, and torque beyond gravity, stay within this share of the limits; at most 1 if the
+    /// motion fits. Apart from friction, the torque beyond gravity is proportional to the square of the speed.
     fn first_factor(&self, motion: &dyn PlannedMotion, share: f64) -> f64 {
         let speed = |(peak, limit): (&f64, &f64)| peak / (share * limit);
         let mut factor = motion.peak_velocity().iter().zip(&self.arm.velocity).map(speed).fold(0.0, f64::max);
@@ -103,8 +103,8 @@ impl Operator {
         factor
     }
 
-    /// True if the arm may be hand-guided now. In the first motion the board treats a joint that is guided too fast as a fault, and an
-    /// arm without brakes then sinks.
+    /// True if the arm may be hand-guided now. In the first motion, the board treats a joint that is guided too fast as a fault, and an arm without
+    /// brakes then sinks.
     pub(super) fn is_guidable(&mut self, name: &str) -> Result<bool, Stop> {
         let Some(share) = self.limit() else { return Ok(true) };
         self.refused = true;
@@ -114,7 +114,7 @@ impl Operator {
             (true, true) => {
                 "choose a law that follows a reference (`law computed-torque`), `jog` every joint a little, then lift the limits with `full-range`"
             }
-            // Nothing moves under the law of this scene before the limits are lifted.
+            // With this scene's control law, nothing moves before the limits are lifted.
             (true, false) => {
                 "make the first motion with another scene of this robot, whose law follows a reference (for the YAM \
                  scenes/yam_move.toml); `full-range` lifts the limits here although nothing was seen of the arm"
@@ -130,12 +130,12 @@ impl Operator {
         Ok(false)
     }
 
-    /// The same before a motion: only the law `teach` gives way to a hand.
+    /// As [`Operator::is_guidable`], before a motion: only the law `teach` allows hand guiding.
     pub(super) fn may_be_guided(&mut self, name: &str) -> Result<bool, Stop> {
         if self.arm.law.is_hand_guided() { self.is_guidable(name) } else { Ok(true) }
     }
 
-    /// Observes a status in which torque acts.
+    /// Adds a status in which torque acts to the observations.
     pub(super) fn observe(&mut self, status: &Status) {
         let (Some(link::Actuation::Drive { torque, .. }), Some(q)) = (&status.actuation, &self.q) else {
             self.first_motion.from = None;
@@ -158,7 +158,7 @@ impl Operator {
             range.beyond_gravity = range.beyond_gravity.max((torque - gravity).abs());
             range.torque = range.torque.max(torque.abs());
         }
-        // The reference is where the arm is sent only while it runs.
+        // The reference is the commanded position only while the arm runs.
         if let Some(reference) = status.reference().filter(|_| status.state == StateCode::Running) {
             for ((range, q), reference) in self.first_motion.joints.iter_mut().zip(q).zip(&reference.q) {
                 let error = (q - f64::from(*reference)).abs();
@@ -175,7 +175,7 @@ impl Operator {
         }
     }
 
-    /// The observations since homing, a line for each joint.
+    /// Describes the observations since homing, a line for each joint.
     fn observed_in_words(&self) -> String {
         let share = |value: f64, limit: f64| match limit.is_finite() {
             true => format!(" ({:.0} % of its limit)", 100.0 * value / limit),
@@ -204,7 +204,7 @@ impl Operator {
         }
     }
 
-    /// Joints that have not moved since homing: their sign, zero and torque constant have not been seen.
+    /// Describes the joints that have not moved since homing: their sign, zero and torque constant are not verified.
     fn unmoved_in_words(&self) -> String {
         let ranges = self.arm.joints.iter().zip(&self.first_motion.joints);
         let unmoved = ranges.filter(|(_, range)| range.position.1 - range.position.0 < MOVED);
@@ -218,7 +218,7 @@ impl Operator {
         }
     }
 
-    /// Shows a person at a terminal what was seen since homing, and asks whether to lift the limits of the first motion.
+    /// Shows a person at a terminal the observations since homing, and asks whether to lift the limits of the first motion.
     pub(crate) fn ask_for_full_range(&self) -> Result<(), Stop> {
         let seen = self.observed_in_words();
         self.say(
@@ -229,7 +229,7 @@ impl Operator {
         )
     }
 
-    /// Lifts the limits of the first motion, and shows what was seen since homing.
+    /// Lifts the limits of the first motion, and shows the observations since homing.
     pub(crate) fn full_range(&mut self) -> Result<(), Stop> {
         let seen = self.observed_in_words();
         let rejection = self.request(Request::FullRange)?;

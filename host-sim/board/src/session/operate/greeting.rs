@@ -1,4 +1,4 @@
-//! Hellos: both sides agree on a robot, and the board begins a session or continues one.
+//! Hellos: board and host agree on a robot, and the board begins a session or continues one.
 
 use super::device::{DeviceError, SILENCE};
 use super::session::PARTS;
@@ -12,7 +12,7 @@ use robot_compiler::names;
 const HELLOS: u32 = 8;
 
 impl Operator {
-    /// Send a hello: both sides agree on the same robot. Then the board idles, or goes on holding an arm that it drives.
+    /// Sends a hello, so that both sides agree on the same robot. After it the board idles, or goes on holding an arm that it already drives.
     ///
     /// # Errors
     /// A board that is silent, or was built for another robot or scene.
@@ -20,7 +20,7 @@ impl Operator {
         self.agree()?;
         self.found_driven =
             self.is_live() && self.state().is_some_and(|state| state.has_torque() || state == StateCode::Arming);
-        // The arm of a new session is not homed.
+        // In a new session the arm is not homed, so a homed arm belongs to an earlier one.
         let is_homed = self.status.as_ref().is_some_and(|status| status.homed);
         self.resumed = self.found_driven || self.is_live() && is_homed;
         self.learn_law()?;
@@ -38,7 +38,7 @@ impl Operator {
         Ok(())
     }
 
-    /// Takes over what an earlier host has left: its law, its payload, and limits of the first motion that may still be in force.
+    /// Takes over the state that an earlier host left: control law, payload, and limits of the first motion that may still be in force.
     fn continue_session(&mut self) -> Result<(), Stop> {
         let is_known = self.learn_payload()?;
         self.first_motion.limited = self.arm.first_motion.is_some();
@@ -56,7 +56,7 @@ impl Operator {
         self.remind("; the program cannot know whether they were lifted before")
     }
 
-    /// True if an earlier host has left an arm that is driven.
+    /// True if an earlier host left the arm driven.
     pub fn found_driven(&self) -> bool {
         self.found_driven
     }
@@ -70,7 +70,7 @@ impl Operator {
             }
             let first = self.status.as_ref().map(|status| status.tick);
             match first {
-                // A record can be replayed only from the first tick on.
+                // A record can be replayed only if it begins with the first tick.
                 Some(1) => return Ok(()),
                 Some(_) if !self.device.tap().is_recording() => return Ok(()),
                 Some(first) if attempt == HELLOS || self.drives() => {
@@ -90,7 +90,7 @@ impl Operator {
         self.under_way.clear();
         self.heat.forget();
         (self.status, self.goal, self.past, self.heard) = (None, None, None, self.device.now());
-        // A dry run's target has agreed before, and a session on the desk needs no agreement.
+        // The target of a dry run has already agreed.
         self.agreed = !self.is_live();
         self.send(&Frame::Hello(self.arm.hello))?;
         if self.is_live() {
@@ -105,7 +105,7 @@ impl Operator {
             }
         }
         self.resumed = self.is_live();
-        // A board may be holding something that this program does not know: its live inputs follow when its state is known.
+        // A live board may hold a payload that this program does not know. So its live inputs follow only after its state is known.
         if self.is_live() { Ok(()) } else { self.send_live() }
     }
 
@@ -115,7 +115,7 @@ impl Operator {
         self.send(&Frame::Live(live))
     }
 
-    /// Handle a hello of the board.
+    /// Handles a hello of the board.
     pub(super) fn greeted(&mut self, theirs: Hello) -> Result<(), Stop> {
         let own = self.arm.hello;
         if (Hello { pacing: own.pacing, ..theirs }) != own {
@@ -123,7 +123,7 @@ impl Operator {
         }
         match theirs.pacing == own.pacing {
             true => self.agreed = true,
-            // A board sends this hello when it has started.
+            // A board sends such a hello only after a start.
             false if self.agreed && self.is_live() => return Err(DeviceError::StartedAnew.into()),
             false => {}
         }

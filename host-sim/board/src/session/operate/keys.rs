@@ -34,14 +34,14 @@ const ESCAPE: u8 = 0x1B;
 const ERASE: &str = "\x08 \x08";
 
 impl Editor {
-    /// Takes the bytes of one read. A key press comes alone; pasted text, and the sequences of arrow keys, come in one piece.
+    /// Handles the bytes of one read. A key press arrives alone; pasted text and the sequences of arrow keys arrive in one piece.
     pub(super) fn take(&mut self, bytes: &[u8]) -> Vec<Event> {
         let mut events = Vec::new();
         let mut rest = bytes;
         while let Some((&byte, after)) = rest.split_first() {
             rest = after;
             match byte {
-                // Arrow keys and the like: the sequence is skipped. A lone Esc, or one before anything else, stops.
+                // Arrow keys and similar: the sequence is skipped. An Esc that is alone, or before anything else, stops.
                 ESCAPE if matches!(after, [b'[' | b'O', _, ..]) => {
                     let end = after.iter().skip(1).position(|byte| (0x40..=0x7E).contains(byte));
                     rest = after.get(end.map_or(after.len(), |end| end + 2)..).unwrap_or_default();
@@ -65,7 +65,7 @@ impl Editor {
                     events.push(Event::Echo(ERASE.repeat(shown)));
                 }
                 byte if BACKSPACE.contains(&byte) => {
-                    // A character ends where its bytes no longer continue another.
+                    // Removes one whole UTF-8 character: its continuation bytes, then its first byte.
                     while self.line.pop().is_some_and(|byte| byte & 0xC0 == 0x80) {}
                     events.push(Event::Echo(ERASE.into()));
                 }
@@ -85,14 +85,14 @@ impl Editor {
     }
 }
 
-/// A terminal whose keys are read one by one. It gets its settings back when this is dropped.
+/// A terminal whose keys are read one by one. Its settings are restored on drop.
 #[cfg(unix)]
 #[derive(Debug)]
 pub(super) struct Keyboard(rustix::termios::Termios);
 
 #[cfg(unix)]
 impl Keyboard {
-    /// Lets keys be read one by one; `None` if the terminal does not allow it.
+    /// Switches the terminal to reading single keys; `None` if it does not allow that.
     pub(super) fn take() -> Option<Self> {
         use rustix::termios::{InputModes, LocalModes, OptionalActions, tcgetattr, tcsetattr};
         let input = std::io::stdin();
@@ -115,14 +115,14 @@ impl Drop for Keyboard {
     }
 }
 
-/// Keys cannot be read one by one on this system: lines are read, and `stop` is a word.
+/// Stand-in for systems without single-key input: whole lines are read, and `stop` is a typed line.
 #[cfg(not(unix))]
 #[derive(Debug)]
 pub(super) struct Keyboard;
 
 #[cfg(not(unix))]
 impl Keyboard {
-    /// `None`.
+    /// Returns `None`.
     pub(super) fn take() -> Option<Self> {
         None
     }
@@ -151,7 +151,7 @@ mod tests {
         let mut editor = Editor::default();
         assert_eq!(stops(&editor.take(b"\x1b")), 1);
         assert_eq!(stops(&editor.take(b" ")), 1);
-        // In the middle of a line a space is a space, and Esc a stop.
+        // Within a line, space is a character, and Esc stops.
         let mut all = Vec::new();
         b"jog 1 2".iter().for_each(|byte| all.extend(editor.take(&[*byte])));
         assert_eq!(stops(&all), 0);

@@ -1,5 +1,5 @@
-//! Messages for the numbers of `docs/safety/state-machine.md`, with advice. One table for each kind; a test compares them with the
-//! core's numbers. The words of a fault are the core's own: [`Fault`].
+//! Messages for the numbers of `docs/safety/state-machine.md`, with advice. One table for each kind; a test compares them with the core's numbers.
+//! The text of a fault comes from the core: [`Fault`].
 
 use super::rejection::Rejection;
 use crate::chip::refusal_in_words;
@@ -71,7 +71,7 @@ pub fn fault(code: u8, joint: Option<u8>) -> String {
     known.map_or_else(|| unknown("fault", code), |fault| format!("{fault}; check {}", fault.check()))
 }
 
-/// State of the machine, with the reason.
+/// State of the machine in words, with the reason.
 #[must_use]
 pub fn doing(status: &Status) -> String {
     match status.state {
@@ -85,8 +85,8 @@ pub fn doing(status: &Status) -> String {
     }
 }
 
-/// Advice for a fault that the limits of the first motion after homing explain: a joint that was too fast for its share of the velocity limit,
-/// or that sank because too little torque is left beyond its weight. Empty for any other state.
+/// Advice for a fault that the limits of the first motion explain: a joint that exceeded its share of the velocity limit, or that sank because too
+/// little torque is left beyond gravity. Empty for any other state.
 #[must_use]
 pub fn in_first_motion(status: &Status, share: f64) -> String {
     let percent = 100.0 * share;
@@ -110,7 +110,7 @@ pub fn drive_fault(drive_fault: &DriveFaultReport, words: Option<fn(u8) -> &'sta
     let mut all: Vec<&str> =
         JointFaults::NAMES.iter().filter(|(fault, _)| faults & fault.bits() != 0).map(|(_, name)| *name).collect();
     let said = words.filter(|_| error != 0).map(|words| words(error));
-    // Its error text says more than that it has an error.
+    // The drive's error text is more specific than the flag for an error.
     if said.is_some() {
         all.retain(|name| {
             !JointFaults::NAMES.iter().any(|(fault, other)| *fault == JointFaults::DRIVE && other == name)

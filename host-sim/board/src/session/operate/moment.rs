@@ -5,8 +5,8 @@ use std::time::Instant;
 /// Time of a stop.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Moment {
-    /// Time of this machine: a person presses a key.
+    /// Time of this machine, for a person who presses a key.
     Wall(Instant),
-    /// Tick of a dry run: a script does the same on every machine.
+    /// Tick of a dry run, so that a script has the same result on every machine.
     Tick(u32),
 }

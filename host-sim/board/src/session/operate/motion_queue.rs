@@ -1,4 +1,4 @@
-//! A queue of motions, sent as points of the board's trajectory, as far ahead as the board has room.
+//! A queue of motions. They are sent as points of the board's trajectory, as far ahead as the board has capacity.
 
 use super::planned_motion::PlannedMotion;
 use dynamics_core::control::trajectory::{Bounds, Motion, MotionError, Timing, Waypoint};
@@ -6,9 +6,9 @@ use link::Point;
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-/// Time between two points, s. The board holds [`session::trajectory::WAYS`] of them: 160 ms, longer than usual pauses
-/// of a host and than a scene's heartbeat. Between two points the board computes a polynomial of fifth degree that
-/// meets position, velocity and acceleration of both.
+/// Time between two points, s. The board holds [`session::trajectory::WAYS`] of them, 160 ms. That is longer than a host's usual pauses and than a
+/// scene's default heartbeat limit. Between two points the board computes a fifth-degree polynomial that matches position, velocity and acceleration
+/// at both.
 pub const STEP: f64 = 0.01;
 
 /// Share of a joint's velocity limit that a motion without a given duration uses.
@@ -17,10 +17,10 @@ pub const SPEED_SHARE: f64 = 0.5;
 /// Shortest duration of a motion without a given duration, s.
 pub const DURATION_MIN: f64 = 0.2;
 
-/// Jerk limit of a motion without a given duration: a joint reaches its acceleration limit in this time at the earliest, s.
+/// Jerk limit of a motion without a given duration, as the shortest time in which a joint reaches its acceleration limit, s.
 pub const JERK_TIME: f64 = 0.25;
 
-/// Greatest jerk of a quintic from rest to rest, over unit distance in unit time.
+/// Greatest jerk of a rest-to-rest quintic over unit distance in unit time.
 const REST_TO_REST_JERK: f64 = 60.0;
 
 /// Motions still to be sent, one after the other.
@@ -54,21 +54,21 @@ impl MotionQueue {
         }
     }
 
-    /// Forget all unsent motions.
+    /// Removes all unsent motions.
     pub fn clear(&mut self) {
         self.start = None;
         self.legs.clear();
     }
 
-    /// Start a new trajectory at this reference, at rest.
+    /// Starts a new trajectory at this reference, at rest.
     pub fn start(&mut self, at_rest: link::Reference) {
         self.clear();
         self.start = Some(at_rest);
     }
 
-    /// Append a motion. It must start at the end of the motion before it.
+    /// Appends a motion. It must start at the end of the motion before it.
     pub fn push(&mut self, motion: Rc<dyn PlannedMotion>) {
-        // The tolerance keeps a motion of a whole number of periods from one more tick by rounding.
+        // The tolerance prevents a rounding error from adding a tick to a motion of a whole number of periods.
         let ticks = (motion.duration() / self.period - 1e-6).ceil().max(1.0) as u64;
         self.legs.push_back(Leg { motion, sent: 0, ticks });
     }
@@ -96,10 +96,10 @@ impl MotionQueue {
     }
 }
 
-/// Motion from rest to rest, by a polynomial of fifth degree: in this time, s, or as fast as the bounds allow.
+/// Motion from rest to rest, as a fifth-degree polynomial: in the given time, s, or as fast as the bounds allow.
 ///
-/// Without a given time, the jerk is limited too, and the motion takes [`DURATION_MIN`] at least. Bounds on velocity and
-/// acceleration alone let a motion of 1 mrad last 20 ms at full acceleration, which is a knock.
+/// Without a given time, the jerk is limited too, and the motion lasts [`DURATION_MIN`] at least. With bounds on velocity and acceleration alone, a
+/// motion of 1 mrad would last 20 ms at full acceleration, which is a knock.
 ///
 /// # Errors
 /// A goal outside the position limits, or a time that would make a joint too fast.
@@ -161,7 +161,7 @@ mod tests {
 
     #[test]
     fn a_tiny_motion_has_no_more_jerk_than_a_long_one() {
-        // Greatest change of the acceleration in a millisecond, as jerk.
+        // Largest jerk: the greatest change of acceleration in a millisecond, over that time.
         let jerk = |motion: &Motion<f64, 1>| {
             let steps = (motion.duration() / 1e-3) as usize;
             let at = |step: usize| motion.sample(step as f64 * 1e-3).qdd[0];
@@ -172,7 +172,7 @@ mod tests {
             let motion = way([0.0], [distance], None, &bounds()).unwrap();
             assert!(jerk(&motion) <= 1.001 * limit, "{distance}: {}", jerk(&motion));
             assert!(motion.duration() >= DURATION_MIN, "{distance}: {}", motion.duration());
-            // Nor does it take longer than the limits need.
+            // The motion is not longer than the limits require either.
             let needed = (60.0 * distance / limit).cbrt().max(15.0 / 8.0 * distance).max(DURATION_MIN);
             assert!(motion.duration() < 1.01 * needed, "{distance}: {}, {needed}", motion.duration());
         }

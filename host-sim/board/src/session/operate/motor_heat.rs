@@ -1,7 +1,7 @@
-//! Heat of the motors as the board follows it: asked for every half second while a session runs, and kept for the screen.
+//! Heat of the motors, as the board computes it. It is requested every half second while a session runs, and kept for display.
 //!
-//! A motor's time constant is a second or more, so that an older value would hardly differ. The values are parameters of the board
-//! ([`session::parameters::HEAT`]), which costs no place in a status.
+//! A motor's time constant is a second or more, so a value of half a second ago hardly differs. The values are parameters of the board
+//! ([`session::parameters::HEAT`]) and therefore need no bytes in a status.
 
 use super::heat::{Heat, joint_of};
 use super::{Operator, Stop};
@@ -9,11 +9,11 @@ use link::{Frame, Value};
 use session::parameters::HEAT;
 use std::time::Duration;
 
-/// Interval at which the heat is asked for.
+/// Interval of the requests.
 const EVERY: Duration = Duration::from_millis(500);
 
 impl Operator {
-    /// Asks for the heat of the motors that the board follows, if the last answers are old.
+    /// Requests the heat of the motors that the board observes, if the last request is old enough.
     pub(super) fn ask_for_heat(&mut self) -> Result<(), Stop> {
         let due = self.heat.asked.is_none_or(|asked| self.silent_for(asked) >= EVERY);
         if !due || !self.agreed || self.heat.unsupported || !self.arm.has_heat.contains(&true) {
@@ -25,7 +25,7 @@ impl Operator {
         frames.iter().try_for_each(|frame| self.send(frame))
     }
 
-    /// Takes note of a heat. Returns true if no command waits for it.
+    /// Stores a heat. Returns true if the answer was not requested by a command.
     pub(super) fn takes_heat(&mut self, value: &Value) -> bool {
         let Some(joint) = joint_of(value.index) else { return false };
         if self.heat.joints.len() <= joint {

@@ -9,7 +9,7 @@ use link::{Frame, Request};
 use std::rc::Rc;
 
 impl Operator {
-    /// Send points while the board has room for them.
+    /// Sends points while the board has capacity for them.
     pub(super) fn fill(&mut self) -> Result<(), Stop> {
         if self.state() == Some(StateCode::Running) { self.send_points() } else { Ok(()) }
     }
@@ -33,14 +33,14 @@ impl Operator {
             .ok_or_else(|| Stop::Input("the board has not said where the arm is".into()))
     }
 
-    /// Run the scene's motion, after a motion to its start.
+    /// Runs the scene's motion, after a motion to its start.
     pub(super) fn run(&mut self) -> Result<(), Stop> {
         let ((motion, slowed), times) = (self.at_first_speed(Rc::clone(&self.arm.motion)), self.arm.times);
         let (here, [start, goal]) = (self.here()?, motion.ends());
         let lead = if same(&here, &start) { None } else { Some(self.way("run", &here, &start, None)?.0) };
         let motions = format!("{:.2} s of motion{slowed}", f64::from(times) * motion.duration());
         let text = match lead.as_ref().map_or(0.0, |lead| lead.duration()) {
-            // So short a motion only makes up for a measurement error.
+            // A motion this short only corrects a measurement error.
             way if way < self.arm.period => format!("; {motions}"),
             way => format!("; {way:.2} s to its start, then {motions}"),
         };
@@ -65,7 +65,7 @@ impl Operator {
         self.go_to_named("goto", q, time)
     }
 
-    /// The same, reported under the name of a command.
+    /// As [`Operator::go_to`]; `name` is the command in the messages.
     pub(super) fn go_to_named(&mut self, name: &str, q: &[f64], time: Option<f64>) -> Result<(), Stop> {
         self.one_way(name, &self.here()?, q.to_vec(), time)
     }
@@ -79,7 +79,8 @@ impl Operator {
         self.go(name, vec![motion], here, goal, &text)
     }
 
-    /// Motion from rest to rest, in this time (s) or as fast as the bounds allow, slowed to fit the first motion; and that in words.
+    /// Returns a motion from rest to rest in the given time (s), or as fast as the bounds allow. It is slowed if the limits of the first motion
+    /// require it; the text describes that.
     pub(super) fn way(
         &self,
         name: &str,
@@ -100,7 +101,7 @@ impl Operator {
         Ok(self.at_first_speed(motion))
     }
 
-    /// Send these motions from here, after the motions already under way.
+    /// Sends these motions after the motions already under way, and reports the result.
     fn go(
         &mut self,
         name: &str,
@@ -116,7 +117,7 @@ impl Operator {
         self.answer(name, denial, text)
     }
 
-    /// The same without a word: the board's reason if it denies it.
+    /// As [`Operator::go`], without a report. Returns the reason if the board rejects the motion.
     pub(super) fn set_out(
         &mut self,
         legs: Vec<Rc<dyn PlannedMotion>>,
@@ -129,7 +130,7 @@ impl Operator {
             self.under_way.clear();
             self.feed.start(self.arm.model.at_rest(here));
             if let Some(start) = self.feed.next_point() {
-                // The start point frees all the room of the trajectory.
+                // The start point empties the board's trajectory.
                 self.send_surely(&Frame::Point(start))?;
             }
         }
@@ -145,7 +146,7 @@ impl Operator {
         Ok(denial)
     }
 
-    /// Go to a place and back in this time each, s, and wait for the end; the board's reason if it denies one of the two.
+    /// Moves to a position and back, each in this time (s), and waits for the end. Returns the reason if the board rejects one of the two motions.
     pub(super) fn back_and_forth(
         &mut self,
         name: &str,
@@ -153,7 +154,7 @@ impl Operator {
         there: Vec<f64>,
         time: f64,
     ) -> Result<Option<Rejection>, Stop> {
-        // An arm that began beyond a limit comes back to the limit.
+        // An arm that began outside a limit returns only to the limit.
         let inside = here.iter().zip(&self.arm.range).map(|(q, (low, high))| q.max(*low).min(*high)).collect();
         for goal in [there, inside] {
             let from = self.here()?;

@@ -10,11 +10,11 @@ use std::io;
 use std::path::Path;
 use std::time::Duration;
 
-/// Age from which a report is old: a board that is heard reports at least every 20 ms.
+/// Age from which a status is old. A board that works reports at least every 20 ms.
 const OLD: Duration = Duration::from_millis(200);
 
 impl Operator {
-    /// Executes a command. `disarm`, `quit` and `full-range` are executed by the main loop, because they may need an answer of the user.
+    /// Executes a command. The main loop executes `disarm`, `quit` and `full-range`, because these may need an answer of the user.
     ///
     /// # Errors
     /// See [`Stop`]. A request that the board rejects is no error.
@@ -64,7 +64,7 @@ impl Operator {
         Ok(())
     }
 
-    /// Waits for a report if the last one is old, and says so if none comes.
+    /// Waits for a status if the last one is old, and reports it if none comes.
     fn until_fresh(&mut self) -> Result<(), Stop> {
         if self.silent_for(self.reported) <= OLD {
             return Ok(());
@@ -138,7 +138,7 @@ impl Operator {
         let text = match file {
             None => format!("dump: {} ticks\n{}", past.len(), table::table(&past, &self.joint_names())),
             Some(file) => {
-                // The session goes on: an arm must not fall for a mistyped name.
+                // On an error the session goes on: an arm must not fall because of a mistyped file name.
                 let claimed = self.claim(file);
                 let error = |error: io::Error| format!("{}: {error}", file.display());
                 let written =
@@ -154,7 +154,7 @@ impl Operator {
         self.say("dump", &text)
     }
 
-    /// The black box is complete.
+    /// Handles the end of the black box: all its ticks have arrived.
     pub(super) fn past_is_whole(&mut self) {
         self.whole = Some(self.past.take().unwrap_or_default());
     }
@@ -187,7 +187,7 @@ impl Operator {
         self
     }
 
-    /// Claims a file for `dump` or `record`; the problem as a text, because the session goes on.
+    /// Claims a file for `dump` or `record`. An error is returned as a text, because the session goes on.
     fn claim(&mut self, file: &Path) -> Result<(), String> {
         self.outputs.file(file).map_err(|failure| {
             let report = failure.report();
@@ -195,7 +195,7 @@ impl Operator {
         })
     }
 
-    /// Record every frame from here on. Call [`Operator::begin`] next.
+    /// Records every frame from here on. Call [`Operator::begin`] next.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -204,14 +204,14 @@ impl Operator {
         Ok(self.device.tap().record(Some(recorder))?)
     }
 
-    /// Close the record.
+    /// Closes the record.
     ///
     /// # Errors
     /// The record cannot be written.
     pub fn close(&mut self) -> io::Result<()> {
         self.report.still();
         self.device.tap().record(None)?;
-        // A file that is not registered is only harder to replace.
+        // If a file cannot be registered, a later command only refuses to replace it without `--force`.
         self.outputs.finish().ok();
         Ok(())
     }

@@ -6,13 +6,13 @@ use crate::session::serial::{JOIN_SILENCE, SerialError, SerialLink};
 use link::{Frame, Key, Pacing, Refusal, Trust};
 use std::time::{Duration, Instant};
 
-/// Interval of signs of life to the board if nothing else is sent. A scene's `heartbeat_ms` is 100 by default.
+/// Interval of signs of life to the board if nothing else is sent. The default of a scene's `heartbeat_ms` is 100.
 pub const ALIVE_EVERY: Duration = Duration::from_millis(20);
 
 /// Time that [`Device::pass`] waits for the board.
 const SLICE: Duration = Duration::from_millis(5);
 
-/// Limit on the frames read in one pass: a board that sends without pause must not block the host.
+/// Limit on the frames read in one pass, so that a board that sends without pause does not block the host.
 const FRAMES: usize = 64;
 
 /// A board on a serial port.
@@ -24,8 +24,8 @@ pub struct OnWire {
 }
 
 impl OnWire {
-    /// A board behind an open port, which has the key where it has one, and whom it trusts. A board without a key is none that
-    /// can arm.
+    /// Joins the board at an open port, with the key if there is one. Also returns which key the board has. A board without a key cannot arm, so it
+    /// is rejected.
     ///
     /// # Errors
     /// A board that is silent, has no key, or has another one.
@@ -65,7 +65,7 @@ impl Device for OnWire {
                     frames.push(received.frame);
                 }
                 Ok(None) => break,
-                // The next packet shows how many were lost before it, and the record keeps that number.
+                // The next packet reveals how many were lost before it, and the record keeps that number.
                 Err(SerialError::Undecodable(_)) => {}
                 Err(error) => return Err(error.into()),
             }

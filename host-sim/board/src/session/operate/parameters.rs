@@ -13,27 +13,25 @@ use session::parameters::{ARM, ARM_NAMES, HEAT, JOINT_NAMES, LAW, name};
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
-/// Number of parameters requested at once: a board takes three packets of the greatest length before it answers, and
-/// these are small.
+/// Number of parameters requested at once. A board accepts three packets of the greatest length before it answers, and these are short.
 const AT_ONCE: usize = 8;
 
-/// Time after which parameters that have not been answered are asked for again: longer than a change waits for its tick.
+/// Time after which an unanswered request is repeated. It is longer than a change waits for its tick.
 const AGAIN: Duration = Duration::from_millis(300);
 
 /// Most attempts to read all parameters of a payload.
 const ATTEMPTS: u32 = 8;
 
-/// Size of a payload's parameters, per kilogram, below which they are rounding errors of single precision.
+/// Payload parameters below this size per kilogram are rounding errors of single precision.
 const ROUNDING: f64 = 1e-6;
 
 /// Numbers of the payload's ten parameters: mass, first moment, inertia.
 const PAYLOAD: RangeInclusive<u8> = ARM..=ARM + 9;
 
-/// Numbers of the parameters named by these words: all of them, those of a joint, one of a joint, or one of the whole
-/// arm.
+/// Numbers of the parameters named by these words: all of them, all of a joint, one of a joint, or one of the whole arm.
 ///
 /// # Errors
-/// The words found, and the words expected.
+/// A description of the words found and the words expected.
 pub fn of_words(command: &str, words: &[&str], joints: &[String]) -> Result<Vec<u8>, String> {
     let of_joint = |joint: usize| (0..JOINT_NAMES.len()).map(move |number| (16 * joint + number) as u8);
     let of_arm = (0..ARM_NAMES.len()).map(|number| ARM + number as u8);
@@ -64,7 +62,7 @@ pub(super) fn joint(word: &str, joints: &[String]) -> Option<usize> {
     joints.iter().position(|name| name == word).or_else(|| by_number().map(|number| number - 1))
 }
 
-/// Unit of a parameter, for a joint with these units of position and torque.
+/// Unit of a parameter, from the joint's units of position and force.
 fn unit(index: u8, place: &str, force: &str) -> String {
     let per_speed = || format!("{force} s/{place}");
     match index.checked_sub(ARM) {
@@ -87,10 +85,10 @@ fn unit(index: u8, place: &str, force: &str) -> String {
 }
 
 impl Operator {
-    /// Read these parameters and print their values.
+    /// Reads these parameters and prints their values.
     pub(super) fn get(&mut self, numbers: &[u8]) -> Result<(), Stop> {
         let mut lines = Vec::new();
-        // The payload is one body: moving a part of it to the tip frame needs all of it.
+        // The payload is one body: converting any of its parameters to the tip frame needs all ten.
         let asks = numbers.iter().any(|number| PAYLOAD.contains(number));
         let payload = if asks { self.payload_at_tip()?.as_ref().map(parameters) } else { None };
         for some in numbers.chunks(AT_ONCE) {
@@ -114,7 +112,7 @@ impl Operator {
         self.say("get", &text)
     }
 
-    /// Asks a board for its control law: after a new connection it may differ from the scene's, if the scene is tunable.
+    /// Queries the control law: on a new connection it may differ from the scene's, if the scene is tunable.
     pub(super) fn learn_law(&mut self) -> Result<(), Stop> {
         if !self.arm.tunable || !self.is_live() {
             return Ok(());
@@ -130,7 +128,7 @@ impl Operator {
     /// The board's payload in the tip frame; `None` if the board does not report one.
     fn payload_at_tip(&mut self) -> Result<Option<Inertia<f64>>, Stop> {
         let mut found = [None; 10];
-        // A refusal of another frame may come among the answers: what it has displaced is asked for again.
+        // A refusal of another frame may take the place of an answer. A missing value is requested again.
         for _ in 0..ATTEMPTS {
             let missing: Vec<u8> =
                 PAYLOAD.zip(&found).filter(|(_, it)| it.is_none()).map(|(number, _)| number).collect();
@@ -157,8 +155,8 @@ impl Operator {
         Ok(Some(self.arm.model.in_tip(&body)))
     }
 
-    /// Takes over the payload that an earlier host has declared, so that live inputs that are sent again do not change it. False if the board
-    /// does not report it: then none are sent until a payload is declared.
+    /// Reads the payload that an earlier host has declared, so that repeated live inputs do not change it. Returns false if the board does not report
+    /// it: then no live inputs are sent until a payload is declared.
     pub(super) fn learn_payload(&mut self) -> Result<bool, Stop> {
         if self.arm.payload_is_live {
             let Some(payload) = self.payload_at_tip()? else { return Ok(false) };
@@ -168,7 +166,7 @@ impl Operator {
         Ok(true)
     }
 
-    /// Change a parameter and print its new value. The control law changes as by the command `law`, with its checks.
+    /// Changes a parameter and prints its new value. A change of the control law uses the command `law` with its checks.
     pub(super) fn set(&mut self, setting: Setting) -> Result<(), Stop> {
         if let Some(law) = ControlLaw::from_number(setting.value).filter(|_| setting.index == LAW) {
             return self.law(law);
@@ -181,7 +179,7 @@ impl Operator {
         self.say("set", &text)
     }
 
-    /// Send frames and wait for an answer to each: a value or a refusal.
+    /// Sends frames and waits for an answer to each: a value or a refusal.
     pub(super) fn answers(&mut self, frames: &[Frame]) -> Result<Vec<Result<Value, Refusal>>, Stop> {
         self.expected = Some(Vec::new());
         self.heat.expect(frames);
@@ -198,7 +196,7 @@ impl Operator {
             if self.silent_for(begin) > SILENCE {
                 return Err(DeviceError::Silent { what: "parameter", time: SILENCE }.into());
             }
-            // A frame or its answer was lost: reading and setting a parameter again changes nothing.
+            // A frame or its answer was lost. Reading and setting a parameter twice is harmless.
             if sent.is_none_or(|sent| self.silent_for(sent) > AGAIN) {
                 sent = Some(self.device.now());
                 self.expected = Some(Vec::new());
@@ -213,7 +211,7 @@ impl Operator {
         }
     }
 
-    /// Reason why the board rejects a change, with advice.
+    /// Describes why the board rejects a change, with advice.
     fn rejection(&self, refusal: &Refusal) -> String {
         match (refusal, self.arm.tunable) {
             (Refusal::Fixed, false) => "the firmware holds gains, friction and control law in flash memory, because its scene does not \
@@ -248,7 +246,7 @@ impl Operator {
         let bounds = match low.is_nan() {
             false => format!("{low} to {high}"),
             true if index < ARM => "fixed".into(),
-            // Live inputs, which are sent as a whole.
+            // Live inputs are sent as a whole, so they have no bounds of their own.
             true if PAYLOAD.contains(&index) => "live, tip frame".into(),
             true => "live".into(),
         };
@@ -259,7 +257,7 @@ impl Operator {
 /// A payload's ten parameters, in the order of their numbers.
 fn parameters(payload: &Inertia<f64>) -> [f64; 10] {
     let Inertia { mass, first_moment: h, about_origin: i } = payload;
-    // The board's numbers are single precision: the remainder of a zero after two changes of frame is not shown.
+    // The board uses single precision: the rounding error of a zero after two changes of frame is hidden.
     let shown = |x: f64| if x.abs() < ROUNDING * mass.abs() { 0.0 } else { x };
     [*mass, h.x, h.y, h.z, i.m11, i.m22, i.m33, i.m12, i.m13, i.m23].map(shown)
 }

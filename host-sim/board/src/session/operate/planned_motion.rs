@@ -12,7 +12,7 @@ pub trait PlannedMotion: fmt::Debug {
     /// Reference at `t` (s) after the start.
     fn at(&self, t: f64) -> link::Reference;
 
-    /// Reference at the end, to the last bit.
+    /// Reference at the end, bit for bit.
     fn end(&self) -> link::Reference;
 
     /// Positions at the start and at the end, rad or m.
@@ -21,8 +21,7 @@ pub trait PlannedMotion: fmt::Debug {
     /// Greatest speed of each joint, rad/s or m/s.
     fn peak_velocity(&self) -> Vec<f64>;
 
-    /// The same path, so many times as slow: speeds go with `1 / factor`, accelerations with its square. `None` for a factor that is not
-    /// above 1 and finite.
+    /// The same path, slower by this factor. Speeds are divided by it, accelerations by its square. `None` unless the factor is finite and above 1.
     fn slowed(&self, factor: f64) -> Option<Rc<dyn PlannedMotion>>;
 }
 

@@ -1,4 +1,4 @@
-//! Frames of the board: statuses, answers, and what they change.
+//! Handling of the board's frames: statuses and answers.
 
 use super::Operator;
 use super::messages;
@@ -8,7 +8,7 @@ use super::samples::{Sample, Samples};
 use link::{Actuation, Answer, Frame, Refusal, StateCode, Status, Value};
 
 impl Operator {
-    /// Sends the live inputs again before the board counts them as old.
+    /// Sends the live inputs again before the board treats them as too old.
     pub(super) fn renew_live(&mut self) -> Result<(), Stop> {
         let Some(every) = self.arm.live_every else { return Ok(()) };
         if !self.agreed || self.resumed || self.silent_for(self.live_sent) < every {
@@ -18,7 +18,7 @@ impl Operator {
         self.send_live()
     }
 
-    /// The last status in the units of the arm.
+    /// A view of the last status in the units of the arm.
     pub(super) fn seen_now(&self) -> Option<StatusView<'_>> {
         let status = self.status.as_ref()?;
         let q = self.q.as_deref();
@@ -40,7 +40,7 @@ impl Operator {
         })
     }
 
-    /// State of the board in words, and a drive's report of a fault.
+    /// State of the board in words, with the report of a drive's fault.
     pub(super) fn doing(&self) -> String {
         self.seen_now().map(|seen| seen.doing()).unwrap_or_default()
     }
@@ -55,7 +55,7 @@ impl Operator {
                 if self.takes_heat(&value) {
                     return Ok(());
                 }
-                // The answer to a question that was repeated may come twice.
+                // The answer to a repeated question may come twice.
                 let again = |answer: &Result<Value, Refusal>| answer.is_ok_and(|before| before.index == value.index);
                 if let Some(answers) = &mut self.expected
                     && !answers.iter().any(again)
@@ -66,12 +66,12 @@ impl Operator {
             Frame::Answer(Answer { number, verdict }) if number == self.awaited => {
                 self.verdict = self.verdict.or(Some((verdict, self.statuses)));
             }
-            // The board goes on with somebody else's session.
+            // The board rejects the hello because it drives the arm in another host's session.
             Frame::Refusal(refusal @ Refusal::Driven) if !self.agreed => {
                 return Err(crate::chip::ChipError::Refused(refusal).into());
             }
             Frame::Refusal(Refusal::Lost { .. } | Refusal::Undecodable(_)) => self.frames_were_lost()?,
-            // Only an older firmware does not know a parameter of this program: the heat of motors.
+            // Only older firmware rejects a parameter of this program: the heat of the motors.
             Frame::Refusal(Refusal::NoParameter) if !self.heat.is_expected() => self.heat.unsupported(),
             Frame::Refusal(refusal) => {
                 if let Some(answers) = &mut self.expected {
@@ -107,7 +107,7 @@ impl Operator {
         let doing = |status: &Status| (status.state, status.cause, status.joint);
         let changed = before.as_ref().is_some_and(|before| doing(before) != doing(status));
         if changed && before.is_some_and(|before| before.state == StateCode::Running) {
-            // The board has forgotten its trajectory.
+            // The board has discarded its trajectory.
             self.feed.clear();
             self.under_way.clear();
             self.goal = None;
@@ -130,7 +130,7 @@ impl Operator {
         Ok(())
     }
 
-    /// Counts readings that are older than the joint's youngest: in their tick the drive's reply was missing.
+    /// Counts readings that are older than the joint's youngest one: in their tick, the drive's reply was missing.
     pub(super) fn count_stale(&mut self, ages: &[u16]) {
         self.age_min.resize(ages.len(), u16::MAX);
         self.stale.0.resize(ages.len(), 0);
@@ -160,7 +160,7 @@ impl Operator {
         text
     }
 
-    /// Keep the arm's positions and commanded torques while torque acts.
+    /// Stores the arm's positions and commanded torques while torque acts.
     pub(super) fn sample(&mut self, status: &Status) {
         if status.state == StateCode::Armed && !self.drives() {
             (self.judged, self.samples) = (false, Samples::default());
@@ -176,7 +176,7 @@ impl Operator {
     }
 }
 
-/// True if the board had taken, or missed, the frame with number `sent` before this tick.
+/// True if the board had taken or missed the frame with number `sent` before this status's tick.
 pub(super) fn has_taken(status: &Status, sent: u16) -> bool {
     status.taken.wrapping_sub(sent) < 0x8000
 }

@@ -8,8 +8,8 @@ use std::time::Duration;
 pub enum Rejection {
     /// The board rejects it.
     Denied(Denial),
-    /// A stronger request came for the same tick.
+    /// Replaced by a stronger request in the same tick.
     Superseded,
-    /// No answer has come for this long: the request may or may not have arrived.
+    /// No answer has come for this long. The board may or may not have received the request.
     Unconfirmed(Duration),
 }

@@ -20,9 +20,9 @@ pub struct StatusView<'a> {
     pub joints: &'a [(String, &'static str, &'static str)],
     /// Control period, s.
     pub period: f64,
-    /// Force (N) and moment (N m) from outside at the tip, in base axes, where it is estimated and the posture tells it.
+    /// External force (N) and moment (N m) at the tip, in base axes; `None` if they are not estimated or the arm is singular.
     pub wrench: Option<[f64; 6]>,
-    /// Report of the first joint with a fault, in the state of a fault.
+    /// Report of the first joint with a fault; only in the fault state.
     pub drive_fault: Option<DriveFaultReport>,
     /// The drives' error texts.
     pub words: Option<fn(u8) -> &'static str>,
@@ -32,13 +32,13 @@ pub struct StatusView<'a> {
     pub first_motion: Option<f64>,
 }
 
-/// A heat in per cent of the motor's continuous limit, highlighted from the warning on.
+/// A heat in per cent of the motor's continuous limit, highlighted from the warning threshold on.
 #[must_use]
 pub(super) fn heat_in_words(heat: &Heat) -> String {
     let Heat::Known(heat) = *heat else {
         return if *heat == Heat::Pending { "not reported yet" } else { "unknown" }.to_owned();
     };
-    // Down, so that the limit is not shown before it is reached.
+    // Rounded down, so that the limit is not shown before it is reached.
     let percent = (100.0 * heat).floor();
     match HeatLevel::of(heat) {
         HeatLevel::Cool => format!("{percent:.0} %"),
@@ -55,7 +55,7 @@ impl StatusView<'_> {
         }
     }
 
-    /// State of the machine in words, and a drive's report of a fault.
+    /// State of the machine in words, with the report of a drive's fault.
     #[must_use]
     pub fn doing(&self) -> String {
         let said =
@@ -152,20 +152,20 @@ pub struct Report {
 }
 
 impl Report {
-    /// Report to standard output, with the live line on standard error if that is a terminal.
+    /// A writer to standard output, with the live line on standard error if that is a terminal.
     #[must_use]
     pub fn new(json: bool) -> Self {
         let bar = if json || !io::stderr().is_terminal() {
             ProgressBar::hidden()
         } else {
             let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
-            // The template is a constant of ours: if it were invalid, the line would only be plainer.
+            // The template is a constant; if it were invalid, the line would only lack its style.
             ProgressStyle::with_template("{msg}").map_or(bar.clone(), |style| bar.with_style(style))
         };
         Self { json, bar }
     }
 
-    /// Print the result of a command, or an event.
+    /// Prints the result of a command, or an event.
     ///
     /// # Errors
     /// Standard output cannot be written.
@@ -182,7 +182,7 @@ impl Report {
         })
     }
 
-    /// Update the live line in its place.
+    /// Updates the live line.
     pub fn live(&self, seen: &StatusView<'_>) {
         if !self.bar.is_hidden() {
             if self.bar.is_finished() {
@@ -193,8 +193,7 @@ impl Report {
         }
     }
 
-    /// Remove the live line: the user is about to type, or the arm does not move any more, and what the line says is old. It stays away
-    /// until [`Report::live`].
+    /// Removes the live line, because the user is about to type or the line is out of date. It stays away until [`Report::live`].
     pub fn still(&self) {
         if !self.bar.is_finished() {
             self.bar.finish_and_clear();
@@ -252,7 +251,7 @@ mod tests {
         let line = driven.line();
         assert!(strip_ansi_codes(&line).contains("  heat of e 106 % OVERHEATED  "), "{line}");
         assert_eq!(driven.json()["heat"].to_string(), "[null,null,0.75,0.8125,1.0625]");
-        // From the warning on, to the bit.
+        // Exactly from the warning threshold on.
         let words = [0.799_999, 0.8].map(|heat| strip_ansi_codes(&heat_in_words(&Heat::Known(heat))).into_owned());
         assert_eq!(words, ["79 %", "80 % WARM"]);
         // A fault that the limits of the first motion explain.
@@ -268,7 +267,7 @@ mod tests {
             );
         }
         assert_eq!(fault(9, Some(0.2)), fault(9, None));
-        // An arm without drives has no motors to speak of.
+        // An arm without drives has no motors to report.
         let simulated = StatusView { heat: Vec::new(), ..driven };
         assert!(!simulated.text().contains("heat") && !simulated.line().contains("heat"));
     }

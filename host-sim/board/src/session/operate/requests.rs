@@ -1,7 +1,7 @@
 //! Requests to the board's safety state machine, and frames that were lost on the wire.
 //!
-//! A frame that was sent was not received: each request carries a number, and is sent again every [`REPEAT`] until the board's answer has
-//! come. The board acts once on a number, however often it comes.
+//! Any frame may be lost. So each request carries a number, and is sent again every [`REPEAT`] until the board's answer has come. The board acts only
+//! once on a number, however often it arrives.
 
 use super::device::{DeviceError, SILENCE};
 use super::rejection::Rejection;
@@ -13,28 +13,28 @@ use std::time::Duration;
 /// Interval at which a request is sent again.
 pub(super) const REPEAT: Duration = Duration::from_millis(30);
 
-/// A request that is not answered for longer than this is reported as sent, but not confirmed.
+/// A request without an answer for this long is reported as sent, but not confirmed.
 pub(super) const UNCONFIRMED: Duration = Duration::from_millis(250);
 
-/// A request other than a stop is given up after this time, or after the scene's heartbeat limit, whichever is longer: an arm that is
-/// armed long after it was asked for is a surprise.
+/// A request other than a stop is given up after this time, or after the scene's heartbeat limit, whichever is longer: an arm that arms long after
+/// the request would surprise the user.
 pub(super) const PATIENCE: Duration = Duration::from_millis(500);
 
 /// [`dynamics_core::safety::Refusal::ChangePending`].
 const CHANGE_PENDING: u8 = 11;
 
-/// Longest time in which an arm is armed or disarmed.
+/// Longest time that arming or disarming may take.
 const ARMING_TIME: Duration = Duration::from_secs(10);
 
 impl Operator {
-    /// Sends a request until the board has answered it. Returns the reason if it had no effect.
+    /// Sends a request until the board has answered it. Returns the reason if the request had no effect.
     pub(super) fn request(&mut self, request: Request) -> Result<Option<Rejection>, Stop> {
         // The status of the tick that judged the request shows the new state.
         self.watch(1)?;
         self.awaited = self.next_number();
         (self.asking, self.verdict) = (true, None);
         let mut judged = self.until_judged(self.awaited, request);
-        // A change that waits for the same tick is settled first.
+        // A parameter change that waits for the same tick takes effect first, so the request is repeated.
         for _ in 0..ATTEMPTS {
             if !matches!(judged, Ok(Some(Rejection::Denied(Denial { code: CHANGE_PENDING, .. })))) {
                 break;
@@ -72,7 +72,7 @@ impl Operator {
             if sent.is_none_or(|sent| self.silent_for(sent) >= REPEAT) {
                 sent = Some(self.device.now());
                 self.send(&Frame::request(number, request))?;
-                // Behind the frame: a terminal that takes no text must not keep a stop waiting.
+                // The text follows the frame, because a terminal that accepts no text must not delay a stop.
                 if let Some(text) = self.announcement.take() {
                     self.report.still();
                     self.say(name, text)?;
@@ -84,7 +84,7 @@ impl Operator {
             }
             self.pass()?;
         };
-        // The status of the tick that judged it comes after the answer.
+        // The status of the judging tick comes after the answer.
         let end = self.device.now() + SILENCE;
         while self.statuses == before {
             if self.device.now() > end {
@@ -99,7 +99,7 @@ impl Operator {
         })
     }
 
-    /// Lets time pass while the drives come on and take up the arm's weight, or until the brakes have engaged.
+    /// Lets time pass until the drives are on and carry the arm's weight, or until the brakes have engaged.
     fn until_settled(&mut self) -> Result<(), Stop> {
         let end = self.device.now() + ARMING_TIME;
         while matches!(self.state(), Some(StateCode::Arming | StateCode::Disarming)) && self.device.now() < end {
@@ -108,7 +108,7 @@ impl Operator {
         Ok(())
     }
 
-    /// Reports the result of a request, in words.
+    /// Reports the result of a request as text.
     pub(super) fn answer(&mut self, name: &str, rejection: Option<Rejection>, granted: &str) -> Result<(), Stop> {
         let text = match (rejection, &self.status) {
             (Some(rejection), _) => {
@@ -124,8 +124,8 @@ impl Operator {
         self.say(name, &text)
     }
 
-    /// The board has reported frames that did not arrive, or that were damaged. If points of a running motion may be among them, the
-    /// motion has a gap: the arm is stopped.
+    /// Handles a report of frames that did not arrive or were damaged. If points of a running motion may be among them, the motion has a gap, and the
+    /// arm is stopped.
     pub(super) fn frames_were_lost(&mut self) -> Result<(), Stop> {
         let sends_points = !self.feed.is_empty() || !self.under_way.is_empty();
         if self.state() != Some(StateCode::Running) || !sends_points || self.urgent.is_some() {
@@ -154,7 +154,7 @@ impl Operator {
         Ok(())
     }
 
-    /// Sends a frame that has no answer until the board has taken it and has not reported a loss meanwhile.
+    /// Sends a frame that has no answer, until the board has taken it and has not reported a loss meanwhile.
     pub(super) fn send_surely(&mut self, frame: &Frame) -> Result<(), Stop> {
         for _ in 0..ATTEMPTS {
             let (lost, _) = self.device.tap().lost();

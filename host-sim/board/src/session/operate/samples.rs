@@ -2,13 +2,13 @@
 
 use std::collections::VecDeque;
 
-/// Time over which a joint is judged, s.
+/// Length of the window in which a joint's torque is judged, s.
 pub(super) const WINDOW: f64 = 0.1;
 
-/// Fewest samples of a parabola.
+/// Fewest samples for fitting a parabola.
 pub(super) const SAMPLES_MIN: usize = 8;
 
-/// Positions and commands of a tick.
+/// Positions and commanded torques of a tick.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Sample {
     pub(super) tick: u32,
@@ -20,16 +20,16 @@ pub(super) struct Sample {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Samples {
     pub(super) all: VecDeque<Sample>,
-    /// Samples that are kept at least; 0 keeps those of one window.
+    /// Least number of samples that are kept; 0 keeps those of one window.
     room: usize,
-    /// Tick in which torque began to act, and the time since, s.
+    /// Tick in which torque began to act, and the time since then, s.
     first: Option<u32>,
     pub(super) since: f64,
 }
 
 impl Samples {
     pub(super) fn push(&mut self, sample: Sample, period: f64) {
-        // Statuses may come every tick or every twentieth: a window is a time, not a number of them.
+        // Statuses may come every tick or every twentieth, so a window is a length of time, not a number of samples.
         let is_old = |first: &Sample| f64::from(sample.tick.wrapping_sub(first.tick)) * period >= WINDOW;
         while self.all.len() >= SAMPLES_MIN.max(self.room) && self.all.front().is_some_and(is_old) {
             self.all.pop_front();
@@ -39,13 +39,13 @@ impl Samples {
         self.all.push_back(sample);
     }
 
-    /// Keep at least so many from here on, and none of before; 0 keeps those of one window.
+    /// Discards all samples, and keeps at least this many from here on; 0 keeps those of one window.
     pub(super) fn keep(&mut self, room: usize) {
         self.all.clear();
         self.room = room;
     }
 
-    /// All that are kept, oldest first.
+    /// All stored samples, oldest first.
     pub(super) fn all(&self) -> impl Iterator<Item = &Sample> + Clone {
         self.all.iter()
     }

@@ -14,21 +14,21 @@ use std::time::Duration;
 /// Statuses per second shown to a user when not every tick is needed.
 const SHOWN: f64 = 50.0;
 
-/// Time limit for the arm to come to rest before it is disarmed, s, and the interval of the checks, s.
+/// Time limit for the arm to come to rest before it is disarmed, and the interval of the checks, s.
 const REST: f64 = 10.0;
 const LOOK: f64 = 0.05;
 
-/// Speed below which an arm counts as still before its law is changed, rad/s or m/s.
+/// Speed below which an arm counts as at rest before its control law is changed, rad/s or m/s.
 const STILL: f64 = 0.05;
 
-/// Contents of a board's reports: all that a replay needs.
+/// Parts of a board's report that a replay needs.
 pub(super) const PARTS: Parts = Parts::SENSED.and(Parts::TORQUE).and(Parts::EXTERNAL);
 
 /// [`dynamics_core::safety::Refusal::NotAtRest`].
 const NOT_AT_REST: u8 = 6;
 
 impl Operator {
-    /// Interval at which the board has to report, in ticks.
+    /// Interval of the board's reports that is needed now, in ticks.
     pub(super) fn needed(&mut self) -> u16 {
         if self.device.tap().is_recording() {
             return 1;
@@ -40,7 +40,7 @@ impl Operator {
         }
     }
 
-    /// Set the interval of the board's reports, in ticks. A dry run reports every tick anyway.
+    /// Sets the interval of the board's reports, in ticks. A dry run reports every tick anyway.
     pub(super) fn watch(&mut self, every: u16) -> Result<(), Stop> {
         if !self.is_live() || self.watched == every {
             return Ok(());
@@ -50,14 +50,14 @@ impl Operator {
         self.send(&Frame::Watch(Watch { every, parts }))
     }
 
-    /// Contents of the reports at this interval. They hold the reference if the board estimates no external torques, which would be in its
-    /// place, and if the wire has time for it.
+    /// Parts of the reports at this interval. They include the reference if the link has time for it, and if the board estimates no external torques,
+    /// which would take the same field.
     pub(super) fn parts(&mut self, every: u16) -> Parts {
         let has_time = every > 1 && !self.device.tap().is_recording();
         if has_time && !self.arm.estimates { PARTS.and(Parts::REFERENCE) } else { PARTS }
     }
 
-    /// Let time pass until the board has taken the last frame sent.
+    /// Lets time pass until the board has taken the last frame sent.
     pub(super) fn until_taken(&mut self) -> Result<(), Stop> {
         let sent = self.device.tap().sent();
         let end = self.device.now() + SILENCE;
@@ -97,7 +97,7 @@ impl Operator {
         }
     }
 
-    /// Remove the torque as soon as the arm is at rest.
+    /// Removes the torque as soon as the arm is at rest.
     fn disarm(&mut self) -> Result<Option<Rejection>, Stop> {
         let mut left = REST;
         loop {
@@ -113,7 +113,7 @@ impl Operator {
         }
     }
 
-    /// Wait until an arm that was told to hold is at rest, so that another law finds it where it stays.
+    /// Waits until an arm in the state holding is at rest, so that another control law starts from a constant position.
     pub(super) fn until_at_rest(&mut self) -> Result<(), Stop> {
         let mut left = REST;
         let mut last = self.q.clone();
@@ -132,11 +132,11 @@ impl Operator {
         Ok(())
     }
 
-    /// Wait for a time of the board, s.
+    /// Waits for a time of the board's clock, s.
     pub(super) fn wait(&mut self, seconds: f64) -> Result<(), Stop> {
         let tick = |operator: &Self| operator.status.as_ref().map_or(0, |status| status.tick);
         let (begin, ticks) = (tick(self), (seconds / self.arm.period).round());
-        // A simulated board goes on although its cable is cut and no status comes.
+        // A simulated board goes on while its cable is cut and no status arrives.
         let end = self.device.now() + Duration::from_secs_f64(seconds - 0.5 * self.arm.period);
         while f64::from(tick(self).wrapping_sub(begin)) < ticks
             && !(self.device.is_simulated() && self.device.now() > end)
@@ -146,7 +146,7 @@ impl Operator {
         Ok(())
     }
 
-    /// Wait until the motion has ended, for any reason.
+    /// Waits until the motion has ended, for whatever reason.
     pub(super) fn wait_for_the_end(&mut self) -> Result<(), Stop> {
         while self.is_moving() {
             self.step()?;
@@ -164,7 +164,7 @@ impl Operator {
         self.say("wait", &text)
     }
 
-    /// Let time pass without a request.
+    /// Lets time pass without a request.
     ///
     /// # Errors
     /// As [`Operator::step`].
@@ -189,7 +189,7 @@ impl Operator {
         if self.presses.load(Ordering::Relaxed) > self.seen { Err(Stop::Interrupted) } else { Ok(()) }
     }
 
-    /// Report an unknown or impossible input.
+    /// Reports an unknown or impossible input.
     ///
     /// # Errors
     /// Standard output cannot be written.

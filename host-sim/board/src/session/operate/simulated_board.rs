@@ -1,5 +1,5 @@
-//! A simulated board at a simulated cable: the firmware's session in live mode on the desk, the scene's simulated arm and drives, and
-//! links that lose frames.
+//! A simulated board on a simulated cable: the firmware's session in live mode on the desk, the scene's simulated arm and drives, and links that lose
+//! frames.
 //!
 //! ```text
 //! operator -> wire -> session -> drives' buses -> arm
@@ -25,7 +25,7 @@ use sim::plant::sensor::Sample;
 use sim::run::world::World;
 use std::time::Duration;
 
-/// Places where a simulated board can be disturbed at random.
+/// Links of a simulated board that are disturbed at random.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Places {
     /// The link between host and board.
@@ -47,7 +47,7 @@ pub struct SimulatedBoard<const N: usize> {
     buses: Disturbance,
     chance: Chance,
     lines: Lines,
-    /// Joints whose drive is cut off, and the buses that are cut at the board.
+    /// Joints whose drives are disconnected.
     cut_drives: [bool; N],
     pace: Pace,
     tap: Tap,
@@ -87,7 +87,7 @@ impl<const N: usize> SimulatedBoard<N> {
         self.ticks as f64 * self.world.period
     }
 
-    /// Readings of all joints at the start of a tick.
+    /// Returns the readings of all joints at the start of a tick, and the drives' highest temperature.
     fn readings(&mut self) -> (Option<Readings<N>>, Option<f32>) {
         if let Some(drives) = &mut self.world.drives {
             return drives.measure();
@@ -109,7 +109,7 @@ impl<const N: usize> SimulatedBoard<N> {
         (Some(readings), None)
     }
 
-    /// Lets frames on the drives' buses be lost in this tick.
+    /// Applies the random losses and the cut cables to the drives' buses in this tick.
     fn disturb(&mut self) {
         let (chance, buses, cut) = (&mut self.chance, self.buses, &self.cut_drives);
         let Some(drives) = &mut self.world.drives else { return };
@@ -187,7 +187,7 @@ impl<const N: usize> Device for SimulatedBoard<N> {
         }
         let mut frames = Vec::new();
         while let Some(received) = self.to_host.receive(now) {
-            // A corrupted packet shows in the number of packets lost before the next one.
+            // A corrupted packet is counted in the number of packets lost before the next one.
             let Ok(received) = received else { continue };
             self.tap.hear_received(received.missed, self.now(), &received.frame)?;
             frames.push(received.frame);

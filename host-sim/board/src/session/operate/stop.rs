@@ -12,7 +12,7 @@ use std::time::Instant;
 const TWICE: f64 = 1.0;
 
 impl Operator {
-    /// Lets a user's stop key interrupt whatever the operator waits for.
+    /// Adds a user's stop key, which interrupts whatever the operator waits for.
     #[must_use]
     pub fn with_stop_key(self, stops: Option<Presses>) -> Self {
         let stops_seen = stops.as_ref().map_or(0, |stops| stops.load(Ordering::Relaxed));
@@ -45,7 +45,7 @@ impl Operator {
         }
     }
 
-    /// Stops the arm along its path, and holds it there; the second time within a second, the emergency stop.
+    /// Stops the arm along its path and holds it there. A second stop within a second is the emergency stop.
     ///
     /// # Errors
     /// The board can no longer be used.
@@ -70,7 +70,7 @@ impl Operator {
         self.deaf = false;
         let rejection = self.request(Request::Hold)?;
         let text = match rejection {
-            // Without a motion to stop, the state is the answer.
+            // Without a motion to stop, the message is the state.
             Some(Rejection::Denied(_)) => format!("stop: nothing to stop: {}", self.doing()),
             Some(rejection) => {
                 self.refused = true;

@@ -8,7 +8,7 @@ use std::path::Path;
 /// Columns of a tick; the columns of each joint follow.
 const HEAD: [&str; 8] = ["tick", "state", "cause", "joint", "emergency_stop", "overrun", "supply", "temperature"];
 
-/// Write all ticks as CSV: positions in the board's units (rad or m, or counts), torques in N m or N, limits as bits. A
+/// Writes all ticks as CSV: positions in the board's units (rad or m, or counts), torques in N m or N, limits as bits. A
 /// field is empty if a tick has no value for it.
 ///
 /// # Errors
@@ -61,7 +61,7 @@ fn texts<T: ToString>(values: &Joints<T>) -> Vec<String> {
     values.iter().map(ToString::to_string).collect()
 }
 
-/// The part of the table for a user: state, positions and torques.
+/// The part of the table that a user sees: state, positions and torques.
 #[must_use]
 pub fn table(past: &[Status], names: &[String]) -> Table {
     let torques =

@@ -5,10 +5,10 @@
 //! | negative | direction of the drive, two swapped motor phases |
 //! | `1 / gear` | the gear is counted twice |
 //! | `gear` | the gear is not counted |
-//! | another actuator's torque range over the own one | the drive is set to that range |
-//! | 1.5, sqrt 2, sqrt 3, or one over these | convention of the torque constant: peak or rms current, phase or line |
-//! | the same on every joint | a unit common to all drives: current in place of torque |
-//! | any other | torque constant of this drive: current in place of torque |
+//! | another actuator's torque range over this one's | the drive is set to that range |
+//! | 1.5, sqrt 2, sqrt 3, or an inverse of these | convention of the torque constant: peak or rms current, phase or line |
+//! | the same on every joint | a unit common to all drives, for example current in place of torque |
+//! | any other | torque constant of this drive, for example current in place of torque |
 
 use robot_compiler::RobotJoint;
 use robot_compiler::drive::JointDrive;
@@ -16,7 +16,7 @@ use robot_compiler::drive::JointDrive;
 /// Relative error of a factor that still matches a cause. Friction alone explains a few percent.
 const NEAR: f64 = 0.1;
 
-/// Smallest gear that a factor can show: below it, friction explains the difference.
+/// Smallest gear ratio that a factor can reveal: below it, friction explains the difference.
 const GEAR_MIN: f64 = 1.3;
 
 /// Factors between conventions of the torque constant.
@@ -26,7 +26,7 @@ const CONVENTIONS: [(f64, &str); 3] = [
     (1.732_050_807_568_877_2, "line values in place of phase values"),
 ];
 
-/// Numbers of a joint's drive that a factor can show.
+/// Data of a joint's drive with which a factor is compared.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct DriveNumbers {
     /// Ratios of the gears between motor and joint, as magnitudes.
@@ -38,7 +38,7 @@ pub(super) struct DriveNumbers {
 }
 
 impl DriveNumbers {
-    /// The numbers of a joint of a robot file.
+    /// Reads the data of a joint of a robot file.
     pub(super) fn of(joint: &RobotJoint) -> Self {
         let mut gears = vec![joint.spec.rotor.gear.abs()];
         let (mut range, mut others) = (None, Vec::new());
@@ -56,7 +56,7 @@ impl DriveNumbers {
         Self { gears, range, others }
     }
 
-    /// The likely cause of a factor. `common` is true if every joint that can be judged has this factor, and there are several.
+    /// The likely cause of a factor. `common` is true if at least two joints can be judged and all of them have this factor.
     pub(super) fn cause(&self, factor: f64, common: bool) -> String {
         if factor < 0.0 {
             return "the drive's direction (`direction` in the robot file), or two swapped motor phases".into();
@@ -82,7 +82,7 @@ impl DriveNumbers {
         if common {
             return "a unit common to all drives: current (A) in place of torque (N m), or one wrong torque constant for all".into();
         }
-        // The conventions are close to each other: the nearest counts.
+        // The conventions' factors are close to each other: the nearest one counts.
         let off = |of: f64| (factor.ln() - of.ln()).abs().min((factor.ln() + of.ln()).abs());
         let nearest = CONVENTIONS.iter().min_by(|a, b| off(a.0).total_cmp(&off(b.0)));
         let convention = nearest.filter(|(of, _)| near(factor, *of) || near(factor, 1.0 / of));
@@ -99,7 +99,7 @@ fn near(a: f64, b: f64) -> bool {
     (a - b).abs() <= NEAR * b.abs()
 }
 
-/// True if there are several factors, and all are the same.
+/// True if there are at least two factors, and all are about the same.
 pub(super) fn common(factors: &[f64]) -> bool {
     factors.len() > 1 && factors.iter().all(|factor| factors.first().is_some_and(|first| near(*factor, *first)))
 }

@@ -1,14 +1,14 @@
-//! Check of torque units: whether a drive gives the commanded torque.
+//! Check of torque units: compares the actual torque of each drive with the commanded torque.
 //!
 //! ```text
 //! acted = ID(q, qd, qdd)      from the arm's motion, by the scene's model
-//! told  = mean of the commands
-//! factor = acted / told       1 where drive, gear and model are right
+//! told  = mean of the commanded torques
+//! factor = acted / told       1 if drive, gear and model are right
 //! ```
 //!
-//! Positions of some 0.1 s give `q`, `qd` and `qdd` by a parabola of least squares, so that an arm at rest, one that settles and one
-//! that a wrong unit throws are judged alike. What friction may hide is allowed for. A joint without weight says nothing at rest:
-//! `check-torque` moves it slightly back and forth, and fits `commanded = s acted + c sign(qd)`; its factor is `1 / s`.
+//! A least-squares parabola through some 0.1 s of positions gives `q`, `qd` and `qdd`. So the check also works while an arm settles or is thrown by a
+//! wrong unit. Friction is taken into account. A joint without a gravity torque gives no information at rest. So `check-torque` moves it slightly
+//! back and forth and fits `commanded = s acted + c sign(qd)`; its factor is `1 / s`.
 
 use super::arm::Arm;
 use super::samples::{SAMPLES_MIN, Sample, WINDOW};
@@ -16,10 +16,10 @@ use super::torque_cause::common;
 use super::{Operator, Stop};
 use link::StateCode;
 
-/// Time from arming to the first sample that is judged, s: drives are switched on, and most arms have settled by then.
+/// Time from arming to the first judged sample, s. By then the drives are on, and most arms have settled.
 const RISE: f64 = 0.3;
 
-/// Factors beyond this either way are named, and beyond the second no motion begins.
+/// A factor (or its inverse) beyond the first value is reported. Beyond the second, or with the wrong sign, no motion begins.
 const NAMED: f64 = 1.15;
 const REFUSED: f64 = 2.0;
 
@@ -29,7 +29,7 @@ const REACH: f64 = 0.2;
 /// Greatest standard deviation of a factor that is reported.
 const DOUBT: f64 = 0.1;
 
-/// Torque that acted on each joint, and torque that was told, both N m or N, in the middle of these samples; velocities too.
+/// Actual and commanded torque of each joint, N m or N, in the middle of these samples; and velocities, rad/s or m/s.
 #[derive(Clone, Debug, PartialEq)]
 struct TorqueSample {
     acted: Vec<f64>,
@@ -37,7 +37,7 @@ struct TorqueSample {
     qd: Vec<f64>,
 }
 
-/// `None` for too few samples.
+/// Computes the torques from samples; `None` for too few samples.
 fn acted<'a>(samples: impl Iterator<Item = &'a Sample> + Clone, arm: &Arm) -> Option<TorqueSample> {
     let (mut count, mut middle) = (0_usize, 0.0);
     let first = samples.clone().next()?.tick;
@@ -63,7 +63,7 @@ fn acted<'a>(samples: impl Iterator<Item = &'a Sample> + Clone, arm: &Arm) -> Op
     Some(TorqueSample { acted: arm.model.inverse_dynamics(&q, &qd, &qdd, arm.payload), told, qd })
 }
 
-/// Value, slope and curvature at zero of the parabola nearest to these points, whose arguments have the mean zero.
+/// Value, first and second derivative at zero of the least-squares parabola through these points. The mean of their arguments must be zero.
 fn parabola(points: impl Iterator<Item = (f64, f64)> + Clone) -> [f64; 3] {
     let sum = |f: &dyn Fn(f64, f64) -> f64| points.clone().map(|(t, x)| f(t, x)).sum::<f64>();
     let [n, t2, t3, t4] = [sum(&|_, _| 1.0), sum(&|t, _| t * t), sum(&|t, _| t * t * t), sum(&|t, _| t * t * t * t)];
@@ -73,11 +73,11 @@ fn parabola(points: impl Iterator<Item = (f64, f64)> + Clone) -> [f64; 3] {
     solved.map_or([x / n, 0.0, 0.0], |a| [a.x, a.y, 2.0 * a.z])
 }
 
-/// A joint whose torque is not what it was told.
+/// A joint whose actual torque differs from the commanded torque.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Finding {
     joint: usize,
-    /// Negative where it acts the other way.
+    /// Actual over commanded torque; negative if they have opposite signs.
     factor: f64,
     acted: f64,
     told: f64,
@@ -89,7 +89,7 @@ impl Finding {
     }
 }
 
-/// Joints whose factor is beyond what friction and noise explain.
+/// Joints whose factor exceeds what friction and noise explain.
 fn findings(seen: &TorqueSample, arm: &Arm) -> Vec<Finding> {
     let judge = |(joint, ((&acted, &told), &hidden)): (usize, ((&f64, &f64), &f64))| {
         let finding = Finding { joint, factor: acted / told, acted, told };
@@ -106,14 +106,14 @@ fn findings(seen: &TorqueSample, arm: &Arm) -> Vec<Finding> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct GravityError {
     pub(super) joint: usize,
-    /// Torque by the model less commanded torque, N m or N.
+    /// Torque by the model less the commanded torque, N m or N.
     pub(super) error: f64,
-    /// The part of it that friction and noise explain, N m or N.
+    /// Part of the error that friction and noise explain, N m or N.
     pub(super) friction: f64,
 }
 
 impl GravityError {
-    /// True if the arm would drift on this joint when nothing but gravity is compensated.
+    /// True if this joint would drift when only gravity is compensated.
     pub(super) fn drifts(&self) -> bool {
         self.error.abs() > self.friction
     }
@@ -131,7 +131,8 @@ impl Operator {
         Some(seen.acted.iter().zip(&seen.told).zip(&self.arm.hidden).enumerate().map(error).collect())
     }
 
-    /// The torques of an arm that was armed, in words; `None` where nothing is wrong, or nothing can be said.
+    /// Describes the torque differences, with true if one of them blocks motion. `None` if no joint is suspicious, or there are too few
+    /// samples.
     pub(super) fn torque_in_words(&self) -> Option<(String, bool)> {
         let found = findings(&acted(self.samples.all.iter(), &self.arm)?, &self.arm);
         let grave = found.iter().any(Finding::is_grave);
@@ -150,7 +151,7 @@ impl Operator {
             format!("is {factor:.2} times the commanded torque")
         };
         let cause = self.arm.drives.get(joint).map(|drive| drive.cause(factor, common)).unwrap_or_default();
-        // A wrong sign is never the load's.
+        // The load cannot cause a wrong sign.
         let load = match factor {
             ..0.0 => "",
             0.0..1.0 => "the arm is heavier here than its model: an undeclared payload, or too small masses; or ",
@@ -163,7 +164,7 @@ impl Operator {
         )
     }
 
-    /// Judge the torques before the first motion of an arm that was armed. Returns whether it may move.
+    /// Judges the torques before the first motion after arming. Returns true if the arm may move.
     pub(super) fn torque_is_believed(&mut self) -> Result<bool, Stop> {
         if self.judged || !matches!(self.state(), Some(StateCode::Armed | StateCode::Holding)) {
             return Ok(true);
@@ -191,7 +192,7 @@ impl Operator {
         Ok(false)
     }
 
-    /// Move a joint, or each in turn, slightly back and forth, and report actual over told.
+    /// Moves one joint, or each in turn, slightly back and forth, and reports the ratio of actual to commanded torque.
     pub(super) fn check_torque(&mut self, joint: Option<usize>) -> Result<(), Stop> {
         let held = matches!(self.state(), Some(StateCode::Armed | StateCode::Holding | StateCode::Running))
             && !self.is_moving();
@@ -238,14 +239,15 @@ impl Operator {
         })
     }
 
-    /// Keep and report no more than before.
+    /// Restores the reporting interval and the number of samples kept.
     pub(super) fn watch_as_before(&mut self) -> Result<(), Stop> {
         self.samples.keep(0);
         let needed = self.needed();
         self.watch(needed)
     }
 
-    /// `told = s acted + c sign(qd)` over the last motion: `1 / s` and its deviation in words; `None` where it cannot be told.
+    /// Fits `commanded = s acted + c sign(qd)` over the last motion. Returns `1 / s` and its standard deviation as text; `None` if the motion is not
+    /// informative enough.
     fn factor_of(&self, joint: usize) -> Option<String> {
         let all: Vec<&Sample> = self.samples.all.iter().collect();
         let width = ((0.03 / self.arm.period) as usize).max(SAMPLES_MIN);

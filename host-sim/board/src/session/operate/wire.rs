@@ -1,4 +1,4 @@
-//! One direction of a simulated link: frames that are lost, corrupted, late, or cut off, as on a real cable.
+//! One direction of a simulated link. Frames can be lost, corrupted, delayed or cut off, as on a real cable.
 
 use link::{DecodeError, Frame, Received};
 use rand_chacha::ChaCha8Rng;
@@ -62,7 +62,7 @@ impl Wire {
     pub(super) fn send(&mut self, now: f64, frame: Frame) {
         let number = self.number;
         self.number += 1;
-        // Both numbers are drawn for every frame, so that one probability does not shift the other's frames.
+        // Both random numbers are drawn for every frame, so that changing one probability does not change which frames the other one affects.
         let (dropped, corrupted) =
             (self.chance.happens(self.disturbance.drop), self.chance.happens(self.disturbance.corrupt));
         if self.cut || dropped {
@@ -77,7 +77,7 @@ impl Wire {
 
     /// The next frame that has arrived by this time, s, with the number of frames lost before it.
     pub(super) fn receive(&mut self, now: f64) -> Option<Result<Received, DecodeError>> {
-        // A rounding error of the time is no delay.
+        // The tolerance prevents a rounding error from delaying a frame by a tick.
         self.under_way.front().filter(|(due, ..)| *due <= now + 1e-9)?;
         let (_, number, frame) = self.under_way.pop_front()?;
         let Some(frame) = frame else { return Some(Err(DecodeError::BadCrc)) };
@@ -110,7 +110,7 @@ mod tests {
         let (wire, arrived, missed) = sent(Disturbance { drop: 0.1, corrupt: 0.1, ..Disturbance::default() }, 10_000);
         assert!((7900..8300).contains(&arrived), "{arrived}");
         assert_eq!(wire.lost, 10_000 - arrived as u64);
-        // Those after the last one that arrived have not been noticed yet.
+        // Losses after the last frame that arrived have not been noticed yet.
         assert!(u64::from(missed) <= wire.lost && u64::from(missed) + 20 > wire.lost, "{missed} of {}", wire.lost);
         let (again, ..) = sent(Disturbance { drop: 0.1, corrupt: 0.1, ..Disturbance::default() }, 10_000);
         assert_eq!(again.lost, wire.lost);

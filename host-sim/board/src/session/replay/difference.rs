@@ -17,7 +17,7 @@ pub struct Replay {
     pub end: Option<Gap>,
 }
 
-/// Two answers that should be the same.
+/// Two values that should be the same.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Difference {
     /// The tick.
@@ -72,13 +72,13 @@ pub(super) fn bits(frame: &Frame) -> Vec<u8> {
 /// A field of a status: its name, its text, and a function that copies it from another status.
 type Field = (&'static str, fn(&Status) -> String, fn(&mut Status, &Status));
 
-/// The first field in which two statuses of a tick differ, to the bit.
+/// The first field in which two statuses of a tick differ in any bit.
 pub(super) fn difference(recorded: &Status, replayed: &Status) -> Option<Difference> {
     let same = |a: &Status, b: &Status| bits(&Frame::Status(a.clone())) == bits(&Frame::Status(b.clone()));
     if same(recorded, replayed) {
         return None;
     }
-    // Copy one field at a time into the recorded status: the field differs if the copy changes the bits.
+    // Copies one field after the other into the recorded status: a field differs if its copy changes the bits.
     let fields: [Field; 12] = [
         ("state", |s| s.state.to_string(), |s, o| s.state = o.state),
         ("cause", |s| s.cause.to_string(), |s, o| s.cause = o.cause),
@@ -103,7 +103,7 @@ pub(super) fn difference(recorded: &Status, replayed: &Status) -> Option<Differe
     Some(Difference { tick: recorded.tick, field: field.to_owned(), recorded: recorded_text, replayed: replayed_text })
 }
 
-/// Torques with their bits, because two torques that differ in the last bit can look the same in decimals.
+/// Torques with their bits, because two torques that differ only in the last bit can look the same in decimals.
 fn actuation(status: &Status) -> String {
     match &status.actuation {
         Some(link::Actuation::Drive { torque, limits }) => {

@@ -1,4 +1,4 @@
-//! Replay of a dry run: its frames in their order determine every tick.
+//! Replay of a dry run: its frames and their order determine every tick.
 
 use super::difference::{Difference, Gap, Replay, ReplayError, bits, difference};
 use crate::session::dry_run::{DryRun, OnDesk, without_cost};

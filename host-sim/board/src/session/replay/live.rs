@@ -1,4 +1,4 @@
-//! Replay of a board paced by its own timer: each status holds the inputs of its tick.
+//! Replay of a live session, which the board's own timer paced: each status holds the inputs of its tick.
 
 use super::difference::{Gap, Replay, ReplayError, difference};
 use crate::session::dry_run::{DeskSession, Uncounted, desk_session};
@@ -70,7 +70,7 @@ pub(super) fn replay<const N: usize>(
         match replayed {
             Ok((recorded, replayed)) => {
                 replay.ticks += 1;
-                // Room, cost and trouble cannot be compared; see the table in the parent module.
+                // Capacity for points, cost and a drive's fault report cannot be compared; see the table in the parent module.
                 let comparable = |status: Status| {
                     let extra = match status.extra {
                         ExtraFields::DriveFault(_) => ExtraFields::Nothing,
@@ -93,11 +93,11 @@ pub(super) fn replay<const N: usize>(
 
 impl<const N: usize> Again<N> {
     fn receive(&mut self, frame: Frame) {
-        // Answers are ignored, because their times are not determined; a status holds the result of its tick.
+        // Answers are ignored, because their times are not determined. A status holds the result of its tick.
         self.session.receive(Ok(Received { frame, missed: 0 }));
     }
 
-    /// Replay the tick of a status. An error is the reason why that is not possible.
+    /// Replays the tick of a status. The error is the reason why that is not possible.
     fn replay(&mut self, recorded: &Status) -> Result<Status, String> {
         let expected = self.tick.wrapping_add(1);
         if recorded.tick != expected {
@@ -121,13 +121,13 @@ impl<const N: usize> Again<N> {
         status.last().ok_or_else(|| "the session on the desk was not asked for its status".into())
     }
 
-    /// Give the session the recorded readings of joints and lines.
+    /// Gives the session the recorded readings of joints and lines.
     fn tell(&mut self, sensed: &SensedLines) -> Result<(), String> {
         let wrong = |error: link::JointCountMismatch| error.to_string();
         let link::Lines { emergency_stop, overrun, zeroed, drive_fault, on, zero_lost, supply, temperature } =
             sensed.lines;
         let drive = |joint: usize| drive_fault >> joint & 1 == 1;
-        // A lost turn is a fault of its drive too. So without a drive fault, nothing else can be lost.
+        // A zero is lost only together with a fault of its drive. So without a drive fault, nothing else is lost.
         let lost = if zeroed { JointFaults::NONE } else { JointFaults::LOST };
         let fault = |joint| if drive(joint) { JointFaults::DRIVE | lost } else { JointFaults::NONE };
         let age = |age: u16| if age == u16::MAX { u32::MAX } else { age.into() };

@@ -1,5 +1,4 @@
-//! A live session, generated here with every possible event of a board, is replayed with the same bits; any change is
-//! found.
+//! A live session with every possible event of a board is generated here. Its replay has the same bits, and any change is found.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 use super::{Replay, ReplayError, replay};
@@ -41,8 +40,7 @@ struct Happens {
     overrun: bool,
 }
 
-/// A session of 300 ticks: armed in tick 3, running from tick 10 on, with these events. The arm stands almost exactly
-/// at its reference.
+/// A session of 300 ticks with these events: armed in tick 3, running from tick 10 on. The arm is almost exactly at its reference.
 fn session(happens: &[Happens], has_joints: bool) -> Vec<Entry> {
     let (scene, model) = scene();
     let mut board = desk_session(&scene, &model);

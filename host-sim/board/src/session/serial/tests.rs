@@ -1,4 +1,4 @@
-//! Tests on a pseudo-terminal pair: the link at one end, a scripted firmware at the other.
+//! Tests on a pair of pseudo-terminals: the link at one end, a scripted firmware at the other.
 #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
 use super::{BAUD, SerialError, SerialLink};
@@ -53,7 +53,7 @@ fn a_damaged_packet_is_reported_and_the_next_is_read_with_the_loss() {
     let mut encoder = Encoder::new();
     let (first, mut second, third) =
         (encoder.encode(&fault(1)).unwrap(), encoder.encode(&fault(2)).unwrap(), encoder.encode(&fault(3)).unwrap());
-    // Damage the byte of the tick. It must not become a zero, which would end the packet.
+    // Damages the byte of the tick number. It must not become a zero, which would end the packet.
     second[4] ^= 0x40;
     board.write_all(&[&first[..], &second[..], &third[..]].concat()).unwrap();
     assert_eq!(link.receive(SOON).unwrap().unwrap().frame, fault(1));

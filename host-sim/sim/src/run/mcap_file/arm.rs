@@ -7,10 +7,10 @@ use robot_compiler::Robot;
 use robot_compiler::emit::urdf::{LinkTree, urdf};
 use std::io::{self, Write};
 
-/// Shortest time between two messages of frames, ns: a viewer draws no more of them.
+/// Shortest time between two messages of frames, ns: a viewer needs no more than 100 a second.
 const FRAME_STEP: u64 = 10_000_000;
 
-/// Channels of an arm, and what its messages are made of.
+/// Channels of an arm, and the data for its messages.
 #[derive(Debug)]
 pub struct ArmChannels {
     tree: LinkTree,
@@ -22,7 +22,7 @@ pub struct ArmChannels {
 }
 
 impl ArmChannels {
-    /// Add the channels of an arm to a file, and write its URDF.
+    /// Adds the channels of an arm to a file, and writes its URDF.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -44,7 +44,7 @@ impl ArmChannels {
         &self.names
     }
 
-    /// Write where the arm is at a time, ns: positions, velocities, torques of its joints; what is empty is unknown.
+    /// Writes the arm's state at a time, ns: positions, velocities and torques of its joints. An empty list means unknown.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -74,7 +74,7 @@ impl ArmChannels {
     }
 }
 
-/// Every joint's place at these positions.
+/// Frames of all joints at these positions (rad or m).
 #[must_use]
 pub fn frames(tree: &LinkTree, timestamp: Time, q: &[f64]) -> FrameTransforms {
     // The fixed joint of the tip has no position.

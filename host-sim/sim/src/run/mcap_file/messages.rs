@@ -1,10 +1,10 @@
-//! Messages of a viewer's file. Numbers that are no numbers are left out: JSON has no word for them.
+//! Messages of a file for viewers. Values that are infinite or NaN are left out, because JSON cannot represent them.
 
 use super::schemas;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// A message with a schema that viewers know by its name.
+/// A message with a schema that viewers know by name.
 pub trait Message: Serialize {
     /// Name of the schema.
     const SCHEMA: &'static str;
@@ -13,7 +13,7 @@ pub trait Message: Serialize {
     fn schema() -> Value;
 }
 
-/// A text, as ROS has it; Foxglove takes a URDF from such a topic.
+/// A text, as ROS defines it; Foxglove reads a URDF from such a topic.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Text {
     /// The text.
@@ -25,7 +25,7 @@ pub struct Text {
 pub struct Time {
     /// Whole seconds.
     pub sec: u64,
-    /// Nanoseconds beside, below 1e9.
+    /// Nanoseconds in addition, below 1e9.
     pub nsec: u32,
 }
 
@@ -40,11 +40,11 @@ impl Time {
 /// Frames at one time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrameTransforms {
-    /// Each frame in its parent's.
+    /// Each frame relative to its parent.
     pub transforms: Vec<FrameTransform>,
 }
 
-/// A frame in its parent's.
+/// A frame relative to its parent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrameTransform {
     /// Time of the transform.
@@ -53,13 +53,13 @@ pub struct FrameTransform {
     pub parent_frame_id: String,
     /// Name of the frame.
     pub child_frame_id: String,
-    /// Origin of the frame in its parent's, m.
+    /// Origin of the frame relative to its parent, m.
     pub translation: Xyz,
     /// `parent_from_child`, a unit quaternion.
     pub rotation: Quaternion,
 }
 
-/// A vector.
+/// A vector; the unit depends on its field.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Xyz {
     /// Along x.
@@ -70,7 +70,7 @@ pub struct Xyz {
     pub z: f64,
 }
 
-/// A rotation.
+/// A rotation, as a quaternion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Quaternion {
     /// First imaginary part.
@@ -113,7 +113,7 @@ pub struct JointState {
 pub struct Tick {
     /// Time of the tick.
     pub timestamp: Time,
-    /// Number of the tick, from 0 in a run, as the board counts in a session.
+    /// Number of the tick: from 0 in a run; the board's number in a session.
     pub tick: u64,
     /// The joints, base first.
     pub joints: Vec<JointTick>,
@@ -122,15 +122,15 @@ pub struct Tick {
     /// The fault in words.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fault_text: Option<String>,
-    /// State of the safety state machine, which a run has not: [`dynamics_core::safety::State::code`].
+    /// State of the safety state machine, [`dynamics_core::safety::State::code`]; missing in a run, which has no state machine.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub state: Option<u8>,
-    /// Force, N, and moment, N m, at the tip in base axes that the torques from outside stand for.
+    /// Force, N, and moment, N m, at the tip in base axes that are equivalent to the external torques.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tip_wrench: Option<TipWrench>,
 }
 
-/// A joint in one tick; rad or m, N m or N.
+/// A joint in one tick. Units are rad or m, rad/s or m/s, N m or N.
 #[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct JointTick {
     /// Its name in the robot file.
@@ -152,7 +152,7 @@ pub struct JointTick {
     pub torque: Option<f64>,
     /// Limits that acted: the sum of 1 position, 2 velocity, 4 torque, 8 torque rate, 16 collision.
     pub limits: u8,
-    /// Torque from outside, where it is estimated.
+    /// External torque, if it is estimated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub external: Option<f64>,
     /// Torque of the scene's model at the reference.
@@ -160,14 +160,14 @@ pub struct JointTick {
     pub terms: Option<TermTorques>,
 }
 
-/// Torque of the model at the reference, by term; their sum is its inverse dynamics.
+/// Torque of the model at the reference, by term, N m or N. The sum is the inverse dynamics.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TermTorques {
-    /// `D(q) qdd`, the rotors' included.
+    /// `D(q) qdd`, including the rotors.
     pub inertia: f64,
     /// `C(q, qd) qd`.
     pub velocity: f64,
-    /// `G(q)`, with what payload and wrench at the tip ask for at rest.
+    /// `G(q)`, including the torques that payload and wrench at the tip need at rest.
     pub gravity: f64,
 }
 
@@ -180,7 +180,7 @@ pub struct TipWrench {
     pub moment: Xyz,
 }
 
-/// A frame of the link, to the last bit.
+/// A frame of the link, bit for bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LinkFrame {
     /// `sent` to the board, or `received` from it.
@@ -213,7 +213,7 @@ named! {
     LinkFrame: "newtau.Frame", link_frame;
 }
 
-/// A number, unless it is infinite or NaN.
+/// Returns a number, or `None` if it is infinite or NaN.
 #[must_use]
 pub fn finite(x: f64) -> Option<f64> {
     x.is_finite().then_some(x)

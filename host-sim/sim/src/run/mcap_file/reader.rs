@@ -1,33 +1,33 @@
-//! Messages of an MCAP file, in their order, up to where the file was cut.
+//! Reader of the messages of an MCAP file, in order, up to the point where the file was cut off.
 
 use mcap::McapError;
 use mcap::records::{Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use std::collections::{BTreeMap, HashMap};
 
-/// A message as the file has it.
+/// A message as the file contains it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Raw {
     /// Its topic.
     pub topic: String,
-    /// Name of its schema; empty where it has none.
+    /// Name of its schema; empty if it has none.
     pub schema: String,
-    /// Time of the file, ns.
+    /// Time in the file, ns.
     pub at: u64,
     /// Its bytes.
     pub data: Vec<u8>,
 }
 
-/// One thing that a file holds.
+/// An item of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Item {
     /// A message.
     Message(Raw),
-    /// Texts about the file, and the name of their group.
+    /// Metadata of the file: the name of a group of texts, and the texts.
     About(String, BTreeMap<String, String>),
 }
 
-/// Reads a file from its begin to its end, or to where it was cut: the chunks behind an incomplete one are lost, and so is that.
+/// Reader of a file from its start to its end, or to the point where it was cut off. An incomplete chunk and everything after it are lost.
 pub struct Reader<'a> {
     bytes: &'a [u8],
     reader: LinearReader,
@@ -36,7 +36,7 @@ pub struct Reader<'a> {
     done: bool,
     /// True if the footer has been read.
     ended: bool,
-    /// Bytes read in all, and up to the last whole record.
+    /// Bytes read in all, and bytes up to the end of the last complete record.
     taken: usize,
     whole: usize,
     length: usize,
@@ -46,7 +46,7 @@ impl<'a> Reader<'a> {
     /// Reads these bytes, which begin with [`super::MAGIC`].
     #[must_use]
     pub fn new(bytes: &'a [u8]) -> Self {
-        // Before a message of a chunk is given, the whole chunk has been checked; at the end, all of it.
+        // The whole chunk is checked before its first message is returned, and the whole file at its end.
         let options = LinearReaderOptions::default()
             .with_skip_end_magic(true)
             .with_prevalidate_chunk_crcs(true)
@@ -65,19 +65,19 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// True if the file has the end that its writer gives it, once all has been read.
+    /// True if the file has its end record. Valid only after all items have been read.
     #[must_use]
     pub fn has_end(&self) -> bool {
         self.ended
     }
 
-    /// Bytes behind the last whole chunk or record of a file that was cut, once all has been read.
+    /// Number of bytes after the last complete chunk or record of a file that was cut off. Valid only after all items have been read.
     #[must_use]
     pub fn left_out(&self) -> usize {
         if self.ended { 0 } else { self.length - self.whole }
     }
 
-    /// Takes a record; gives what it holds for us, or a description of what is wrong.
+    /// Handles a record. Returns its item if it is relevant, or a description of the error.
     fn take(&mut self, record: Record<'_>) -> Result<Option<Item>, String> {
         match record {
             Record::Schema { header, .. } => {
@@ -100,7 +100,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Records that are looked at; of the others not even the length of their parts is believed.
+/// Records that are read. The contents of all others are ignored, even the lengths in them.
 const READ: [u8; 4] = [op::SCHEMA, op::CHANNEL, op::MESSAGE, op::METADATA];
 
 impl Iterator for Reader<'_> {
@@ -127,7 +127,7 @@ impl Iterator for Reader<'_> {
                     }
                     mcap::read::parse_record(opcode, data).map(Record::into_owned)
                 }
-                // A record that is longer than the file is one that was cut off.
+                // A record that is longer than the rest of the file was cut off.
                 Some(Err(
                     McapError::UnexpectedEof | McapError::RecordTooLarge { .. } | McapError::ChunkTooLarge(_),
                 )) => break,

@@ -1,4 +1,4 @@
-//! A finished run as a viewer's file.
+//! A finished run as a file for viewers.
 
 use super::arm::ArmChannels;
 use super::messages::{JointTick, TermTorques, Tick, Time, TipWrench, Xyz, finite};
@@ -15,7 +15,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-/// Write a run of a scene.
+/// Writes a run of a scene.
 ///
 /// # Errors
 /// [`Failure::Output`] for a file that cannot be written, [`Failure::Input`] for a scene that cannot be run.
@@ -27,10 +27,10 @@ pub fn write(record: &Record, scene: &SceneFile, path: &Path) -> Result<(), Fail
     })
 }
 
-/// Write a run of a scene to anything.
+/// Writes a run of a scene to any writer.
 ///
 /// # Errors
-/// As the writer's.
+/// Errors of the writer.
 pub fn write_to<const N: usize>(
     record: &Record,
     scene: &SceneFile,
@@ -82,12 +82,12 @@ pub(crate) fn tip_wrench(wrench: [f64; 6]) -> Option<TipWrench> {
         .then_some(TipWrench { force: Xyz { x: fx, y: fy, z: fz }, moment: Xyz { x: mx, y: my, z: mz } })
 }
 
-/// The model of a scene, and the motion whose accelerations it is asked about.
+/// The model of a scene, and the motion that gives the accelerations for it.
 #[derive(Debug)]
 pub struct ModelTerms<const N: usize> {
     dynamics: Dynamics<f64, N>,
     live: Live<f64, N>,
-    /// The motion, and whether it repeats; `None` where the arm is hand-guided.
+    /// The motion, and true if it repeats; `None` if the arm is hand-guided.
     motion: Option<(Motion<f64, N>, bool)>,
 }
 
@@ -107,7 +107,7 @@ impl<const N: usize> ModelTerms<N> {
         })
     }
 
-    /// Terms of every joint at the reference of a tick; none where one is not finite.
+    /// Terms of every joint at the reference of a tick; `None` for a joint with a term that is not finite.
     fn at(&self, t: f64, samples: &[JointSample]) -> [Option<TermTorques>; N] {
         let each = |of: fn(&JointSample) -> f64| joints::<N>(&samples.iter().map(of).collect::<Vec<_>>());
         let (q, qd) = (each(|s| s.q_reference), each(|s| s.qd_reference));

@@ -1,11 +1,11 @@
 //! JSON schemas of the messages.
 //!
-//! Names and fields of Foxglove's are those of its SDK (`schemas/jsonschema` of github.com/foxglove/foxglove-sdk, MIT; npm
-//! `@foxglove/schemas`); a test holds ours against that package.
+//! The schemas of Foxglove's messages have the names and fields of its SDK (`schemas/jsonschema` of github.com/foxglove/foxglove-sdk, MIT; npm
+//! `@foxglove/schemas`). A test compares ours with that package.
 
 use serde_json::{Value, json};
 
-/// An object of these fields, some of which must be there.
+/// Schema of an object with these fields, of which some are required.
 fn object(title: &str, fields: Value, required: &[&str]) -> Value {
     json!({ "title": title, "type": "object", "properties": fields, "required": required })
 }
@@ -109,7 +109,7 @@ pub(super) fn link_frame() -> Value {
     closed(object("newtau.Frame", fields, &["way", "missed", "micros", "frame"]))
 }
 
-/// A schema that allows no other fields.
+/// Adds to a schema that no other fields are allowed.
 fn closed(mut schema: Value) -> Value {
     schema["additionalProperties"] = Value::Bool(false);
     schema

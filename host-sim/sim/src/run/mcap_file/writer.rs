@@ -9,13 +9,13 @@ use std::fmt;
 use std::io::{self, Write};
 use std::marker::PhantomData;
 
-/// Writer of such a file. Memory holds one chunk and the index of those before.
+/// Writer of an MCAP file. It holds one chunk, and the index of the chunks before, in memory.
 pub struct Writer<W: Write> {
     file: mcap::Writer<NoSeek<W>>,
     buffer: Vec<u8>,
 }
 
-/// A topic of a file, whose messages are of one kind.
+/// A topic of a file, with messages of one type.
 #[derive(Debug)]
 pub struct Channel<M> {
     id: u16,
@@ -23,17 +23,17 @@ pub struct Channel<M> {
 }
 
 impl<W: Write> Writer<W> {
-    /// Write the head of a file.
+    /// Writes the head of a file.
     ///
     /// # Errors
     /// The file cannot be written.
     pub fn new(out: W) -> io::Result<Self> {
-        // Whole chunks: a file that is cut off then ends behind one, and never claims bytes that are not there.
+        // Whole chunks are written at once. So a file that is cut off ends after a complete chunk, and no chunk claims bytes that are missing.
         let options = WriteOptions::new().compression(None).disable_seeking(true);
         Ok(Self { file: options.create(NoSeek::new(out)).map_err(failed)?, buffer: Vec::new() })
     }
 
-    /// Add a topic.
+    /// Adds a topic.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -44,7 +44,7 @@ impl<W: Write> Writer<W> {
         Ok(Channel { id, message: PhantomData })
     }
 
-    /// Write a message at a time of the file, ns.
+    /// Writes a message at a time in the file, ns.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -55,7 +55,7 @@ impl<W: Write> Writer<W> {
         self.file.write_to_known_channel(&header, &self.buffer).map_err(failed)
     }
 
-    /// Write named texts about the file.
+    /// Writes named texts about the file.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -63,7 +63,7 @@ impl<W: Write> Writer<W> {
         self.file.write_metadata(&Metadata { name: name.to_owned(), metadata: texts }).map_err(failed)
     }
 
-    /// End the chunk, so that a file that is cut off from here on keeps everything until now.
+    /// Ends the chunk. A file that is cut off later keeps everything written before.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -71,7 +71,7 @@ impl<W: Write> Writer<W> {
         self.file.flush().map_err(failed)
     }
 
-    /// Write the index and the end of the file.
+    /// Writes the index and the end of the file.
     ///
     /// # Errors
     /// The file cannot be written.

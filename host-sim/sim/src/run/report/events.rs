@@ -6,18 +6,18 @@ use dynamics_core::control::LimitFlags;
 use robot_compiler::SceneFile;
 use serde::Serialize;
 
-/// Something that happened at a time or over a stretch of it.
+/// Something that happened at an instant or over an interval.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Event {
     /// Start, s.
     pub(super) at: f64,
-    /// End, s; `None` for a moment.
+    /// End, s; `None` for an instant.
     pub(super) to: Option<f64>,
     /// `waypoint`, `limit`, `fault`, `push` or `reach`: the style sheet has a colour for each.
     pub(super) kind: &'static str,
     /// Joint, counted from 0; `None` for the whole arm.
     pub(super) joint: Option<usize>,
-    /// In words.
+    /// Description.
     pub(super) text: String,
 }
 
@@ -29,10 +29,10 @@ const LIMITS: [(LimitFlags, &str); 5] = [
     (LimitFlags::COLLISION, "reaction to a collision"),
 ];
 
-/// Most stretches of one limit on one joint: a limit that comes and goes all the time is drawn as one from there on.
+/// Most intervals of one limit on one joint. The rest of a limit that switches on and off more often is shown as one interval.
 const STRETCHES_MAX: usize = 40;
 
-/// All events, in order of time.
+/// All events, ordered by time.
 pub(super) fn events(run: &Run, scene: &SceneFile) -> Vec<Event> {
     let record = &run.record;
     let period = run.summary.setting.period;
@@ -67,7 +67,7 @@ pub(super) fn events(run: &Run, scene: &SceneFile) -> Vec<Event> {
     found
 }
 
-/// Stretches of time in which a limit acts on a joint, from first to last tick, s.
+/// Intervals in which a limit acts on a joint, from first to last tick, s.
 fn stretches(record: &Record, joint: usize, flag: LimitFlags) -> Vec<(f64, f64)> {
     let mut spans: Vec<(f64, f64)> = Vec::new();
     let mut acted = false;

@@ -1,8 +1,8 @@
 //! Contribution of each term of the controller's model to the torque.
 //!
-//! `tau = inertia + rotor + coriolis + gravity + friction + contact + rest`, where each term is the recursion with that effect alone, at
-//! the state of the simulated arm and the acceleration of the reference, in f64. The rest is feedback, what the measurement differs from
-//! the state, and what limits took away.
+//! `tau = inertia + rotor + coriolis + gravity + friction + contact + rest`. Each term is computed by the recursion with this effect alone, in f64.
+//! It uses the state of the simulated arm (or the reference, if the law does) and the acceleration of the reference. The rest is feedback, the
+//! difference between measurement and state, and the effect of limits.
 
 use crate::run::record::{JointSample, Record};
 use dynamics_core::control::trajectory::Motion;
@@ -16,7 +16,7 @@ use serde_json::{Map, Value, json};
 /// Names of the terms, in the order of [`Contributions::at`].
 const NAMES: [&str; 6] = ["inertia", "rotor", "coriolis", "gravity", "friction", "contact"];
 
-/// The terms of a model, each bound to the arm alone.
+/// The terms of a model, each as dynamics of the arm with one effect.
 pub(super) struct Contributions<const N: usize> {
     inertia: Dynamics<f64, N>,
     coriolis: Dynamics<f64, N>,
@@ -31,17 +31,17 @@ pub(super) struct Contributions<const N: usize> {
     present: [bool; 6],
 }
 
-/// Parts of the model that a law computes with.
+/// Parts of the model that a control law uses.
 #[derive(Clone, Copy)]
 struct Uses {
-    /// The state is the reference's.
+    /// True if the model is evaluated at the reference instead of the arm's state.
     at_reference: bool,
-    /// Inertia, rotors and velocity terms.
+    /// True if the law uses inertia, rotors and velocity terms.
     motion: bool,
 }
 
 impl Uses {
-    /// `None` for a law without a model, and for one that moves along no reference of its own.
+    /// Returns `None` for a law that does not use a model.
     fn of(law: ControlLaw) -> Option<Self> {
         match law.traits().model {
             ModelUse::Motion => Some(Self { at_reference: false, motion: true }),
@@ -53,7 +53,7 @@ impl Uses {
 }
 
 impl<const N: usize> Contributions<N> {
-    /// `None` where the law has no model.
+    /// Returns `None` if the law does not use a model, or the scene has no trajectory.
     pub(super) fn new(scene: &SceneFile, model: &Model<f64, N>) -> Option<Self> {
         let uses = Uses::of(scene.control.law)?;
         let motion = scene.trajectory(model).ok()?;
@@ -84,12 +84,12 @@ impl<const N: usize> Contributions<N> {
         })
     }
 
-    /// Number of terms that are there.
+    /// Number of terms that the model contains.
     pub(super) fn count(&self) -> usize {
         self.present.iter().filter(|present| **present).count()
     }
 
-    /// Columns of the terms that are there, at every `stride`-th tick; NaN once a fault has taken the torque away.
+    /// Columns of the terms in the model, at every `stride`-th tick; NaN after a fault.
     pub(super) fn columns(&self, record: &Record, stride: usize) -> Map<String, Value> {
         let rows: Vec<[[f64; N]; 6]> = (0..record.ticks()).step_by(stride).map(|tick| self.row(record, tick)).collect();
         let there = NAMES.iter().zip(self.present).enumerate().filter(|(_, (_, present))| *present);
@@ -109,7 +109,7 @@ impl<const N: usize> Contributions<N> {
         self.at(record.time()[tick], &std::array::from_fn(|joint| samples[joint]))
     }
 
-    /// The terms at a time (s) and in a state, N m or N, by [`NAMES`].
+    /// Every term at a time (s) and in a state, N m or N, in the order of [`NAMES`].
     fn at(&self, t: f64, samples: &[JointSample; N]) -> [[f64; N]; 6] {
         let reference = self.uses.at_reference;
         let q = samples.map(|s| if reference { s.q_reference } else { s.q });

@@ -1,4 +1,4 @@
-//! Description of a study, at the head of its page.
+//! Description of a study, for the beginning of its page.
 
 use super::{Results, VERSION};
 use crate::sweep::Prepared;
@@ -6,7 +6,7 @@ use robot_compiler::study::{Design, Experiment, Relative, Values, Vary};
 use sim::failure::number;
 
 impl Results {
-    /// Names and what is said of each: scene, keys with their ranges, design, seed, number of runs, version.
+    /// Names with their descriptions: scene, keys with their ranges, design, seed, number of runs, version.
     pub(super) fn about(&self, prepared: &Prepared) -> Vec<(String, String)> {
         let study = &prepared.study;
         let mut facts = Vec::new();
@@ -32,7 +32,7 @@ impl Results {
     }
 }
 
-/// The values of a key in words.
+/// Description of the values of a key.
 fn range(vary: &Vary) -> String {
     let values = match &vary.values {
         Values::Uniform(low, high) => format!("{} to {}", number(*low), number(*high)),
@@ -60,7 +60,7 @@ fn range(vary: &Vary) -> String {
     format!("{values}{steps}{relative}")
 }
 
-/// Values that a page has room for, and how many more there are.
+/// The values that fit on a page, and the number of further ones.
 fn listed<'a>(values: impl ExactSizeIterator<Item = &'a str>) -> String {
     const SHOWN: usize = 20;
     let more = values.len().saturating_sub(SHOWN);

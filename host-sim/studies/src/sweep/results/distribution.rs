@@ -4,18 +4,18 @@ use super::RunShare;
 use robot_compiler::study::Metric;
 use serde::Serialize;
 
-/// Distribution of a figure. Infinite and missing ones are counted, and are in nothing else but the failures.
+/// Distribution of a figure. Infinite and missing values are counted separately, and otherwise enter only the failures.
 #[derive(Clone, Debug, Serialize)]
 pub struct Distribution {
     /// Title of the figure.
     pub metric: String,
-    /// Its unit; empty where there is none.
+    /// Unit of the figure; empty if it has none.
     pub unit: String,
     /// A run with a larger figure fails.
     pub limit: Option<f64>,
     /// A run with a smaller figure fails.
     pub least: Option<f64>,
-    /// Share of the runs that this figure fails.
+    /// Share of the runs that fail because of this figure.
     pub failures: RunShare,
     /// Number of runs with a finite figure.
     pub finite: u64,
@@ -23,19 +23,19 @@ pub struct Distribution {
     pub infinite: u64,
     /// Number of runs without the figure.
     pub missing: u64,
-    /// Mean; `None` without a finite figure, as all below.
+    /// Mean; like all values below, `None` without a finite figure.
     pub mean: Option<f64>,
     /// Standard deviation.
     pub deviation: Option<f64>,
-    /// Least.
+    /// Smallest value.
     pub min: Option<f64>,
-    /// Greatest.
+    /// Largest value.
     pub max: Option<f64>,
-    /// Quantiles of the sample, infinite figures counted.
+    /// Quantiles of the sample, including infinite figures.
     pub quantiles: Option<Quantiles>,
-    /// Numbers of runs between the least and the greatest.
+    /// Numbers of runs in equal steps between the smallest and the largest value.
     pub histogram: Histogram,
-    /// The worst runs, the worst first: greatest figures, or least where there is only a `least`.
+    /// The worst runs, the worst first: the largest figures, or the smallest if only `least` is given.
     pub worst: Vec<Worst>,
 }
 
@@ -43,19 +43,19 @@ pub struct Distribution {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct Quantiles {
-    /// A share of 0.01 of the runs lies below.
+    /// The 1 % quantile.
     pub p01: Option<f64>,
-    /// 0.05.
+    /// The 5 % quantile.
     pub p05: Option<f64>,
-    /// 0.25.
+    /// The 25 % quantile.
     pub p25: Option<f64>,
     /// The median.
     pub p50: Option<f64>,
-    /// 0.75.
+    /// The 75 % quantile.
     pub p75: Option<f64>,
-    /// 0.95.
+    /// The 95 % quantile.
     pub p95: Option<f64>,
-    /// 0.99.
+    /// The 99 % quantile.
     pub p99: Option<f64>,
 }
 
@@ -64,24 +64,24 @@ pub struct Quantiles {
 pub struct Histogram {
     /// Lower end of the first step.
     pub low: f64,
-    /// Upper end of the last.
+    /// Upper end of the last step.
     pub high: f64,
-    /// Number of runs in each.
+    /// Number of runs in each step.
     pub counts: Vec<u64>,
 }
 
-/// A bad run.
+/// One of the worst runs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Worst {
-    /// Its index.
+    /// Index of the run.
     pub index: u64,
-    /// Its figure; `None` if infinite.
+    /// Figure of the run; `None` if infinite.
     pub figure: Option<f64>,
 }
 
-/// Steps of a histogram.
+/// Number of steps of a histogram.
 const STEPS: usize = 40;
-/// Runs that are named.
+/// Number of worst runs that are listed.
 const WORST: usize = 5;
 
 /// First pass over a figure.
@@ -128,7 +128,7 @@ impl Collector {
             self.infinite += 1;
             return;
         }
-        // Welford's sums, which do not cancel.
+        // Welford's sums, which avoid cancellation.
         self.finite += 1;
         let from_mean = x - self.mean;
         self.mean += from_mean / self.finite as f64;
@@ -136,7 +136,7 @@ impl Collector {
         (self.min, self.max) = (self.min.min(x), self.max.max(x));
     }
 
-    /// Keep the worst; of equal ones the first.
+    /// Keeps the worst runs; of equal ones the first.
     fn rank(&mut self, index: u64, x: f64) {
         let low_is_bad = self.metric.limit.is_none() && self.metric.least.is_some();
         let worse = |a: f64, b: f64| if low_is_bad { a < b } else { a > b };
@@ -180,7 +180,7 @@ fn finite(x: f64) -> Option<f64> {
 }
 
 impl Distribution {
-    /// The figure's title with its unit, as a table's head or an axis has it.
+    /// The figure's title with its unit, for the head of a table or an axis.
     pub(super) fn label(&self) -> String {
         match self.unit.as_str() {
             "" => self.metric.clone(),
@@ -206,7 +206,7 @@ fn quantiles(sample: &[f64]) -> Option<Quantiles> {
     let mut sorted: Vec<f64> = sample.iter().copied().filter(|x| !x.is_nan()).collect();
     sorted.sort_by(f64::total_cmp);
     let last = sorted.len().checked_sub(1)?;
-    // The nearest run: an interpolation would invent figures between a finite and an infinite one.
+    // Use the nearest run, because interpolation would invent values between a finite and an infinite one.
     let at = |share: f64| finite(sorted[libm::round(share * last as f64) as usize]);
     Some(Quantiles {
         p01: at(0.01),

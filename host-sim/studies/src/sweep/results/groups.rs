@@ -1,10 +1,10 @@
-//! Tables of runs by the values of one key or two.
+//! Tables of runs, grouped by the values of one key or of two.
 
 use super::markdown::{Titled, share, short};
 use super::{Distribution, Group, GroupCell};
 
 impl Group {
-    /// One key: a row for each value.
+    /// Table for one key: a row for each value.
     pub(super) fn list(&self, metric: Option<&Distribution>) -> Titled {
         let mut head = vec![self.keys[0].clone(), "runs".to_owned(), "failed (95 % interval)".to_owned()];
         head.extend(metric.map(|metric| format!("median {}, complete runs", metric.label())));
@@ -16,7 +16,7 @@ impl Group {
         Titled { title: format!("Runs by {}", self.keys[0]), head, rows: rows.collect() }
     }
 
-    /// Two keys: the share of failures, and the median of the first figure.
+    /// Tables for two keys: the share of failures, and the median of the first figure.
     pub(super) fn matrices(&self, metric: Option<&Distribution>) -> Vec<Titled> {
         let values = |at: usize| {
             let mut list: Vec<&str> = self.cells.iter().map(|cell| cell.values[at].as_str()).collect();

@@ -1,27 +1,27 @@
-//! Intervals for the share of runs that fail.
+//! Confidence intervals for the share of failing runs.
 
 use serde::Serialize;
 
-/// A share of runs, with the interval that holds the true share with 95 % confidence.
+/// A share of runs, with the 95 % confidence interval of the true share.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct RunShare {
-    /// Number that count.
+    /// Number of runs that count, for example failing ones.
     pub count: u64,
-    /// Number of all.
+    /// Number of all runs.
     pub of: u64,
     /// Lower end of the interval.
     pub low: f64,
-    /// Upper end of the interval. Where none counts, about `3 / of`.
+    /// Upper end of the interval. If no run counts, about `3 / of`.
     pub high: f64,
 }
 
-/// Share of intervals that miss the true value.
+/// Probability that the interval misses the true value.
 const MISS: f64 = 0.05;
 
 impl RunShare {
-    /// The interval of Clopper and Pearson: exact, whatever the true share. One-sided where none or all count.
+    /// Computes the Clopper-Pearson interval, which is exact for every true share. It is one-sided if no run counts or all do.
     ///
-    /// Ends are quantiles of beta distributions: `low` of `Beta(k, n - k + 1)`, `high` of `Beta(k + 1, n - k)`.
+    /// Its ends are quantiles of beta distributions: `low` of `Beta(k, n - k + 1)`, `high` of `Beta(k + 1, n - k)`.
     #[must_use]
     pub fn new(count: u64, of: u64) -> Self {
         let (k, n) = (count as f64, of as f64);
@@ -34,17 +34,17 @@ impl RunShare {
         Self { count, of, low, high }
     }
 
-    /// The share itself; NaN of nothing.
+    /// The share itself; NaN if there are no runs.
     #[must_use]
     pub fn value(&self) -> f64 {
         self.count as f64 / self.of as f64
     }
 }
 
-/// The number below which a variable of `Beta(a, b)` lies with probability `p`, by bisection.
+/// Quantile of `Beta(a, b)` at probability `p`, by bisection.
 fn quantile(p: f64, a: f64, b: f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
-    // Each step halves the interval: an f64 has no more to give after so many.
+    // Each step halves the interval; 200 steps exhaust the precision of f64.
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
         if middle <= low || middle >= high {
@@ -69,7 +69,7 @@ fn incomplete_beta(x: f64, a: f64, b: f64) -> f64 {
     let mut c = 1.0;
     let mut d = 1.0 / away(1.0 - (a + b) * x / (a + 1.0));
     let mut fraction = d;
-    // Takes about sqrt(max(a, b)) turns.
+    // Needs about sqrt(max(a, b)) iterations.
     for m in 1..10_000_000 {
         let m = f64::from(m);
         let even = m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m));
@@ -94,14 +94,14 @@ mod tests {
 
     #[test]
     fn the_ends_are_those_of_another_program() {
-        // SciPy 1.17: binomtest(k, n).proportion_ci(method="exact").
+        // Values of SciPy 1.17: binomtest(k, n).proportion_ci(method="exact").
         for (k, n, low, high) in [
             (3, 100, 0.006_229_971_538_306_227, 0.085_176_052_974_280_28),
             (1, 1_000_000, 2.531_780_513_911_381_5e-8, 5.571_630_655_512_304e-6),
             (50, 100, 0.398_321_129_503_300_95, 0.601_678_870_496_699_1),
         ] {
             let share = RunShare::new(k, n);
-            // Logarithms of gamma functions of a million lose seven of sixteen digits.
+            // Logarithms of gamma functions near a million lose seven of sixteen digits.
             assert!((share.low / low - 1.0).abs() < 1e-6 && (share.high / high - 1.0).abs() < 1e-6, "{share:?}");
         }
     }

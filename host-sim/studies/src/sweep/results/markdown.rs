@@ -14,7 +14,7 @@ pub(super) struct Titled {
 }
 
 impl Results {
-    /// Markdown.
+    /// The results as Markdown.
     #[must_use]
     pub fn markdown(&self) -> String {
         let mut text = format!("# {}\n\n{}\n", self.study, self.sentence());
@@ -22,7 +22,7 @@ impl Results {
         text
     }
 
-    /// Text for a terminal.
+    /// The results as text for a terminal.
     #[must_use]
     pub fn text(&self, study: &Path) -> String {
         let mut text = format!("{}: {}\n", self.study, self.sentence());
@@ -41,7 +41,7 @@ impl Results {
         text
     }
 
-    /// The run that most deserves a look.
+    /// Index of the run to inspect first.
     fn worst(&self) -> Option<u64> {
         let of_metrics = self.metrics.first().and_then(|metric| metric.worst.first()).map(|worst| worst.index);
         self.failing.first().copied().or(of_metrics)
@@ -92,7 +92,7 @@ impl Results {
         if !self.sensitivities.is_empty() {
             all.push(self.correlations());
         }
-        // What two keys do together says what each does.
+        // A table of two keys contains the information of each single key.
         let pairs: Vec<&Group> = self.groups.iter().filter(|group| group.keys.len() == 2).collect();
         let single = self
             .groups
@@ -114,7 +114,7 @@ impl Results {
         }
     }
 
-    /// Runs that no figure's limit fails: those that were not complete.
+    /// Row for runs that were not complete, which no figure's limit rejects.
     fn broken_off(&self) -> Vec<String> {
         let first: Vec<String> = self.broken_off.first.iter().map(u64::to_string).collect();
         let mut row = vec!["end".to_owned(), "in a fault, or diverged".to_owned(), share(&self.broken_off.share)];
@@ -123,7 +123,7 @@ impl Results {
         row
     }
 
-    /// Keys that have sensitivities, each once.
+    /// Keys with sensitivities, each once.
     pub(super) fn keys(&self) -> Vec<&str> {
         let mut keys: Vec<&str> = Vec::new();
         for found in &self.sensitivities {
@@ -220,7 +220,7 @@ fn percent(x: f64) -> String {
     short(100.0 * x)
 }
 
-/// Three digits: `0.0123`, `4.56`, `789`, `1.2e-7`.
+/// Formats with three digits: `0.0123`, `4.56`, `789`, `1.2e-7`.
 pub(super) fn short(x: f64) -> String {
     if x == 0.0 {
         return "0".to_owned();

@@ -1,7 +1,7 @@
 //! Results of a study's runs, computed from its table in two passes.
 //!
-//! Memory does not grow with the number of runs. Counts, means, extremes, histograms and the worst runs are of all runs. Quantiles,
-//! medians and rank correlations are of a sample: every run whose index is a multiple of the stride, at most 100,000.
+//! Memory does not grow with the number of runs. Counts, means, extremes, histograms and the worst runs cover all runs. Quantiles, medians and rank
+//! correlations come from a sample of at most 100,000 runs: those with an index that is a multiple of the stride.
 
 mod about;
 mod distribution;
@@ -28,7 +28,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use table::{Columns, RowSample, Table};
 
-/// Files of the results of a study.
+/// Files with the results of a study.
 pub const FILES: &[&str] = &["results.json", "results.md", "report.html"];
 
 /// Results of a study.
@@ -42,15 +42,15 @@ pub struct Results {
     pub identity: String,
     /// Number of runs.
     pub runs: u64,
-    /// Number of runs whose values make no possible scene; they count nowhere below.
+    /// Number of runs with values that make no valid scene; they are not counted below.
     pub refused: u64,
-    /// Share of the runs that failed: beyond a limit, in a fault, diverged, or with an unsafe command.
+    /// Share of the runs that failed: beyond a limit, ended in a fault, diverged, or with an unsafe command.
     pub failures: RunShare,
-    /// The first of them.
+    /// The first refused run.
     pub refusal: Option<Refusal>,
-    /// Number of runs for each way to end.
+    /// Number of runs for each kind of ending.
     pub ends: BTreeMap<String, u64>,
-    /// The first runs that failed.
+    /// Indices of the first runs that failed.
     pub failing: Vec<u64>,
     /// Runs that ended in a fault or diverged.
     pub broken_off: BrokenOff,
@@ -58,49 +58,49 @@ pub struct Results {
     pub metrics: Vec<Distribution>,
     /// Rank correlation of each figure with each key that has numbers.
     pub sensitivities: Vec<Sensitivity>,
-    /// Runs by the values of one key or of two, where they are few.
+    /// Runs grouped by the values of one key or of two, if there are few values.
     pub groups: Vec<Group>,
-    /// Runs of the sample.
+    /// Size of the sample.
     pub sample: SampleSize,
 }
 
-/// A run whose values make no possible scene.
+/// A run with values that make no valid scene.
 #[derive(Clone, Debug, Serialize)]
 pub struct Refusal {
-    /// Its index.
+    /// Index of the run.
     pub index: u64,
-    /// Error of its scene; `None` where the scene can be read and its run is refused.
+    /// Error of its scene; `None` if the scene can be read but cannot be run.
     pub reason: Option<String>,
 }
 
 /// Runs that are not complete.
 #[derive(Clone, Debug, Serialize)]
 pub struct BrokenOff {
-    /// Their share.
+    /// Share of these runs.
     pub share: RunShare,
-    /// The first of them.
+    /// Indices of the first of these runs.
     pub first: Vec<u64>,
 }
 
-/// Which runs a sample holds.
+/// Selection of the runs in a sample.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct SampleSize {
     /// Number of runs.
     pub runs: u64,
-    /// From one index to the next.
+    /// Difference between consecutive indices.
     pub stride: u64,
 }
 
-/// Failing runs that are named.
+/// Number of failing runs that are listed.
 const FAILING: usize = 10;
-/// Runs that are not complete and are named: as many as the worst of a figure.
+/// Number of incomplete runs that are listed, equal to that of a figure's worst runs.
 const BROKEN_OFF: usize = 5;
 
 impl Results {
-    /// Reads the table of a complete study.
+    /// Computes the results from the table of a complete study.
     ///
     /// # Errors
-    /// [`Failure::Input`]: the table cannot be read or is not that of the study.
+    /// [`Failure::Input`]: the table cannot be read, or does not belong to the study.
     pub fn of(prepared: &Prepared, folder: &Path) -> Result<Self, Failure> {
         let table = Table { path: folder.join(RUNS), columns: Columns::new(prepared) };
         let mut results = Self {
@@ -167,10 +167,10 @@ impl Results {
         Ok(results)
     }
 
-    /// Writes `results.json`, `results.md` and `report.html` beside the table.
+    /// Writes `results.json`, `results.md` and `report.html` into the folder of the table.
     ///
     /// # Errors
-    /// [`Failure::Output`].
+    /// [`Failure::Output`] if a file cannot be written.
     pub fn write(&self, folder: &Path, prepared: &Prepared) -> Result<Vec<PathBuf>, Failure> {
         let json = serde_json::to_string_pretty(self).map_err(|error| Failure::Output(error.into()))?;
         let page = self.page(prepared, &folder.join(STUDY)).html();

@@ -1,34 +1,34 @@
-//! Sensitivities: how much of a figure's order is that of a key.
+//! Sensitivities: rank correlations of a figure with a key.
 
 use serde::Serialize;
 
-/// Spearman's rank correlation, with the interval that holds the true one with 95 % confidence.
+/// Spearman's rank correlation with its 95 % confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Correlation {
-    /// From -1, where one falls whenever the other rises, to 1; 0 without an order.
+    /// Correlation from -1 (one always falls when the other rises) to 1; 0 without a monotonic relation.
     pub value: f64,
     /// Lower end of the interval.
     pub low: f64,
     /// Upper end of the interval.
     pub high: f64,
-    /// Share of the variance of the figure's ranks that the key explains by itself, rising or not: a Sobol index of first order.
+    /// Share of the variance of the figure's ranks that the key alone explains, also if the relation is not monotonic: a first-order Sobol index.
     pub share: f64,
 }
 
 /// Rank correlation of a figure with a key.
 #[derive(Clone, Debug, Serialize)]
 pub struct Sensitivity {
-    /// The figure.
+    /// Title of the figure.
     pub metric: String,
-    /// The key.
+    /// Name of the key.
     pub key: String,
-    /// The correlation; `None` where figure or key has one value only.
+    /// The correlation; `None` if figure or key has only one value.
     pub correlation: Option<Correlation>,
 }
 
-/// Correlation of the ranks of pairs; `None` for fewer than four, or where one side has one value only.
+/// Rank correlation of pairs; `None` for fewer than four pairs, or if one side has only one value.
 ///
-/// Interval: Fisher's `z = atanh(r)` with a variance of `(1 + r^2/2) / (n - 3)` (Bonett and Wright, Psychometrika 65, 2000).
+/// Its interval uses Fisher's `z = atanh(r)` with a variance of `(1 + r^2/2) / (n - 3)` (Bonett and Wright, Psychometrika 65, 2000).
 #[must_use]
 pub(super) fn correlation(pairs: &[(f64, f64)]) -> Option<Correlation> {
     const WIDTH: f64 = 1.959_963_984_540_054;
@@ -37,7 +37,7 @@ pub(super) fn correlation(pairs: &[(f64, f64)]) -> Option<Correlation> {
     }
     let (a, b) = (ranks(pairs.iter().map(|pair| pair.0)), ranks(pairs.iter().map(|pair| pair.1)));
     let n = pairs.len() as f64;
-    // Ranks have this mean, ties or not.
+    // Ranks have this mean, with and without ties.
     let mean = 0.5 * (n + 1.0);
     let product = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| (x - mean) * (y - mean)).sum::<f64>();
     let (aa, bb) = (product(&a, &a), product(&b, &b));
@@ -50,7 +50,7 @@ pub(super) fn correlation(pairs: &[(f64, f64)]) -> Option<Correlation> {
     Some(Correlation { value, low: end(-1.0), high: end(1.0), share: share(&a, &b) })
 }
 
-/// Share of the variance of `y` that the means of `y` in steps of `x` explain, less what chance would: epsilon squared.
+/// Share of the variance of `y` that is explained by the means of `y` in steps of `x`, minus the share expected by chance: epsilon squared.
 ///
 /// `(between - (m - 1) within / (n - m)) / (between + within)` with `m` steps of about equally many runs.
 fn share(x: &[f64], y: &[f64]) -> f64 {
@@ -58,7 +58,7 @@ fn share(x: &[f64], y: &[f64]) -> f64 {
     let steps = libm::sqrt(n).clamp(2.0, 40.0).trunc();
     let mut sums = vec![(0.0, 0.0); steps as usize];
     for (x, y) in x.iter().zip(y) {
-        // Equal values have equal ranks, and so one step.
+        // Equal values have equal ranks, and are therefore in the same step.
         let step = (((x - 0.5) / n * steps) as usize).min(sums.len() - 1);
         sums[step].0 += 1.0;
         sums[step].1 += y;
@@ -74,7 +74,7 @@ fn share(x: &[f64], y: &[f64]) -> f64 {
     ((between - (m - 1.0) * (total - between) / (n - m)) / total).max(0.0)
 }
 
-/// Ranks from 1; equal numbers share the mean of theirs.
+/// Ranks from 1; equal numbers share the mean of their ranks.
 fn ranks(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut sorted: Vec<(f64, usize)> = values.enumerate().map(|(index, x)| (x, index)).collect();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -101,7 +101,7 @@ mod tests {
 
     #[test]
     fn the_correlation_is_that_of_another_program() {
-        // SciPy 1.17: spearmanr([1, 2, 3, 4, 5, 6], [2, 1, 4, 3, 3, 9]).statistic.
+        // Value of SciPy 1.17: spearmanr([1, 2, 3, 4, 5, 6], [2, 1, 4, 3, 3, 9]).statistic.
         let pairs: Vec<_> =
             [2.0, 1.0, 4.0, 3.0, 3.0, 9.0].into_iter().zip(1..).map(|(y, x)| (f64::from(x), y)).collect();
         let found = correlation(&pairs).unwrap();

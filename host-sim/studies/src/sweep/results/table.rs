@@ -1,4 +1,4 @@
-//! The table of runs, row by row, and a sample of it.
+//! The table of runs, read row by row, and a sample of it.
 
 use super::RunShare;
 use super::rank::{Sensitivity, correlation};
@@ -11,12 +11,12 @@ use sim::failure::Failure;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// Runs by the values of one key or two.
+/// Runs grouped by the values of one key or of two.
 #[derive(Clone, Debug, Serialize)]
 pub struct Group {
     /// The keys.
     pub keys: Vec<String>,
-    /// Each combination of values.
+    /// One cell for each combination of values.
     pub cells: Vec<GroupCell>,
 }
 
@@ -27,7 +27,7 @@ pub struct GroupCell {
     pub values: Vec<String>,
     /// Share of the runs that failed.
     pub failures: RunShare,
-    /// Median of each figure over the complete runs of the sample; `None` where it holds none.
+    /// Median of each figure over the complete runs in the sample; `None` if there are none.
     pub medians: Vec<Option<f64>>,
 }
 
@@ -45,7 +45,7 @@ struct Column {
     name: String,
     /// True if all its values are numbers.
     numbers: bool,
-    /// True if its values are few, whatever the number of runs.
+    /// True if it has few values, regardless of the number of runs.
     few: bool,
 }
 
@@ -60,7 +60,7 @@ impl Columns {
 
 impl Column {
     fn of(vary: &Vary) -> Self {
-        // A range has steps in a grid only.
+        // A range has a number of steps only in a grid.
         let values = vary.values.countable().unwrap_or(vary.steps);
         let few = (1..=VALUES_MAX as u64).contains(&values);
         Self { name: vary.key.name.clone(), numbers: vary.values.are_numbers(), few }
@@ -74,7 +74,7 @@ pub(super) struct Table {
     pub(super) columns: Columns,
 }
 
-/// A row of it.
+/// A row of the table.
 pub(super) struct SweepRow<'a> {
     pub(super) index: u64,
     pub(super) keys: Vec<&'a str>,
@@ -84,10 +84,10 @@ pub(super) struct SweepRow<'a> {
 }
 
 impl Table {
-    /// Hands on every row.
+    /// Passes every row to `hand_on`.
     ///
     /// # Errors
-    /// [`Failure::Input`] for a table that cannot be read or has other columns.
+    /// [`Failure::Input`] if the table cannot be read or has other columns.
     pub(super) fn each_row(&self, mut hand_on: impl FnMut(SweepRow<'_>)) -> Result<(), Failure> {
         let wrong = |problem: String| Failure::Input(miette::miette!("{}: {problem}", self.path.display()));
         let mut reader = csv::ReaderBuilder::new()
@@ -111,7 +111,7 @@ impl Table {
     fn row<'a>(&self, record: &'a ByteRecord) -> Option<SweepRow<'a>> {
         let text = |place: usize| core::str::from_utf8(record.get(place)?).ok();
         let (keys, metrics) = (self.columns.keys.len(), self.columns.metrics.len());
-        // An empty figure is that of a run that was refused.
+        // An empty figure belongs to a refused run.
         let figure = |place: usize| {
             let text = text(place)?;
             if text.is_empty() { Some(f64::NAN) } else { text.parse().ok() }
@@ -126,31 +126,31 @@ impl Table {
     }
 }
 
-/// Most runs of a sample.
+/// Largest number of runs in a sample.
 const SAMPLE_MAX: u64 = 100_000;
-/// Most values of a key by which runs are grouped.
+/// Largest number of values of a key by which runs are grouped.
 const VALUES_MAX: usize = 32;
-/// Most combinations of two keys.
+/// Largest number of combinations of two keys by which runs are grouped.
 const PAIRS_MAX: usize = 400;
 
-/// Runs whose index is a multiple of the stride, and counts of all runs by the values of keys.
+/// Figures of the runs with an index that is a multiple of the stride, and counts of all runs by the values of keys.
 #[derive(Debug)]
 pub(super) struct RowSample {
     pub(super) stride: u64,
-    /// Keys with numbers, then figures; a list for each.
+    /// One list for each key with numbers, then for each figure.
     numbers: Vec<Vec<f64>>,
-    /// Places, among all keys, of the keys with numbers.
+    /// Indices, among all keys, of the keys with numbers.
     keys: Vec<usize>,
     groups: Vec<Counts>,
 }
 
-/// Counts of runs by the values of one key or two.
+/// Counts of runs by the values of one key or of two.
 #[derive(Debug)]
 struct Counts {
     keys: Vec<usize>,
-    /// Most combinations; none are kept beyond.
+    /// Largest number of combinations; with more, none are kept.
     most: usize,
-    /// Runs, failures, and places of complete runs in the sample.
+    /// Number of runs, number of failures, and indices of complete runs in the sample.
     cells: BTreeMap<Vec<String>, (u64, u64, Vec<usize>)>,
     too_many: bool,
 }
@@ -177,7 +177,7 @@ impl RowSample {
     pub(super) fn add(&mut self, row: &SweepRow<'_>) {
         let chosen = row.index.is_multiple_of(self.stride);
         let place = chosen.then_some(self.runs());
-        // A run that stopped at a fault has had less time to err.
+        // A run that stopped at a fault had less time to accumulate error, so it is left out.
         let whole = place.filter(|_| row.end == COMPLETE);
         self.groups.iter_mut().for_each(|group| group.add(row, whole));
         if chosen {
@@ -187,12 +187,12 @@ impl RowSample {
         }
     }
 
-    /// The sample of a figure.
+    /// Values of a figure in the sample.
     pub(super) fn figure(&self, place: usize) -> &[f64] {
         self.numbers.get(self.keys.len() + place).map_or(&[], Vec::as_slice)
     }
 
-    /// Rank correlation of each figure with each key that has numbers. NaN counts nowhere.
+    /// Rank correlation of each figure with each key with numbers. NaN values are ignored.
     pub(super) fn sensitivities(&self, columns: &Columns) -> Vec<Sensitivity> {
         let metrics = columns.metrics.iter().enumerate();
         metrics
@@ -207,7 +207,7 @@ impl RowSample {
             .collect()
     }
 
-    /// Runs by the values of keys, where they are few.
+    /// Runs grouped by the values of keys that have few.
     pub(super) fn groups(&self, columns: &Columns) -> Vec<Group> {
         let few = self.groups.iter().filter(|group| !group.too_many && group.cells.len() > 1);
         few.map(|group| Group {
@@ -238,7 +238,7 @@ impl Counts {
         }
     }
 
-    /// The cells, numbers in their order.
+    /// The cells; numbers are sorted by value.
     fn cells(&self, sample: &RowSample) -> Vec<GroupCell> {
         let mut cells: Vec<_> = self.cells.iter().collect();
         let number = |text: &String| text.parse::<f64>().unwrap_or(f64::INFINITY);
@@ -260,7 +260,7 @@ impl Counts {
     }
 }
 
-/// Middle of the numbers that are not NaN.
+/// Median of the numbers that are not NaN.
 fn median(numbers: impl Iterator<Item = f64>) -> Option<f64> {
     let mut sorted: Vec<f64> = numbers.filter(|x| !x.is_nan()).collect();
     sorted.sort_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! Rows of a study into a folder, block by block.
+//! Writing of a study's rows into a folder, block by block.
 
 use super::manifest::replace;
 use super::{Manifest, RUNS, Shard};
@@ -13,16 +13,16 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-/// Which part is written, and how.
+/// Part to write, and settings for the work.
 #[derive(Clone, Copy)]
 pub struct Progress<'a> {
-    /// The part.
+    /// Part of the study.
     pub shard: Shard,
-    /// The threads.
+    /// Threads to use.
     pub jobs: &'a Jobs,
-    /// Ends the work after the last whole block.
+    /// Stops the work after the last whole block.
     pub stop: &'a AtomicBool,
-    /// Receives the number of rows after each block.
+    /// Called with the number of rows after each block.
     pub after_block: &'a dyn Fn(u64),
 }
 
@@ -31,22 +31,22 @@ pub struct Progress<'a> {
 pub struct Done {
     /// State of the table.
     pub manifest: Manifest,
-    /// Rows that were there already.
+    /// Number of rows that already existed.
     pub found: u64,
-    /// Time for the others.
+    /// Time for the other rows.
     pub time: Duration,
 }
 
-/// Time of a block: what a kill can cost.
+/// Duration of a block: the work that a killed process can lose.
 const BLOCK: Duration = Duration::from_millis(500);
-/// Most rows of a block, which are in memory together.
+/// Largest number of rows in a block; these are in memory together.
 const BLOCK_MAX: u64 = 16_384;
 
-/// Does the runs of a shard that the folder does not have yet, and keeps each block as it comes.
+/// Does the runs of a shard that the folder does not have yet, and saves each block as soon as it is done.
 ///
 /// # Errors
-/// [`Failure::Input`]: the folder holds another study or shard. [`Failure::Target`]: another process writes there.
-/// [`Failure::Interrupted`] after `stop`: all blocks until then are kept.
+/// [`Failure::Input`]: the folder contains another study or shard. [`Failure::Target`]: another process writes there. [`Failure::Interrupted`] after
+/// `stop`: all blocks until then are kept.
 pub fn write(prepared: &Prepared, folder: &Path, progress: &Progress<'_>) -> Result<Done, Failure> {
     fs::create_dir_all(folder).map_err(|error| in_file(folder, &error))?;
     let first_run = first_run(prepared, progress)?;
@@ -61,7 +61,7 @@ pub fn write(prepared: &Prepared, folder: &Path, progress: &Progress<'_>) -> Res
     let options = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
     let mut file = options.map_err(failed)?;
     lock(&file, &path)?;
-    // Read again now that nobody else writes.
+    // Read it again now that the lock excludes other writers.
     let known = Manifest::read(folder)?.filter(|known| known.rows > 0);
     let (mut manifest, mut hash) = match known {
         Some(known) => match sure(&mut file, &known).map_err(failed)? {
@@ -114,7 +114,7 @@ fn first_run(prepared: &Prepared, progress: &Progress<'_>) -> Result<String, Fai
     Ok(hexadecimal(&Sha256::digest(lines(&rows)?)))
 }
 
-/// Refuses a folder that holds something else.
+/// Rejects a folder that contains another study or shard.
 fn fits(known: &Manifest, wanted: &Manifest, folder: &Path) -> Result<(), Failure> {
     let shard = || format!("shard {}/{}, not {}/{}", known.shard[0], known.shard[1], wanted.shard[0], wanted.shard[1]);
     let differs = known.differs(wanted).or_else(|| (known.shard != wanted.shard).then(shard));
@@ -134,12 +134,12 @@ fn lock(file: &File, path: &Path) -> Result<(), Failure> {
             let problem = miette::miette!("{}: another process writes here", path.display());
             Err(Failure::Target(problem))
         }
-        // A file system without locks: whoever submits shards gives each a folder of its own.
+        // The file system has no locks. The files for engines give each shard a separate folder.
         Err(TryLockError::Error(_)) => Ok(()),
     }
 }
 
-/// Hash of the bytes that the manifest calls sure; `None` where the file does not have them.
+/// Hash of the bytes that the manifest guarantees; `None` if the file does not contain them.
 fn sure(file: &mut File, manifest: &Manifest) -> std::io::Result<Option<Sha256>> {
     let mut hash = Sha256::new();
     let mut left = manifest.bytes;
@@ -157,7 +157,7 @@ fn sure(file: &mut File, manifest: &Manifest) -> std::io::Result<Option<Sha256>>
     Ok((hexadecimal(&hash.clone().finalize()) == manifest.sha256).then_some(hash))
 }
 
-/// Rows as lines of a CSV file.
+/// Formats rows as lines of a CSV file.
 fn lines(rows: &[Vec<String>]) -> Result<Vec<u8>, Failure> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let written = rows.iter().try_for_each(|row| writer.write_record(row));

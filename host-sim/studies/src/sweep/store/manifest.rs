@@ -16,7 +16,7 @@ pub struct Manifest {
     pub study: String,
     /// Version of the program.
     pub version: String,
-    /// Hash of the study's first run as this machine computes it: parts that differ here come from different programs.
+    /// Hash of the study's first run as computed on this machine. Parts with different hashes come from different programs.
     pub first_run: String,
     /// Number of runs of the whole study.
     pub runs: u64,
@@ -24,18 +24,18 @@ pub struct Manifest {
     pub shard: [u64; 2],
     /// First index of the shard.
     pub from: u64,
-    /// One behind the last index of the shard.
+    /// Index after the last one of the shard.
     pub to: u64,
-    /// Rows that are sure.
+    /// Number of rows that are safely written.
     pub rows: u64,
-    /// Bytes of the table that are sure, its head counted.
+    /// Number of bytes of the table that are safely written, including its head.
     pub bytes: u64,
     /// SHA-256 of these bytes.
     pub sha256: String,
 }
 
 impl Manifest {
-    /// Before the first row.
+    /// Creates the manifest of an empty table.
     #[must_use]
     pub fn new(prepared: &Prepared, first_run: &str, shard: Shard) -> Self {
         let indices = shard.indices(prepared.count);
@@ -53,16 +53,16 @@ impl Manifest {
         }
     }
 
-    /// True if all rows are there.
+    /// True if all rows are written.
     #[must_use]
     pub const fn is_complete(&self) -> bool {
         self.rows == self.to - self.from
     }
 
-    /// Reads the manifest of a folder; `None` where there is none.
+    /// Reads the manifest of a folder; `None` if there is none.
     ///
     /// # Errors
-    /// [`Failure::Input`]: it cannot be read, or is no manifest.
+    /// [`Failure::Input`]: it cannot be read, or is not a manifest.
     pub fn read(folder: &Path) -> Result<Option<Self>, Failure> {
         let path = folder.join(MANIFEST);
         let text = match fs::read_to_string(&path) {
@@ -96,16 +96,16 @@ impl Manifest {
         )))
     }
 
-    /// Writes the manifest, in one step for whoever looks.
+    /// Writes the manifest atomically.
     ///
     /// # Errors
-    /// [`Failure::Output`].
+    /// [`Failure::Output`] if it cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), Failure> {
         let text = serde_json::to_string_pretty(self).map_err(|error| Failure::Output(error.into()))?;
         replace(&folder.join(MANIFEST), format!("{text}\n").as_bytes())
     }
 
-    /// Differences between two manifests that should be of one study, in words; `None` where nothing differs.
+    /// Describes the first difference between two manifests that should belong to the same study; `None` if there is none.
     #[must_use]
     pub fn differs(&self, other: &Self) -> Option<String> {
         if self.version != other.version {
@@ -122,7 +122,7 @@ impl Manifest {
     }
 }
 
-/// Writes a file in one step: readers see the old or the new one.
+/// Writes a file atomically: readers see the old or the new contents.
 pub(crate) fn replace(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let beside = path.with_extension("new");
     let written = fs::write(&beside, bytes).and_then(|()| fs::rename(&beside, path));

@@ -1,4 +1,4 @@
-//! From the folders of all shards to the folder of the whole.
+//! Merging of the folders of all shards into one folder.
 
 use super::manifest::replace;
 use super::{MANIFEST, Manifest, RUNS, STUDY, Shard};
@@ -12,7 +12,7 @@ use std::fs::{self, File};
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
-/// The folders of shards among these: a folder without a manifest stands for those below it.
+/// Finds the folders of shards among these; a folder without a manifest is replaced by the folders in it.
 ///
 /// # Errors
 /// [`Failure::Input`]: a folder cannot be read.
@@ -20,13 +20,13 @@ pub fn shards(folders: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
     let mut found = Vec::with_capacity(folders.len());
     for folder in folders {
         let below = if folder.join(MANIFEST).exists() { Vec::new() } else { below(folder)? };
-        // Nothing below it: it is refused under its own name.
+        // A folder without subfolders stays, so that it is rejected under its own name.
         if below.is_empty() { found.push(folder.clone()) } else { found.extend(below) }
     }
     Ok(found)
 }
 
-/// Folders in a folder, by their names; none where there is no such folder.
+/// Folders in a folder, sorted by name; none if the folder does not exist.
 pub(in crate::sweep) fn below(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     let unreadable = |error: std::io::Error| Failure::Input(miette::miette!("{}: {error}", folder.display()));
     let mut found = match fs::read_dir(folder) {
@@ -39,11 +39,11 @@ pub(in crate::sweep) fn below(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     Ok(found)
 }
 
-/// Merges shards into a folder; byte for byte what one process writes. One shard is open at a time, and none is in memory.
+/// Merges shards into a folder, with the same bytes that a single process would write. One shard is open at a time, and none is held in memory.
 ///
 /// # Errors
-/// [`Failure::Input`]: a folder without a manifest or with an incomplete one, shards of different studies, versions or builds, a hole or an
-/// overlap between them, a table that is not what its manifest says.
+/// [`Failure::Input`]: a folder without a manifest or with an incomplete one; shards of different studies, versions or builds; a gap or an overlap
+/// between them; or a table that differs from its manifest.
 pub fn merge(
     folders: &[PathBuf],
     out: &Path,
@@ -72,7 +72,7 @@ pub fn merge(
     output.folder(out, &[FILES, &[RUNS, MANIFEST]].concat())?;
     let beside = out.join("runs.new");
     if let Err(error) = put_together(&shards, &mut whole, &beside, after_shard) {
-        // The cause of the failure is reported; a file that stays is no worse than that.
+        // The original failure is reported; if the temporary file cannot be removed, it stays.
         fs::remove_file(&beside).ok();
         return Err(error);
     }
@@ -84,7 +84,7 @@ pub fn merge(
     Ok((prepared, whole))
 }
 
-/// Writes the tables of shards behind each other, and what they are together into the manifest.
+/// Writes the tables of the shards one after another, and updates the manifest of the whole.
 fn put_together(
     shards: &[(PathBuf, Manifest)],
     whole: &mut Manifest,
@@ -111,7 +111,7 @@ fn refused(folder: &Path, problem: String, expected: &str) -> Failure {
     Failure::Input(miette::miette!(help = expected.to_owned(), "{}: {problem}", folder.display()))
 }
 
-/// The shards by their place in the study.
+/// Reads the shards and sorts them by their position in the study.
 fn in_order(folders: &[PathBuf]) -> Result<Vec<(PathBuf, Manifest)>, Failure> {
     let mut shards = Vec::with_capacity(folders.len());
     for folder in folders {
@@ -124,7 +124,7 @@ fn in_order(folders: &[PathBuf]) -> Result<Vec<(PathBuf, Manifest)>, Failure> {
         }
         shards.push((folder.clone(), manifest));
     }
-    // An empty shard stands before the one that begins where it does.
+    // An empty shard comes before the one that begins at the same index.
     shards.sort_by_key(|(_, manifest)| (manifest.from, manifest.to));
     let mut next = 0;
     let same = |manifest: &Manifest| shards.first().and_then(|(_, first)| manifest.differs(first));
@@ -150,7 +150,7 @@ fn in_order(folders: &[PathBuf]) -> Result<Vec<(PathBuf, Manifest)>, Failure> {
     }
 }
 
-/// Hands on the table of a shard, without its head unless `head`.
+/// Passes the table of a shard to `hand_on`, with its head only if `head`.
 fn append(
     folder: &Path,
     manifest: &Manifest,
@@ -162,7 +162,7 @@ fn append(
     let mut reader = BufReader::with_capacity(1 << 20, File::open(&path).map_err(unreadable)?);
     let mut hash = Sha256::new();
     let mut title = Vec::new();
-    // A head is short; a file without a line end is no table.
+    // A head is short; a file without a line end is not a table.
     (&mut reader).take(1 << 16).read_until(b'\n', &mut title).map_err(unreadable)?;
     hash.update(&title);
     let mut bytes = title.len() as u64;

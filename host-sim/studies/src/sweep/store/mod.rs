@@ -1,7 +1,7 @@
 //! The folder of a study or of one of its shards: `runs.csv`, `manifest.json`, and copies of the study's files.
 //!
-//! Rows are appended in the order of their index, in blocks. Behind each block the manifest is renamed into its place: it says how many
-//! rows and bytes are sure, and their hash. Whoever continues after a kill cuts what is behind them.
+//! Rows are appended in the order of their index, in blocks. After each block the manifest is replaced atomically. It records how many rows and bytes
+//! are safely written, and their hash. After a kill, the next process truncates the table to that length and continues.
 
 mod folder;
 mod manifest;
@@ -16,7 +16,7 @@ pub use shard::Shard;
 
 /// Table of runs.
 pub const RUNS: &str = "runs.csv";
-/// Its state after the last whole block.
+/// State of the table after the last whole block.
 pub const MANIFEST: &str = "manifest.json";
-/// The study.
+/// Copy of the study file.
 pub const STUDY: &str = "study.toml";

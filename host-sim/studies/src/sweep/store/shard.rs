@@ -11,20 +11,20 @@ pub struct Shard {
     of: u64,
 }
 
-/// Most shards of a study.
+/// Largest number of shards of a study.
 const SHARDS_MAX: u64 = 1_000_000;
 
 impl Shard {
-    /// All runs.
+    /// The whole study as a single part.
     pub const WHOLE: Self = Self { number: 1, of: 1 };
 
-    /// Part `number` of `of`; `None` where there is no such part.
+    /// Creates part `number` of `of`; `None` if there is no such part.
     #[must_use]
     pub fn new(number: u64, of: u64) -> Option<Self> {
         (1..=of.min(SHARDS_MAX)).contains(&number).then_some(Self { number, of }).filter(|_| of <= SHARDS_MAX)
     }
 
-    /// Indices of the part, of so many runs. The parts follow each other, and their sizes differ by one at most.
+    /// Indices of this part, out of `count` runs. The parts are consecutive, and their sizes differ by at most one.
     #[must_use]
     pub fn indices(self, count: u64) -> Range<u64> {
         let end = |number: u64| (u128::from(count) * u128::from(number) / u128::from(self.of)) as u64;

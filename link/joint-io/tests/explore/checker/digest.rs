@@ -1,26 +1,26 @@
-//! The part of a state that decides its future, as a hash.
+//! Hash of the part of a state that determines its future.
 //!
-//! The board's types hold private fields in several packages, and gain more of them. Their `Debug` text shows every field, and floating-point
-//! numbers to the last bit (the shortest text that reads back as the same number). So the text is hashed, less some fields. A new field is part
-//! of the hash without further work: at worst, states that are alike are told apart.
+//! The board's types have private fields in several packages, and more are added over time. Their `Debug` text shows every field, and
+//! floating-point numbers to the last bit (the shortest text that reads back as the same number). So the text is hashed, without some fields. A
+//! new field becomes part of the hash without further work; at worst, equivalent states count as different.
 
 use core::fmt::{Debug, Write};
 use core::hash::Hasher;
 use rustc_hash::FxHasher;
 use std::cell::RefCell;
 
-/// Fields of structures that are left out, and why this is sound: nothing that is judged here depends on them.
+/// Fields that are left out of the hash. This is sound because nothing that is judged here depends on them:
 ///
 /// | fields | reason |
 /// |---|---|
 /// | `tick`, `taken`, `foreign`, `counts`, `buses` | counters for telemetry: they are sent to the host, and nothing else reads them |
 /// | `left_live` | read by the firmware's loop around the session, which is not explored |
-/// | `number` | numbers of requests: the host's count up, so only their order acts, and which of them is the host's last, which the host's `arrived` tells |
+/// | `number` | numbers of requests: the host counts up, so only their order matters, and which one is the host's last (see its `arrived`) |
 /// | `ring`, `next`, `waiting` | the board's memory of requests is written round and round. The host sends none again but its last: that one, the requests of this period and their verdicts are part of the judge, and the request that waits is part of the machine's inputs |
 /// | `ranges` | constants of the scene |
 ///
-/// Not in the text at all: constants, the black box, and the controller's own memory, which is empty without integral action, hand guiding and
-/// collision detection.
+/// The `Debug` text does not have constants, the black box, and the controller's own memory, which is empty without integral action, hand guiding
+/// and collision detection.
 const LEFT_OUT: [(&str, &str); 12] = [
     ("Session", "tick"),
     ("Session", "taken"),
@@ -36,8 +36,8 @@ const LEFT_OUT: [(&str, &str); 12] = [
     ("Electronics", "ranges"),
 ];
 
-/// Counters that act only up to a bound, and count on beyond it: the text has a word for all beyond. Each bound is above every limit of the
-/// scenes ([`super::scene`]), and in so many periods a joint can go anywhere at the speed that a jump is judged by.
+/// Counters that have no further effect above a bound: the text has the same word for all larger values. Each bound is above every limit of the
+/// scenes ([`super::scene`]). In so many periods a joint can reach any position at the speed that a jump is judged by.
 const BOUNDED: [(&str, &str, u64); 7] = [
     ("Inputs", "live_age", 30),
     ("Memory", "settled", 30),
@@ -67,7 +67,7 @@ pub fn of(values: &[&dyn Debug]) -> u64 {
     })
 }
 
-/// The text that [`of`] hashes, for a person.
+/// The text that [`of`] hashes, for debugging.
 #[must_use]
 pub fn text(value: &dyn Debug) -> String {
     let mut text = Vec::new();
@@ -75,15 +75,15 @@ pub fn text(value: &dyn Debug) -> String {
     String::from_utf8(text).unwrap_or_default()
 }
 
-/// Receives `Debug` text in the pieces in which the standard library's builders write it: a field's name is a piece of its own, followed by
-/// `": "`; so are brackets and commas.
+/// Receives `Debug` text in the pieces in which the standard library's builders write it: a field's name is one piece, followed by `": "`;
+/// brackets and commas are separate pieces too.
 struct Writer<'a> {
     text: &'a mut Vec<u8>,
-    /// Where the last piece begins in the text: it may turn out to be a field's name.
+    /// Start of the last piece in the text: it may turn out to be a field's name.
     last: usize,
-    /// Where in the text the names of the structures are that the writer is inside of.
+    /// Ranges in the text with the names of the enclosing structures.
     within: Vec<(usize, usize)>,
-    /// The field whose value is being written, where it is treated differently, and the depth of brackets inside of it.
+    /// Treatment of the field that is being written, if it is a special one, and the depth of brackets inside it.
     field: Option<(Treatment, u32)>,
 }
 
@@ -110,7 +110,7 @@ impl<'a> Writer<'a> {
         Self { text, last: 0, within: Vec::new(), field: None }
     }
 
-    /// True where this piece ends the value of a field at the depth; else the depth is updated.
+    /// True if this piece ends the value of a field at this depth; otherwise updates the depth.
     fn ends(depth: &mut u32, piece: &str) -> bool {
         match piece {
             " { " | "(" | "[" => *depth += 1,

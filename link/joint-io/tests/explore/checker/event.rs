@@ -13,29 +13,29 @@ pub enum Event {
     Reply(u8, ReplyFate),
     /// The board's controller is off the bus for two periods.
     BusOff,
-    /// The drive has no power for so many periods, and restarts.
+    /// The drive of this joint has no power for this number of periods, and restarts.
     Dark(u8, u8),
-    /// The emergency stop is pressed, and cuts the power of all drives, for so many periods.
+    /// The emergency stop is pressed for this number of periods and cuts the power of all drives.
     Cut(u8),
-    /// The emergency stop is pressed for one period, and cuts nothing.
+    /// The emergency stop is pressed for one period and does not cut the power.
     EmergencyStop,
     /// The period ends after the next one was due.
     Overrun,
     /// The drive switches itself off, and reports no error.
     Trip(u8),
-    /// The drive finds an error of its own, which stays until it is cleared.
+    /// The drive detects an error, which stays until it is cleared.
     DriveError(u8),
     /// An additional request, after the operator's.
     Ask(Request),
-    /// The last request once more.
+    /// The last request is sent again.
     Repeat,
-    /// One of the next batch of frames from the host is lost: this one.
+    /// The frame with this index in the next batch from the host is lost.
     LoseFrame(u8),
-    /// The host is silent for so many periods.
+    /// The host is silent for this number of periods.
     Away(u8),
-    /// The host is silent until it says hello again.
+    /// The host is silent until it sends another hello.
     Gone,
-    /// A host says hello.
+    /// A host sends a hello.
     Hello,
 }
 
@@ -50,8 +50,9 @@ pub enum Step {
     Event(Event),
 }
 
-/// Periods of a step after the last event: nothing branches there, so fewer states are looked at.
+/// Number of periods in one step after the last event. Nothing branches there, so fewer states need to be stored.
 pub const TAIL: u32 = 8;
 
-/// Periods that a drive is dark: its shortest restart, within which missing replies are tolerated, and more than the check for jumps sees.
+/// Periods for which a drive has no power: its shortest restart, within which missing replies are tolerated, and a longer one that the check for
+/// jumps does not cover.
 pub const DARK: [u8; 2] = [scene::RESTART as u8, 8];

@@ -12,7 +12,7 @@ use std::marker::PhantomData;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
-/// Control periods of the undisturbed session whose states the search begins with.
+/// Largest number of control periods of the undisturbed session; the search begins with its states.
 const NOMINAL: usize = 140;
 
 /// The transition system of a setup.
@@ -20,11 +20,11 @@ pub struct Explorer<F, const N: usize> {
     setup: Setup,
     numbers: Numbers<N>,
     meter: Meter<Uncounted>,
-    /// Rules whose first violation was reported, as bits. The checker would keep the last of all counterexamples, which is a longest one.
+    /// Rules with a reported first violation, as bits. Without this the checker would keep the last counterexample, which is a longest one.
     found: AtomicU32,
-    /// No state is continued after this moment. The checker's own timeout does not end a depth-first search.
+    /// Time after which no state is continued. The checker's own timeout does not end a depth-first search.
     deadline: Option<Instant>,
-    /// The search has ended, and the checker repeats paths to print them: the deadline no longer counts.
+    /// True if the search has ended and the checker repeats paths to print them: the deadline no longer applies.
     ended: AtomicBool,
     frames: PhantomData<fn() -> F>,
 }
@@ -79,7 +79,7 @@ impl<F: Frames + Clone + Debug, const N: usize> Explorer<F, N> {
         state.next(&self.setup, &self.meter, step)
     }
 
-    /// A state in a line.
+    /// Describes a state in one line.
     #[must_use]
     pub fn line(state: &State<F, N>) -> String {
         let mut line = format!("{:?}", state.machine());
@@ -172,17 +172,17 @@ impl<F: Frames + Clone + Debug, const N: usize> Model for Explorer<F, N> {
 /// Result of a search.
 #[derive(Clone, Debug)]
 pub struct Explored {
-    /// Different states.
+    /// Number of different states.
     pub states: usize,
-    /// Steps that were taken.
+    /// Number of steps.
     pub steps: usize,
-    /// Longest path from an initial state.
+    /// Length of the longest path from an initial state.
     pub depth: usize,
-    /// Time, s.
+    /// Duration of the search, s.
     pub seconds: f64,
-    /// The search has ended by itself: there are no more states within the budget of events, at any depth.
+    /// True if the search is complete: there are no more states within the budget of events, at any depth.
     pub complete: bool,
-    /// Broken rules, each with a path: a shortest one if the search was breadth first.
+    /// Broken rules, each with a path to the violation; a shortest one if the search was breadth first.
     pub broken: Vec<(&'static str, String)>,
 }
 
@@ -201,12 +201,12 @@ impl core::fmt::Display for Explored {
 /// Bounds of a search.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
-    /// Most time, s.
+    /// Time limit, s.
     pub seconds: u64,
-    /// Threads.
+    /// Number of threads.
     pub threads: usize,
-    /// Depth first: the states that wait fit into memory, but a counterexample is not a shortest one. A search that is cut off has then looked
-    /// at all continuations of some states, and at none of others.
+    /// True for depth first: the pending states fit into memory, but a counterexample is not a shortest one. A search that is cut off has then
+    /// explored all continuations of some states and none of others.
     pub depth_first: bool,
 }
 

@@ -1,4 +1,4 @@
-//! A board that is broken on purpose: each fix undone from outside of the code that has it, to show that the search finds what then happens.
+//! A board that is broken on purpose: each mutant disables one protection from outside its code, to show that the search finds the consequence.
 
 use dynamics_core::control::Spring;
 use dynamics_core::safety::SafeAction;
@@ -8,15 +8,15 @@ use session::readings::Readings;
 /// The deliberate fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mutant {
-    /// A drive counts as on without having shown it, also while it is silent, and the brakes open with the first torque.
+    /// A drive counts as on without confirmation, even while it is silent, and the brakes open with the first torque.
     BlindToDrives,
-    /// Nobody hears of a zero that may be lost.
+    /// A possible loss of a zero is not reported.
     ZeroNeverLost,
-    /// Nothing carries the arm before the brakes open.
+    /// No torque carries the arm before the brakes open.
     NoPreload,
-    /// Of several requests for one period only the last is heard.
+    /// Of several requests for one period only the last is taken.
     LastRequestWins,
-    /// The trajectory outlives faults, stops, disarming and homing.
+    /// The trajectory is kept after faults, stops, disarming and homing.
     OldTrajectory,
     /// The answer to a superseded request is not sent.
     NoAnswer,
@@ -26,7 +26,7 @@ pub enum Mutant {
     NoRestPose,
 }
 
-/// The board's joints, broken or not.
+/// The board's joints, with or without a deliberate fault.
 #[derive(Debug)]
 pub struct Faulty<'a, J> {
     /// The joints.

@@ -9,9 +9,9 @@ use link::{Frame, Point, Reference, Request};
 pub enum Presence {
     /// It sends in every period.
     Here,
-    /// It is silent for so many more periods.
+    /// It is silent for this many more periods.
     Away(u8),
-    /// It is silent until it says hello again.
+    /// It is silent until it sends another hello.
     Gone,
 }
 
@@ -20,24 +20,24 @@ pub enum Presence {
 pub struct Host<const N: usize> {
     /// Presence.
     pub presence: Presence,
-    /// Frames of the next batch that go before the one that is lost.
+    /// Index of the frame of the next batch that is lost.
     pub lose: Option<u8>,
-    /// Packets lost since the last that arrived.
+    /// Number of packets lost since the last one that arrived.
     pub owed: u8,
     /// Periods until the next request.
     pub pause: u8,
-    /// Number of the last request. It counts up, and every number in the board's memory is one of the last eight.
+    /// Number of the last request. It counts up; every number in the board's memory is one of the last eight.
     pub number: u8,
     /// The last request.
     pub last: Option<Request>,
-    /// The last request has arrived.
+    /// True if the last request has arrived.
     pub arrived: bool,
     /// Joint positions that the board reported last, rad.
     pub seen: [f32; N],
 }
 
 impl<const N: usize> Host<N> {
-    /// A host that is there.
+    /// Creates a host that is present.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -52,15 +52,16 @@ impl<const N: usize> Host<N> {
         }
     }
 
-    /// The frames before the next period.
+    /// Returns the frames that the host sends before the next period.
     ///
     /// | state | frames |
     /// |---|---|
-    /// | idle | `Home`, or `Arm` where the arm is homed |
+    /// | idle | `Home`, or `Arm` if the arm is homed |
     /// | homing | `Confirm` |
     /// | armed, or holding above the table | a new trajectory, and `Run` |
     /// | running | `Hold` when the trajectory has ended |
-    /// | arming, disarming; lowering | nothing but signs of life; `Hold` |
+    /// | arming, disarming | only heartbeats |
+    /// | lowering | `Hold` |
     /// | holding at the table | `Disarm` |
     /// | fault | `Clear` |
     pub fn frames(&mut self, state: State, homed: bool) -> Vec<Frame> {
@@ -109,7 +110,7 @@ impl<const N: usize> Host<N> {
         Frame::request(self.number, request)
     }
 
-    /// The last request once more, with its number.
+    /// Returns the last request again, with the same number.
     #[must_use]
     pub fn again(&self) -> Option<Frame> {
         self.last.map(|request| Frame::request(self.number, request))

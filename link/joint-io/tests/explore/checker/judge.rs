@@ -1,4 +1,4 @@
-//! The properties, judged from the simulated drives and the motion, never from what the board believes.
+//! The properties, judged from the simulated drives and the motion, never from the board's own estimate.
 
 use super::event::Event;
 use super::scene::{AGE_MAX, INERTIA, LOWERING_SPEED, PERIOD, Setup, WEIGHT};
@@ -12,25 +12,26 @@ use link::{Answer, NumberedRequest, Request, Verdict};
 /// A property of every period.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
-    /// Brakes open only if every drive was really on at the end of the period before.
+    /// Brakes open only if every drive was actually on at the end of the previous period.
     BrakesOpenOnlyWhenAllDrivesAreOn,
     /// Brakes close at the latest [`off_max`] periods after a drive has gone off.
     BrakesCloseWhenADriveIsOff,
     /// After a hold that was received the arm does not run; after a stop it is in the fault state.
     StopWinsWithinOnePeriod,
-    /// An arm whose drive may have come back with another zero does not count as homed.
+    /// An arm does not count as homed if one of its drives may have restarted with another zero.
     HomingEndsWithTheZero,
     /// An arm runs only along points that were sent after the last fault, stop, disarming or homing.
     NoOldTrajectoryRuns,
     /// While torque is to act, no joint falls by more than [`fall_max`].
     NoJointFallsWhileArmed,
-    /// Every request is answered exactly once; sent again, it gets the same answer again.
+    /// Every request is answered exactly once; a repeated request gets the same answer again.
     EveryRequestIsAnsweredOnce,
-    /// Of several requests for one period the strongest is judged, the first of equal ones, and all others are superseded.
+    /// Of several requests for one period the one of highest rank is decided on (the first of equal ones), and all others are superseded.
     TheStrongestRequestWins,
-    /// Without a host, and with drives that hear the board, an arm with brakes is caught by them, and one with a rest pose is let go there only.
+    /// If the host is lost and the drives still receive the board, the brakes hold an arm with brakes, and an arm with a rest pose is released
+    /// only there.
     NobodyFallsWithoutAHost,
-    /// In the period in which the brakes open every joint is carried: its drive's torque is within [`JUMP_MAX`] of its weight.
+    /// In the period in which the brakes open, the torque of every joint's drive is within [`JUMP_MAX`] of its weight.
     TorqueCarriesTheArmWhenBrakesOpen,
 }
 
@@ -71,33 +72,34 @@ impl Rule {
     }
 }
 
-/// Periods that brakes may stay open over a drive that is off.
+/// Largest number of periods for which brakes may stay open while a drive is off.
 ///
-/// Replies may be missing for [`AGE_MAX`] periods, the next is late by one, and the brakes close in the period that sees it. A mini-cheetah's
-/// replies carry no state: its torque has to be missing in more than [`WEAK_MAX`] of them.
+/// Replies may be missing for [`AGE_MAX`] periods, the next one is late by one period, and the brakes close in the period that finds the drive
+/// off. A mini-cheetah's replies carry no state: its torque must be missing in more than [`WEAK_MAX`] of them.
 #[must_use]
 pub const fn off_max(setup: &Setup) -> u8 {
     let replies = if matches!(setup.language, Language::MiniCheetah) { WEAK_MAX + 1 } else { 0 };
     replies + AGE_MAX as u8 + 2
 }
 
-/// Greatest fall of a joint, rad, while torque is to act: free fall for [`off_max`] periods from the operator's greatest speed.
+/// Largest permitted fall of a joint while torque should act, rad: free fall for [`off_max`] periods from the operator's highest speed.
 #[must_use]
 pub fn fall_max(setup: &Setup) -> f64 {
     let time = PERIOD * f64::from(off_max(setup));
     time * (SPEED_MAX + 0.5 * time * WEIGHT / INERTIA)
 }
 
-/// Greatest speed of the operator's motion, rad/s.
+/// Highest speed of the operator's motion, rad/s.
 const SPEED_MAX: f64 = 0.25;
 
-/// Position at which a joint counts as at its rest pose, rad.
+/// Largest position at which a joint counts as being at its rest pose, rad.
 const REST_MAX: f64 = 0.006;
 
-/// Greatest distance of a drive's torque from the weight when brakes open, N m.
+/// Largest difference between a drive's torque and the weight when brakes open, N m.
 pub const JUMP_MAX: f64 = 1.0;
 
-/// Periods with power after which a drive's other zero must have ended the homing: its first reply is one period old, and may be late or lost.
+/// Number of periods with power after which a drive's changed zero must have ended the homing: its first reply is one period old, and may be late
+/// or lost.
 const SHIFTED_MAX: u8 = 4;
 
 /// Memory of the judge.
@@ -109,37 +111,37 @@ pub struct Judge<const N: usize> {
     pub fresh_points: bool,
     /// Requests that were received since the last period.
     asked: [Option<Asked>; ASKED],
-    /// More requests than that.
+    /// True if there were more requests than `asked` can hold.
     overflow: bool,
     /// The last request that was received, and its verdict.
     last: Option<NumberedRequest>,
     verdict: Option<Verdict>,
-    /// Something other than the host's absence has happened.
+    /// True if an event other than the host's absence has happened.
     disturbed: bool,
-    /// The brakes were open in the period before.
+    /// True if the brakes were open in the previous period.
     was_open: bool,
-    /// Drives that were on at the end of the period before.
+    /// Drives that were on at the end of the previous period.
     was_on: [bool; N],
-    /// Periods that brakes are open over a drive that is off.
+    /// Number of periods for which brakes have been open while a drive was off.
     off_for: [u8; N],
-    /// Periods with power and a zero that has moved since the operator set it.
+    /// Number of periods with power and with a zero that has moved since the operator set it.
     shifted: [u8; N],
-    /// Position from which a joint falls without torque that would carry it, rad.
+    /// Position from which a joint falls without enough torque to carry it, rad.
     falls_from: [Option<f64>; N],
 }
 
-/// Requests for one period, at most: the operator's and three events.
+/// Capacity for requests of one period: those of the operator and of the events.
 const ASKED: usize = 5;
 
 /// A request that was received.
 #[derive(Clone, Copy, Debug)]
 struct Asked {
     request: NumberedRequest,
-    /// It was sent again in the same period, after an earlier one, or both.
+    /// Number of times that it was sent in this period.
     sent: u8,
-    /// Its verdict came in an earlier period.
+    /// True if its verdict was sent in an earlier period.
     before: bool,
-    /// The verdict, and how often it came.
+    /// The verdict, and how often it was sent.
     verdict: Option<Verdict>,
     answers: u8,
 }
@@ -151,16 +153,16 @@ pub struct Period {
     pub before: State,
     /// State after.
     pub after: State,
-    /// The brakes are open.
+    /// True if the brakes are open.
     pub open: bool,
-    /// The joints count as homed.
+    /// True if the joints count as homed.
     pub homed: bool,
-    /// The host is there.
+    /// True if the host is present.
     pub here: bool,
 }
 
 impl<const N: usize> Judge<N> {
-    /// Nothing is broken.
+    /// Creates a judge with no broken rule.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -197,7 +199,7 @@ impl<const N: usize> Judge<N> {
         }
     }
 
-    /// A request is received.
+    /// Records a received request.
     pub fn asked(&mut self, request: NumberedRequest) {
         if let Some(asked) = self.asked.iter_mut().flatten().find(|asked| asked.request == request) {
             asked.sent += 1;
@@ -212,7 +214,7 @@ impl<const N: usize> Judge<N> {
         }
     }
 
-    /// A verdict is sent to the host.
+    /// Records a verdict that is sent to the host.
     pub fn answered(&mut self, answer: Answer) {
         if self.last.is_some_and(|last| last.number == answer.number) {
             self.verdict = Some(answer.verdict);
@@ -225,12 +227,12 @@ impl<const N: usize> Judge<N> {
         self.demand(Rule::EveryRequestIsAnsweredOnce, same);
     }
 
-    /// A new session: what was asked for in the old one is void.
+    /// Begins a new session: requests of the old one no longer count.
     pub fn hello(&mut self) {
         (self.asked, self.fresh_points, self.last, self.verdict) = ([None; ASKED], false, None, None);
     }
 
-    /// An event has happened.
+    /// Records an event.
     pub fn happened(&mut self, event: Event) {
         self.disturbed |= !matches!(event, Event::Away(_) | Event::Gone | Event::Hello | Event::LoseFrame(_));
     }
@@ -247,7 +249,7 @@ impl<const N: usize> Judge<N> {
             self.demand(Rule::TheStrongestRequestWins, wins != superseded);
         }
         for asked in asked.iter().flatten() {
-            // Sent again while it waited, it is answered once; after its verdict, once more.
+            // If it is sent again while it waits, it is answered once; after its verdict, it is answered again.
             self.demand(Rule::EveryRequestIsAnsweredOnce, asked.answers >= 1 && asked.answers <= asked.sent);
         }
         let received = |request| new().any(|asked| asked.request.request == request);
@@ -256,7 +258,7 @@ impl<const N: usize> Judge<N> {
         self.demand(Rule::StopWinsWithinOnePeriod, !received(Request::Stop) || matches!(after, State::Fault(_)));
     }
 
-    /// The end of a period.
+    /// Judges a period at its end.
     pub fn judge(&mut self, setup: &Setup, world: &World<N>, period: &Period) {
         let Period { before, after, open, homed, here } = *period;
         let opened = core::mem::replace(&mut self.was_open, open);
@@ -268,7 +270,7 @@ impl<const N: usize> Judge<N> {
                 let over = drive.torque - WEIGHT;
                 over <= JUMP_MAX && (over >= -JUMP_MAX || drive.q <= 0.0)
             });
-            // A drive that goes off in this very period is another rule's.
+            // Another rule covers a drive that goes off in this period.
             let all_on = world.axes.iter().all(|drive| drive.is_on());
             self.demand(Rule::TorqueCarriesTheArmWhenBrakesOpen, carried || !all_on);
         }

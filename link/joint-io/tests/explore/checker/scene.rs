@@ -1,7 +1,7 @@
 //! An arm to explore: drive kind, safe action, and the numbers of controller and machine.
 //!
-//! The arm's joints are independent: each carries [`WEIGHT`] upward from a table at position 0. One control period is 10 ms, and time limits are
-//! a few periods, so that a search of some tens of periods goes past every one of them.
+//! The arm's joints are independent: each lifts [`WEIGHT`] from a table at position 0. One control period is 10 ms. Time limits are a few
+//! periods, so that a search over some tens of periods exceeds all of them.
 
 use super::faulty::Mutant;
 use actuator_model::mit::{Electronics, Language, Ranges};
@@ -20,11 +20,11 @@ pub const PERIOD: f64 = 0.01;
 pub const INERTIA: f64 = 0.55;
 /// Torque that holds a joint, N m.
 pub const WEIGHT: f64 = 6.0;
-/// Top of the operator's motion, rad; it begins at the table, at 0.
+/// Highest position of the operator's motion, rad; it begins at the table, at 0.
 pub const TOP: f32 = 24.0 / 1024.0;
 /// Control periods of the operator's motion up or down.
 pub const MOTION_TICKS: u16 = 20;
-/// Greatest change of torque in a period, N m: three periods to [`WEIGHT`].
+/// Largest change of torque in a period, N m: three periods to [`WEIGHT`].
 pub const TORQUE_STEP: f32 = 2.0;
 /// Longest age of a measurement, periods.
 pub const AGE_MAX: u32 = 2;
@@ -52,7 +52,7 @@ pub struct Kinds {
     pub frames: bool,
     /// Drives that restart, lose power, or go off.
     pub drives: bool,
-    /// Requests beside the operator's.
+    /// Requests in addition to the operator's.
     pub requests: bool,
     /// The host's frames and its presence.
     pub host: bool,
@@ -69,15 +69,15 @@ impl Kinds {
 /// The explored configuration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setup {
-    /// Frames of the drives.
+    /// Protocol of the drives.
     pub language: Language,
     /// The arm's safe action.
     pub action: SafeAction,
-    /// A drive keeps its zero through a restart.
+    /// True if a drive keeps its zero through a restart.
     pub absolute: bool,
-    /// The arm has a rest pose: on the table.
+    /// True if the arm has a rest pose, on the table.
     pub rest: bool,
-    /// Disturbing events on one path.
+    /// Largest number of disturbing events on one path.
     pub budget: u8,
     /// Periods after the first event in which the others may happen; `None` for any number.
     pub within: Option<u8>,
@@ -87,7 +87,7 @@ pub struct Setup {
     pub mutant: Option<Mutant>,
 }
 
-/// Configuration of controller and machine: the same for every state, and no part of any.
+/// Configuration of controller and safety state machine, shared by all states.
 #[derive(Clone, Copy)]
 pub struct Numbers<const N: usize>(&'static Protected<f32, N>);
 
@@ -190,7 +190,7 @@ pub const fn own(joints: u8) -> Hello {
     Hello { robot: 7, joints, rate_hz: 1.0 / PERIOD as f32, pacing: Pacing::LockStep }
 }
 
-/// The drive of a joint, as the board knows it.
+/// The board's configuration of a joint's drive.
 #[must_use]
 pub fn drive(setup: &Setup, joint: u8) -> MitDrive {
     let both = |max: f32| Range { min: -max, max };
@@ -212,7 +212,7 @@ pub fn drive(setup: &Setup, joint: u8) -> MitDrive {
     }
 }
 
-/// The same drive, from its own side, just switched on.
+/// The simulated drive, just switched on.
 #[must_use]
 pub fn electronics(setup: &Setup, joint: u8) -> Electronics {
     let ranges = Ranges {

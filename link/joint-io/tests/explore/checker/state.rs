@@ -23,7 +23,7 @@ use session::meter::{Counter, Meter};
 use session::readings::Lines;
 use session::{Buffers, Reaction, Session};
 
-/// The session's buffers. The black box is telemetry, and no part of the text that is hashed.
+/// The session's buffers. The black box is telemetry and not part of the hashed text.
 #[derive(Clone)]
 pub struct Kept<const N: usize>(Box<Buffers<N>>);
 
@@ -45,7 +45,7 @@ impl<const N: usize> Debug for Kept<N> {
     }
 }
 
-/// No counter.
+/// A counter that does not count.
 #[derive(Clone, Copy, Debug)]
 pub struct Uncounted;
 
@@ -63,7 +63,7 @@ impl Counter for Uncounted {
 
 type Board<const N: usize> = Session<N, BuildOf<Lift, Polynomial, Numbers<N>, Unprotected, Numbers<N>>, Kept<N>>;
 
-/// A state: the board, all that is around it, and the judge.
+/// A state of the search: the board, its environment, and the judge.
 #[derive(Clone)]
 pub struct State<F, const N: usize> {
     /// The board's session.
@@ -76,18 +76,18 @@ pub struct State<F, const N: usize> {
     pub host: Host<N>,
     /// The judge.
     pub judge: Judge<N>,
-    /// Events that may still come.
+    /// Number of events that may still happen.
     pub left: u8,
-    /// Periods in which they may still happen, once the first has happened.
+    /// Number of periods in which they may still happen, once the first has happened.
     pub within: u8,
-    /// Of a broken board: the last request before this period, and the last beginning of a trajectory.
+    /// Used by mutants: the last request before this period, and the last start of a trajectory.
     withheld: Option<Frame>,
     old: Option<Point>,
     digest: u64,
 }
 
 impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
-    /// The board after power-up and a hello of the host.
+    /// Creates the board after power-up and a hello of the host.
     #[must_use]
     pub fn new(setup: &Setup, numbers: Numbers<N>) -> Self {
         let controller = Controller::new(numbers, Lift, Polynomial);
@@ -124,7 +124,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
         self.digest = digest::of(&[session, joints, world, host, judge, left, within, withheld, old]);
     }
 
-    /// The state that decides all later transitions, as text.
+    /// The part of the state that determines all later transitions, as text.
     #[must_use]
     pub fn text(&self) -> String {
         let Self { session, joints, world, host, judge, left, .. } = self;
@@ -148,7 +148,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
         (0..times).for_each(|_| self.judge.answered(answer));
     }
 
-    /// A frame of the host arrives.
+    /// Receives a frame of the host.
     fn receive(&mut self, setup: &Setup, frame: Frame) {
         let start = matches!(&frame, Frame::Point(point) if point.ticks == 0);
         let keeps = setup.mutant == Some(Mutant::OldTrajectory);
@@ -156,7 +156,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
         let request = if let Frame::Request(request) = &frame { Some(*request) } else { None };
         let missed = core::mem::take(&mut self.host.owed);
         let reaction = match (setup.mutant, &frame) {
-            // Nothing but a new session makes this session forget a stronger request: so it is not given to it before the period.
+            // The session forgets a request of higher rank only with a new session. So this mutant withholds the request until the period begins.
             (Some(Mutant::LastRequestWins), Frame::Request(_)) => {
                 self.withheld = Some(frame);
                 Reaction::None
@@ -164,7 +164,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
             _ => self.session.receive(Ok(Received { frame, missed: missed.into() })),
         };
         let lost = matches!(reaction, Reaction::Reply(Frame::Refusal(link::Refusal::Lost { .. })));
-        // After lost packets a request is refused, and the host is told; but never a stop.
+        // After lost packets a request is refused, and the board reports that; stops are always accepted.
         if let Some(request) = request
             && (!lost || matches!(request.request, Request::Hold | Request::Stop))
         {
@@ -181,7 +181,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
         }
     }
 
-    /// A broken board takes up the trajectory that has ended.
+    /// Mutant: resumes the trajectory that has ended.
     fn revive(&mut self) {
         if let (Some(point), None) = (&self.old, self.session.way_from()) {
             let frame = Frame::Point(point.clone());
@@ -189,7 +189,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
         }
     }
 
-    /// Possible events.
+    /// Collects the possible events.
     pub fn events(&self, setup: &Setup, events: &mut Vec<Step>) {
         let kinds = &setup.events;
         let mut add = |event| events.push(Step::Event(event));
@@ -272,7 +272,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
         next
     }
 
-    /// After the first event the others have only so many periods.
+    /// Counts the periods after the first event in which others may happen.
     fn pass(&mut self, setup: &Setup) {
         if setup.within.is_none() || self.left == setup.budget {
             return;
@@ -282,7 +282,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
             None => self.left = 0,
         }
         if self.left == 0 {
-            // Nothing depends on it any more.
+            // No event is left, so nothing depends on the count.
             self.within = 0;
         }
     }
@@ -321,7 +321,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
         }
     }
 
-    /// One control period, as the firmware's interrupt has it; then time passes for drives and joints, and the host looks at the board.
+    /// Runs one control period as the firmware's interrupt does, then simulates drives and joints, and lets the host react.
     fn tick(&mut self, setup: &Setup, meter: &Meter<Uncounted>) {
         let before = self.machine();
         self.world.prepare(self.joints.buses().0);
@@ -332,7 +332,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
             self.revive();
         }
         let lines = Lines { emergency_stop: self.world.stop > 0, ..Lines::NONE };
-        // Late only after the outputs, so that they act.
+        // The tick becomes late only after the outputs, so that they act.
         let (late, asked) = (self.world.late, Cell::new(false));
         let mut joints = Faulty { joints: &mut self.joints, mutant: setup.mutant };
         joint_io::run_tick(&mut self.session, &mut joints, meter, || lines, || late && asked.replace(true));
@@ -356,7 +356,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
         self.ask(setup, period.after, period.homed);
     }
 
-    /// The operator's frames for the next period.
+    /// Sends the operator's frames for the next period.
     fn ask(&mut self, setup: &Setup, state: safety::State, homed: bool) {
         let frames = self.host.frames(state, homed);
         let lost = if frames.is_empty() { None } else { self.host.lose.take() };

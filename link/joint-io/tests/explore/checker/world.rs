@@ -1,4 +1,4 @@
-//! Everything around the board: bus, drives, power, brakes and joints.
+//! The board's environment: bus, drives, power, brakes and joints.
 
 use super::scene::{self, INERTIA, PERIOD, Setup, TURN, WEIGHT};
 use actuator_model::frame::Frame;
@@ -17,9 +17,9 @@ pub enum CommandFate {
     /// It arrives.
     #[default]
     Arrives,
-    /// The transmitter has no room for it.
+    /// The transmitter is full.
     Refused,
-    /// It is sent, and the drive does not hear it.
+    /// It is sent, but the drive does not receive it.
     Lost,
     /// It arrives at the end of the period.
     Late,
@@ -41,19 +41,19 @@ pub enum ReplyFate {
     Twice,
 }
 
-/// A CAN controller with three mailboxes, and the frames on their way to it. What it sends stays in the mailboxes until the world serves it.
+/// A CAN controller with three mailboxes, and the frames that arrive at it. Frames to send stay in the mailboxes until [`World::step`].
 #[derive(Clone, Debug, Default)]
 pub struct Wire {
     pending: Vec<Frame>,
     arrived: VecDeque<Frame>,
     later: Vec<Frame>,
-    /// The controller has left the bus.
+    /// True if the controller has left the bus.
     pub off: bool,
-    /// Identifiers of drives whose command is refused in this period, as bits.
+    /// Identifiers of the drives to which no command can be queued in this period, as bits.
     pub refused: u8,
 }
 
-/// Mailboxes of a controller.
+/// Number of mailboxes of a controller.
 const MAILBOXES: usize = 3;
 
 fn rank(frame: &Frame) -> u32 {
@@ -100,7 +100,7 @@ impl CanBus for Wire {
     }
 }
 
-/// The line to the brakes; true is open.
+/// The line to the brakes; true opens them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Brake(pub bool);
 
@@ -123,11 +123,11 @@ impl OutputPin for Brake {
 /// A drive and its joint.
 #[derive(Clone, Debug)]
 pub struct Drive {
-    /// Frames, loop, errors.
+    /// The drive's electronics.
     pub electronics: Electronics,
     /// Periods until it has power again; 0 with power.
     pub dark: u8,
-    /// Turns of the motor that its zero is off.
+    /// Error of its zero, turns of the motor.
     pub turns: u8,
     /// Joint position, rad, on a grid.
     pub q: f64,
@@ -141,8 +141,8 @@ pub struct Drive {
     pub torque: f64,
 }
 
-/// Grid of positions in motion and at rest, 1/rad, and of speeds, s/rad. A joint that comes to rest settles on the coarse grid: so there are few
-/// states of rest.
+/// Grid points per rad of positions in motion and at rest, and per rad/s of speeds. A joint that comes to rest settles on the coarse grid, so that
+/// there are few states of rest.
 const MOVING: f64 = 8192.0;
 const RESTING: f64 = 1024.0;
 const SPEEDS: f64 = 256.0;
@@ -150,7 +150,7 @@ const SPEEDS: f64 = 256.0;
 /// Steps of the plant in a period.
 const STEPS: u32 = 5;
 
-/// Friction, N m: it also stops what is nearly at rest, so that the grid has states of rest.
+/// Friction, N m. It also stops a joint that is nearly at rest, so that the grid has states of rest.
 const FRICTION: f64 = 0.5;
 
 impl Drive {
@@ -164,7 +164,7 @@ impl Drive {
         self.dark == 0 && self.electronics.is_enabled() && self.electronics.error == 0
     }
 
-    /// A control period of the joint. `free`: no brake holds it.
+    /// Simulates a control period of the joint. `free`: no brake holds it.
     fn step(&mut self, free: bool) {
         let dt = PERIOD / f64::from(STEPS);
         for _ in 0..STEPS {
@@ -183,15 +183,15 @@ impl Drive {
             }
             let direction = if self.qd == 0.0 { push.signum() } else { self.qd.signum() };
             let next = self.qd + dt * (push - FRICTION * direction) / INERTIA;
-            // Friction stops, it does not turn around.
+            // Friction stops the joint; it does not reverse it.
             self.qd = if self.qd != 0.0 && next * self.qd < 0.0 && push.abs() <= FRICTION { 0.0 } else { next };
             self.q += dt * self.qd;
             if self.q <= 0.0 {
-                // The table.
+                // The joint rests on the table.
                 (self.q, self.qd) = (0.0, self.qd.max(0.0));
             }
         }
-        // Without a negative zero.
+        // Adding 0.0 removes a negative zero.
         self.qd = (self.qd * SPEEDS).round() / SPEEDS + 0.0;
         let grid = if self.qd == 0.0 { RESTING } else { MOVING };
         self.q = (self.q * grid).round() / grid;
@@ -203,16 +203,16 @@ impl Drive {
 pub struct World<const N: usize> {
     /// Drives and joints.
     pub axes: [Drive; N],
-    /// Periods that the emergency stop is still pressed.
+    /// Number of periods for which the emergency stop is still pressed.
     pub stop: u8,
-    /// Periods that the bus is still off.
+    /// Number of periods for which the bus is still off.
     pub bus_off: u8,
-    /// This period ends late.
+    /// True if this period ends late.
     pub late: bool,
 }
 
 impl<const N: usize> World<N> {
-    /// Drives that were just switched on, joints on the table.
+    /// Creates drives that were just switched on, with joints on the table.
     #[must_use]
     pub fn new(setup: &Setup) -> Self {
         let drive = |joint: usize| Drive {
@@ -228,7 +228,7 @@ impl<const N: usize> World<N> {
         Self { axes: core::array::from_fn(drive), stop: 0, bus_off: 0, late: false }
     }
 
-    /// Prepare the controller for the frames of this period.
+    /// Prepares the CAN controller for the frames of this period.
     pub fn prepare(&self, wire: &mut Wire) {
         wire.off = self.bus_off > 0;
         wire.refused = 0;
@@ -239,8 +239,7 @@ impl<const N: usize> World<N> {
         }
     }
 
-    /// A control period after the board's commands: frames, power, motion. `open`: the brakes are open; an arm without brakes has none to
-    /// hold it.
+    /// Simulates a control period after the board's commands: frames, power, motion. `free`: no brake holds the arm.
     pub fn step(&mut self, wire: &mut Wire, free: bool) {
         let late = self.serve(wire);
         for drive in &mut self.axes {
@@ -251,7 +250,7 @@ impl<const N: usize> World<N> {
         }
     }
 
-    /// Send the waiting frames; those that come late are returned.
+    /// Sends the waiting frames and returns those that arrive late.
     fn serve(&mut self, wire: &mut Wire) -> Vec<Frame> {
         let mut late = Vec::new();
         let later = core::mem::take(&mut wire.later);
@@ -292,7 +291,7 @@ impl<const N: usize> World<N> {
         }
     }
 
-    /// Positions that the drives show, rad.
+    /// Positions that the drives measure, rad.
     #[must_use]
     pub fn shown(&self) -> [f64; N] {
         core::array::from_fn(|i| self.axes[i].shaft().position)
@@ -307,7 +306,7 @@ impl<const N: usize> World<N> {
         }
     }
 
-    /// The end of a period: fates are used up, and power comes back.
+    /// Ends a period: resets the fates, and restores power.
     pub fn end(&mut self, setup: &Setup) {
         self.stop = self.stop.saturating_sub(1);
         self.bus_off = self.bus_off.saturating_sub(1);
@@ -323,7 +322,7 @@ impl<const N: usize> World<N> {
 }
 
 impl Drive {
-    /// Switch off without a word.
+    /// Switches the drive off without an error.
     pub fn trip(&mut self) {
         let Electronics { language, id, .. } = self.electronics;
         let shaft = self.shaft();
@@ -331,12 +330,12 @@ impl Drive {
             Language::RobStride => Frame { id: 4 << 24 | 0xfd << 8 | u32::from(id), extended: true, data: vec![0; 8] },
             Language::MiniCheetah | Language::Damiao => Frame::standard(id, EXIT.to_vec()),
         };
-        // Its answer goes nowhere.
+        // The answer is discarded.
         let _ = self.electronics.answer(&frame, &shaft);
     }
 
-    /// Switched on anew: off, without errors, with another zero where it knows no more than a turn of its motor, and was turned
-    /// beyond it.
+    /// Restarts the drive: off, without errors. If it knows its position only within a turn of its motor and has moved further, its zero is
+    /// wrong.
     fn restart(&mut self, setup: &Setup) {
         let shaft = self.shaft();
         self.electronics.memory = Memory::Absolute;

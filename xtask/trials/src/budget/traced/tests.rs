@@ -4,7 +4,7 @@ use super::{BYTE, SERVE, Served, Step, TICK, TICKS_BEFORE, TraceFindings, TraceW
 use chip_image::Program;
 use chip_image::cycles::steps::Event;
 
-/// `nop` eight times, with `cpsid i` third and `cpsie i` sixth.
+/// Eight instructions: `nop`, except `cpsid i` as the third and `cpsie i` as the sixth.
 const HALVES: [u16; 8] = [0xbf00, 0xbf00, 0xb672, 0xbf00, 0xbf00, 0xb662, 0xbf00, 0xbf00];
 
 fn watched(exceptions: &[(u16, u32)]) -> TraceFindings {
@@ -59,7 +59,7 @@ fn a_trace_that_lacks_a_tick_or_a_byte_is_refused() {
         steps.extend([(SERVE, 2), (BYTE, 0)]);
         watched(&steps)
     };
-    // Homing's ticks, and those that find empty caches, are left out: one behind them is enough.
+    // Homing's ticks and the one with empty caches are left out, so one tick after them is enough.
     let needed = TICKS_BEFORE as u64 + 2;
     let found = ticks(needed);
     let all = found.byte.total + found.serve.total;

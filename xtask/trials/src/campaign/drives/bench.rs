@@ -22,7 +22,7 @@ use sim::failure::Failure;
 use sim::plant::{Diverged, State};
 use sim::run::world::World;
 
-/// Time, s, by which an undisturbed hold may last longer than other faults: any stop, the time to settle, and some rest.
+/// Additional duration of an undisturbed hold, s: enough for any stop, for settling, and for some time at rest.
 const RESTS: f64 = 1.0;
 
 /// A run in progress.
@@ -36,15 +36,15 @@ pub(super) struct DriveRun<'a, const N: usize> {
     world: World<N>,
     random: Random,
     pub(super) pair: u64,
-    /// Ticks for which the brakes are still open after their line closes.
+    /// Ticks until the brakes engage, after their line closes.
     engaging: u32,
     /// The fault of this run, while it lasts.
     injection: Option<DriveInjection>,
-    /// The host is silent.
+    /// True while the host is silent.
     mute: bool,
     pub(super) tick: u32,
     status: Option<Status>,
-    /// Ticks along the trajectory, and where the arm was at its beginning, less where the scene's motion begins.
+    /// Ticks along the trajectory, and the arm's position at its start relative to the start of the scene's motion.
     along: u32,
     offset: [f64; N],
     /// Ticks of arming so far.
@@ -98,7 +98,7 @@ impl<const N: usize> Script<N> for DriveRun<'_, N> {
         }
         let (least, most) = injection.ticks(config.age_max, silence, self.stage.lowering);
         self.injection = Some(injection);
-        // An undisturbed hold lasts until the arm is to rest, and longer.
+        // An undisturbed hold lasts until the arm must be at rest, and longer.
         let undisturbed = (case.fault, case.situation) == (FaultKind::Nothing, Situation::Holding);
         let more = if undisturbed { (RESTS / self.world.period) as u32 } else { 0 };
         Ok(self.random.whole(least, most + more))
@@ -174,7 +174,7 @@ impl<'a, const N: usize> DriveRun<'a, N> {
         })
     }
 
-    /// Run one tick: host, board, buses, arm, judge.
+    /// Runs one tick: host, board, buses, arm, judge.
     fn pass(&mut self, board: Board) -> Result<(), Stop> {
         self.tick += 1;
         if self.state() == StateCode::Running && !self.host.gone {
@@ -218,7 +218,7 @@ impl<'a, const N: usize> DriveRun<'a, N> {
         })
     }
 
-    /// Move the arm for a period.
+    /// Moves the arm for one period.
     fn move_arm(&mut self, open: bool) -> Result<(), Diverged> {
         if open || !self.stage.brakes {
             return pass(&mut self.world, &self.stage.stops);
@@ -230,7 +230,7 @@ impl<'a, const N: usize> DriveRun<'a, N> {
         Ok(())
     }
 
-    /// Give the judge the truth of this tick.
+    /// Passes the true state of this tick to the judge.
     fn judge(&mut self, seen: UnjudgedTick<N>) -> Result<(), Stop> {
         let UnjudgedTick { board, status, requests, spoke, carried, heard, released, open } = seen;
         let State { q, qd } = *self.world.plant.state();
@@ -291,7 +291,7 @@ impl<'a, const N: usize> DriveRun<'a, N> {
         Ok(())
     }
 
-    /// Send the trajectory points that are due.
+    /// Sends the trajectory points that are due.
     fn feed(&mut self) -> Result<(), FrameTooLong> {
         let (world, offset) = (&self.world, self.offset);
         self.host.feed(self.along, |ticks| blended(world, ticks, &offset))

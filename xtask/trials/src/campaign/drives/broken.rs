@@ -1,4 +1,4 @@
-//! A board that is broken on purpose, to show that the judge finds what then happens.
+//! A board with a deliberate fault, to show that the judge detects its effects.
 
 use dynamics_core::Sensed;
 use dynamics_core::control::Spring;
@@ -11,11 +11,11 @@ use sim::plant::drives::Drives;
 /// The deliberate fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Breakage {
-    /// A drive counts as on once its enable frame is packed, and the brakes open with the first torque.
+    /// A drive counts as on as soon as its enable frame is packed, and the brakes open with the first torque.
     EnableCountsAsSent,
-    /// Nothing carries the arm before the brakes open.
+    /// The drives carry no load before the brakes open.
     NoPreload,
-    /// Nobody hears of a zero that may be lost.
+    /// A zero that may be lost is not reported.
     ZeroNeverLost,
     /// The brakes open when the drives are on, before they carry the arm.
     BrakesOpenEarly,
@@ -23,55 +23,55 @@ pub enum Breakage {
     BrakesStayOpen,
     /// A request to hold never arrives.
     HoldLost,
-    /// The host is never missed.
+    /// The host's silence is never detected.
     HostNeverMissed,
     /// A drive that goes off is not noticed.
     OffUnnoticed,
     /// The safe action of an arm without brakes switches the drives off.
     NoDamping,
-    /// The last torque goes on in the safe action.
+    /// The last torque continues in the safe action.
     TorqueGoesOn,
     /// Torque is half of what it should be.
     HalfTorque,
     /// Brakes that are engaged slip under any load.
     BrakesSlip,
-    /// Brakes engage a second after their line says so.
+    /// Brakes engage one second after their line closes.
     BrakesLate,
-    /// A drive that hears nothing never ends its torque by itself.
+    /// A drive that receives no frames never ends its torque by its own timeout.
     TimeoutNeverActs,
-    /// The readings of a holding arm drift, so that the arm follows them away.
+    /// The readings of a holding arm drift, so that the arm follows the drift.
     HoldCreeps,
     /// Torque ends in the tick in which the brakes lose their power.
     NoBrakeDelay,
 }
 
-/// Time by which late brakes are late, s.
+/// Delay of late brakes, s.
 const LATE: f64 = 1.0;
 
-/// Drift of a reading in a tick, rad, and the tick of a hold in which it begins.
+/// Drift of a reading per tick, rad, and the tick of a hold in which it begins.
 const CREEP: f32 = 1.2e-4;
 const CREEP_FROM: u32 = 300;
 
-/// The board's joints, broken or not.
+/// The board's joints, with or without a deliberate fault.
 pub(super) struct Faulty<'a, J: ?Sized, const N: usize> {
     /// The joints.
     pub(super) joints: &'a mut J,
     /// The deliberate fault.
     pub(super) breakage: Option<Breakage>,
-    /// Its memory from tick to tick.
+    /// State that lasts from tick to tick.
     pub(super) memory: &'a mut Memory<N>,
 }
 
-/// Memory of a board with a deliberate fault.
+/// State of a board with a deliberate fault.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Memory<const N: usize> {
     /// The last torque, N m or N.
     torque: Option<[f32; N]>,
-    /// The brakes have been open since the last safe action.
+    /// True if torque has been commanded on open brakes since the last safe action.
     drove: bool,
     /// The last good readings.
     readings: Option<Readings<N>>,
-    /// It holds the brakes open, whatever the board's line says.
+    /// True if the deliberate fault holds the brakes open, regardless of the board's line.
     pub(super) opens: bool,
     /// Ticks since the brakes were open.
     closed: u32,
@@ -80,16 +80,16 @@ pub(super) struct Memory<const N: usize> {
 }
 
 impl<const N: usize> Memory<N> {
-    /// Nothing.
+    /// Initial state.
     pub(super) const NONE: Self =
         Self { torque: None, drove: false, readings: None, opens: false, closed: u32::MAX, held: 0 };
 
-    /// A tick begins in this state of the machine.
+    /// Begins a tick in this state of the machine.
     pub(super) fn begin(&mut self, state: StateCode) {
         self.held = if state == StateCode::Holding { self.held.saturating_add(1) } else { 0 };
     }
 
-    /// True if brakes whose line says that they are engaged do not hold the arm. Call it once in a tick of `period` (s).
+    /// True if the brakes do not hold the arm although their line is closed. Call it once per tick; `period` in s.
     pub(super) fn slips(&mut self, breakage: Option<Breakage>, open: bool, period: f64) -> bool {
         self.closed = if open { 0 } else { self.closed.saturating_add(1) };
         match breakage {
@@ -100,7 +100,7 @@ impl<const N: usize> Memory<N> {
     }
 }
 
-/// Take the timeout from every drive that has heard nothing in this tick. What the board set and read back was right.
+/// Removes the timeout from every drive that has received nothing in this tick. The board has set it and read it back correctly.
 pub(super) fn without_timeouts<const N: usize>(drives: &mut Drives<N>) {
     for joint in 0..N {
         if let Some(it) = drives.electronics(joint).filter(|it| it.silent_for() > 0.0) {

@@ -26,24 +26,24 @@ const fn provoking(order: Order) -> &'static [Request] {
 pub(super) struct DriveInjection {
     pub(super) kind: FaultKind,
     joint: usize,
-    /// All drives, not one alone.
+    /// True if the fault affects all drives.
     all: bool,
-    /// Share of the frames that it meets.
+    /// Share of the frames that are affected.
     share: f64,
-    /// Requests: those of a pair, or one at the beginning.
+    /// Requests to send: a pair, or one at the beginning.
     asks: [Option<Request>; 2],
 }
 
-/// Lines and lateness of a tick.
+/// Lines of the board, and lateness of a tick.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Board {
     pub(super) emergency_stop: bool,
-    /// The tick is late: found before its outputs, or after them.
+    /// True if the tick is found late before its outputs, false if after them; `None` if it is on time.
     pub(super) late: Option<bool>,
 }
 
 impl DriveInjection {
-    /// Draw the parameters of a fault; `pair` numbers the pairs of requests.
+    /// Draws the parameters of a fault; `pair` numbers the pairs of requests.
     pub(super) fn new<const N: usize>(kind: FaultKind, pair: u64, random: &mut Random) -> Self {
         let (joint, all) = (random.index(N), random.chance(0.3));
         let share = if random.chance(0.5) { 1.0 } else { 0.1 + 0.8 * random.unit() };
@@ -58,7 +58,7 @@ impl DriveInjection {
         Self { kind, joint, all, share, asks }
     }
 
-    /// Disturb tick number `k`, counted from 0.
+    /// Disturbs tick number `k`, counted from 0.
     pub(super) fn act<const N: usize>(
         &self,
         k: u32,
@@ -113,7 +113,7 @@ impl DriveInjection {
         Ok(board)
     }
 
-    /// The fault ends: power comes back, and frames arrive.
+    /// Ends the fault: power returns, and frames arrive.
     pub(super) fn end<const N: usize>(&self, drives: &mut Drives<N>, state: &State<N>) {
         for bus in 0..3 {
             let bus = drives.bus(bus);

@@ -1,13 +1,13 @@
-//! Safety of the motion: what the joints of the simulated arm do, and what their drives really are, against docs/safety.md.
+//! Safety of the motion: compares the true state of the simulated joints and drives with docs/safety.md.
 //!
-//! The judge sees the arm, the shafts, the brakes and the drives from their own side. Of the board it knows what it announces: its state, and
-//! that it is homed. It reads no frame and calls none of the machine's rules.
+//! The judge reads the true state of the arm, the shafts, the brakes and the drives from the simulation. From the board it knows only what is
+//! announced: its state, and if it is homed. It reads no frame and calls none of the machine's rules.
 //!
 //! | module | holds |
 //! |---|---|
-//! | `truth` | what the judge sees of a tick |
-//! | `held` | joints that torque is to hold |
-//! | `released` | joints on which no torque is to act |
+//! | `truth` | the true state of a tick |
+//! | `held` | joints that torque must hold |
+//! | `released` | joints on which no torque may act |
 
 mod held;
 mod released;
@@ -23,19 +23,20 @@ use link::StateCode;
 use sim::plant::Arm;
 use truth::Released;
 
-/// Distance from the rest pose at which an arm that is let go lies on its stops, rad.
+/// Distance from the rest pose within which a released arm lies on its stops, rad.
 const REST_MAX: f64 = 0.05;
 
-/// Ticks in which a drive that goes off must be found, beside those of a missing reading: its reply is one old, and one more is late.
+/// Ticks in which a drive that goes off must be detected, in addition to those allowed for a missing reading: its reply is one tick old, and one more
+/// may be late.
 const FOUND_TICKS: u32 = 3;
 
-/// The same, where replies carry no state: six replies in a row without torque.
+/// The same for replies without a drive state: six replies in a row without torque.
 const FOUND_TICKS_WITHOUT_STATE: u32 = 7;
 
-/// Ticks in which a drive's other zero must be found, beside those of a missing reading.
+/// Ticks in which a shifted zero of a drive must be detected, in addition to those allowed for a missing reading.
 const ZERO_TICKS: u32 = 6;
 
-/// Share of a drive's torque range below which its torque shows nothing, where replies carry no state.
+/// Share of a drive's torque range below which its torque gives no evidence, if replies carry no state.
 const VISIBLE: f64 = 0.02;
 
 /// Judge of one run.
@@ -45,30 +46,30 @@ pub(super) struct DriveJudge<'a, const N: usize> {
     rules: &'a Rules<f64, N>,
     drives: &'a [Known; N],
     age_max: u32,
-    /// The arm has brakes.
+    /// True if the arm has brakes.
     brakes: bool,
-    /// Replies carry the state of a drive.
+    /// True if replies carry the state of a drive.
     tells_state: bool,
-    /// State of the tick before, and where the arm was.
+    /// State, positions (rad) and velocities (rad/s) of the previous tick.
     before: StateCode,
     q: [f64; N],
     qd: [f64; N],
-    /// Lowest and highest place of each joint while torque is to hold it.
+    /// Lowest and highest allowed position of each joint while torque must hold it, rad.
     place: [(f64, f64); N],
-    /// Ticks in this state, and ticks of a hold after which the arm rests.
+    /// Ticks in the present state, and ticks of a hold after which the arm must be at rest.
     ticks: u32,
     settled: u32,
-    /// Where the arm was when it was to be armed.
+    /// Position of the arm when arming began, rad.
     armed_at: [f64; N],
-    /// Where and how fast the arm was when it was disarmed, while every drive is on and hears the board.
+    /// Position and speed of the arm when disarming began; `None` unless every drive is on and receives frames.
     disarmed: Option<([f64; N], [f64; N])>,
     released: Option<Released<N>>,
     was_open: bool,
     was_on: [bool; N],
-    /// Ticks in which torque is to act on a drive that is off, in a row, and those in which nothing could show it.
+    /// Consecutive ticks in which torque must act on a drive that is off, and those in which nothing could show it.
     off_for: [u32; N],
     unseen_for: [u32; N],
-    /// Nothing has shown such a drive for a while, since torque is to act.
+    /// True if such a drive has been undetectable for a while since torque must act.
     invisible: bool,
     zero: Option<[f64; N]>,
     moved_for: [u32; N],
@@ -82,7 +83,7 @@ fn drives(state: StateCode) -> bool {
 }
 
 impl<'a, const N: usize> DriveJudge<'a, N> {
-    /// The judge of an arm that lies or stands at `q`.
+    /// Creates the judge of an arm at rest at `q`.
     pub(super) fn new(
         (arm, drives): (&'a Arm<N>, &'a [Known; N]),
         rules: &'a Rules<f64, N>,
@@ -117,10 +118,10 @@ impl<'a, const N: usize> DriveJudge<'a, N> {
         }
     }
 
-    /// Judge a tick.
+    /// Judges a tick.
     ///
     /// # Errors
-    /// [`Unsafe`]: the first broken law.
+    /// [`Unsafe`]: the first violated property.
     pub(super) fn watch(&mut self, truth: &Truth<'_, N>) -> Result<(), Unsafe> {
         let (state, _) = truth.state;
         self.ticks = if state == self.before { self.ticks.saturating_add(1) } else { 0 };
@@ -145,7 +146,7 @@ impl<'a, const N: usize> DriveJudge<'a, N> {
         self.motion.exempt |= exemption as u8;
     }
 
-    /// Requests and silence of the host.
+    /// Checks the reaction to requests and to silence of the host.
     fn host(&self, truth: &Truth<'_, N>) -> Result<(), Unsafe> {
         let (state, cause) = truth.state;
         if truth.requests.contains(&Request::Stop) && state != StateCode::Fault {
@@ -182,7 +183,7 @@ impl<'a, const N: usize> DriveJudge<'a, N> {
         Ok(())
     }
 
-    /// When brakes open, and what they open on.
+    /// Checks when the brakes open, and that the drives are then ready.
     fn brake_line(&mut self, truth: &Truth<'_, N>) -> Result<(), Unsafe> {
         let (state, _) = truth.state;
         if self.brakes && truth.released && !drives(state) {
@@ -215,7 +216,7 @@ impl<'a, const N: usize> DriveJudge<'a, N> {
             } else if self.is_visible(i, truth.told[i]) {
                 self.off_for[i] += 1;
             } else {
-                // What its replies show has to be there in a row.
+                // Evidence in the replies must be present in consecutive ticks.
                 (self.off_for[i], self.unseen_for[i]) = (0, self.unseen_for[i] + 1);
             }
             if self.off_for[i] > found {
@@ -230,12 +231,12 @@ impl<'a, const N: usize> DriveJudge<'a, N> {
         Ok(())
     }
 
-    /// True if a drive that is off shows it: by its state, or by the torque that is missing.
+    /// True if a drive that is off can be detected: from its state, or from the missing torque.
     fn is_visible(&self, i: usize, torque: f64) -> bool {
         self.tells_state || torque.abs() > 1.1 * VISIBLE * self.drives[i].torque
     }
 
-    /// Drives whose zero has moved since the homing.
+    /// Checks drives with a zero that has moved since homing.
     fn zeros(&mut self, truth: &Truth<'_, N>) -> Result<(), Unsafe> {
         let (state, _) = truth.state;
         if self.before == StateCode::Homing && truth.homed {
@@ -244,7 +245,7 @@ impl<'a, const N: usize> DriveJudge<'a, N> {
         let Some(zero) = self.zero else { return Ok(()) };
         for i in 0..N {
             let rule = &self.rules.joints[i];
-            // What is nearer than a jump nobody can tell from a motion.
+            // A shift smaller than a jump cannot be distinguished from a motion.
             let moved = (truth.zero[i] - zero[i]).abs() > 3.0 * rule.jump_step + 2.0 * rule.resolution;
             self.moved_for[i] = if moved && truth.powered[i] && drives(state) { self.moved_for[i] + 1 } else { 0 };
             if self.moved_for[i] > self.age_max + ZERO_TICKS {

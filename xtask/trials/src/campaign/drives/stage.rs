@@ -10,17 +10,17 @@ use sim::plant::{Arm, Diverged};
 use sim::run::simulate;
 use sim::run::world::World;
 
-/// Depth, rad, to which a joint's greatest torque presses it into its stop.
+/// Depth to which a joint's greatest torque presses it into its stop, rad.
 const STOP_DEPTH: f64 = 0.02;
 
-/// Longest time in which an arm without brakes comes to rest on its stops before a run, s, and the speed of rest, rad/s.
+/// Longest time in which an arm without brakes comes to rest on its stops before a run, s, and the speed that counts as rest, rad/s.
 const SETTLING: f64 = 10.0;
 const RESTING: f64 = 1e-3;
 
 /// Time that the simulated brakes need to engage after they lose power, s; they open at once.
 pub const BRAKES_ENGAGE: f64 = 0.08;
 
-/// Time in which the host leads the arm from where it stands to the scene's motion, s.
+/// Time in which the host blends from the arm's position into the scene's motion, s.
 const BLEND: f64 = 0.2;
 
 /// Data shared by all runs of a scene.
@@ -29,12 +29,12 @@ pub struct DrivesStage<const N: usize> {
     pub(super) world: World<N>,
     pub(super) arm: Arm<N>,
     pub(super) known: [Known; N],
-    /// Turns of a drive's shaft for one of its joint.
+    /// Turns of a drive's shaft per turn of its joint.
     pub(super) ratios: [f64; N],
     pub(super) tells_state: bool,
     pub(super) brakes: bool,
     pub(super) stops: [JointStop; N],
-    /// Ticks of arming, and most ticks of lowering.
+    /// Ticks of arming, and the most ticks of lowering.
     pub(super) arming: u32,
     pub(super) lowering: u32,
 }
@@ -53,7 +53,7 @@ impl JointStop {
         q < self.range.0 + STOP_DEPTH || q > self.range.1 - STOP_DEPTH
     }
 
-    /// Torque of the stops, N m: they push, and never pull.
+    /// Torque of the stops, N m. They push and never pull.
     fn torque(&self, q: f64, qd: f64) -> f64 {
         let Self { range: (low, high), stiffness, damping } = *self;
         if q < low {
@@ -67,7 +67,7 @@ impl JointStop {
 }
 
 impl<const N: usize> DrivesStage<N> {
-    /// The scene, before the ticks of arming are known.
+    /// Creates the data before the ticks of arming are known.
     ///
     /// # Errors
     /// The scene cannot be run, or its robot has no drives on CAN.
@@ -126,7 +126,7 @@ impl<const N: usize> DrivesStage<N> {
     }
 }
 
-/// Let a period pass without brakes.
+/// Advances the simulation by one period without brakes.
 pub(super) fn pass<const N: usize>(world: &mut World<N>, stops: &[JointStop; N]) -> Result<(), Diverged> {
     let World { plant, drives: Some(drives), .. } = world else { return Ok(()) };
     let q = plant.state().q;
@@ -138,7 +138,7 @@ pub(super) fn pass<const N: usize>(world: &mut World<N>, stops: &[JointStop; N])
     })
 }
 
-/// The scene's motion, from an arm that stands by `offset` beside its beginning.
+/// The scene's motion, blended in from an arm that starts at `offset` (rad) from its beginning.
 pub(super) fn blended<const N: usize>(world: &World<N>, ticks: u32, offset: &[f64; N]) -> Reference<f64, N> {
     let t = f64::from(ticks) * world.period;
     let mut reference = world.reference(t);

@@ -1,4 +1,4 @@
-//! Laws of the faults: no torque acts under a fault, each fault is named, and a standing fault cannot be cleared.
+//! Properties of faults: no torque acts under a fault, each fault is reported with its code, and a fault cannot be cleared while its cause persists.
 
 use super::law::{SafetyProperty, Unsafe, broken};
 use super::observation::ReadingFaults;
@@ -28,7 +28,7 @@ impl<const N: usize> Judge<N> {
         .collect()
     }
 
-    /// Check that no torque acts under a fault, that each fault is named, and that a standing fault is not cleared.
+    /// Checks that no torque acts under a fault, that each fault is reported, and that a persisting fault is not cleared.
     pub(super) fn faults(
         &self,
         board: &[u8],

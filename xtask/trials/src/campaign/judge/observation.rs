@@ -1,7 +1,7 @@
-//! Readings as the judge sees them: computed independently in f64, with only certain faults reported.
+//! Readings from the judge's view: computed independently in f64, and only certain faults are reported.
 //!
-//! The machine rounds to f32 and the judge does not, so only one of them may see a value exactly on a bound as a
-//! violation. The judge therefore reports only values that exceed a bound by more than such rounding ([`beyond`]).
+//! The machine rounds to f32 and the judge does not, so for a value exactly on a bound they may disagree. The judge therefore reports only values
+//! that exceed a bound by more than such rounding ([`beyond`]).
 
 use crate::campaign::machine::TickInputs;
 use dynamics_core::safety::Rules;
@@ -20,23 +20,23 @@ pub(super) fn beyond(value: f64, bound: f64) -> bool {
     value > bound + DOUBT * (1.0 + bound.abs())
 }
 
-/// Faults in the readings of a tick, as codes of docs/safety.md, the first joint's first.
+/// Faults in the readings of a tick, as codes of docs/safety.md, in the order of the joints.
 #[derive(Clone, Debug)]
 pub(super) struct ReadingFaults<const N: usize> {
     /// All certain faults.
     pub(super) faults: Vec<u8>,
-    /// A joint has moved for the whole time that certainty takes.
+    /// True if a joint has moved for the whole time that a certain decision needs.
     pub(super) moves: bool,
     /// Positions as read, including NaN and infinity.
     pub(super) position: [f64; N],
-    /// The positions come from encoders.
+    /// True if the positions come from encoders.
     pub(super) counted: bool,
 }
 
 /// History of the readings.
 #[derive(Clone, Debug)]
 pub(super) struct Observation<const N: usize> {
-    /// Time and value of each joint's last good reading.
+    /// Tick and value of each joint's last good reading.
     last: [Option<(i64, f64)>; N],
     /// Positions of the last ticks, the newest last; cleared by a position that is not finite.
     track: VecDeque<[f64; N]>,
@@ -46,15 +46,14 @@ pub(super) struct Observation<const N: usize> {
 
 impl<const N: usize> Observation<N> {
     pub(super) fn new(config: &ControllerConfig<f64, N>) -> Self {
-        // g = 1 - exp(-2 bandwidth h): eight times 1 / bandwidth on each side of the middle.
+        // g = 1 - exp(-2 bandwidth h): the window is 8 / bandwidth on each side of its middle.
         let [_, _, g, _] = config.observer.gains();
         let decay = -0.5 * (1.0 - g).ln();
         let window = if decay > 0.0 { (16.0 / decay).ceil() as usize } else { 1 };
         Self { last: [None; N], track: VecDeque::new(), window: window.clamp(10, 1000) }
     }
 
-    /// Check the readings of a tick. `acted` is the number of ticks with torque; `None` if mean speeds carry no
-    /// information.
+    /// Checks the readings of a tick. `acted` is the number of ticks with torque; `None` if mean speeds carry no information.
     pub(super) fn look(
         &mut self,
         now: i64,
@@ -93,7 +92,7 @@ impl<const N: usize> Observation<N> {
             if let Some((before, place)) = self.last[i] {
                 let ticks = (taken - before).max(0) as f64;
                 let way = rules.joints[i].jump_step * ticks + rules.joints[i].resolution;
-                // Differences of large numbers carry the rounding of those numbers.
+                // A difference of large numbers has the rounding errors of those numbers.
                 if beyond((q[i] - place).abs(), way + ROUNDING * (q[i].abs() + place.abs())) {
                     seen.faults.push(8);
                 }
@@ -141,7 +140,7 @@ impl<const N: usize> Observation<N> {
     }
 }
 
-/// The acting torque in f64, on open or engaged brakes; `None` where there is none.
+/// The acting torque in f64, N m or N, on open or engaged brakes; `None` if no torque acts.
 pub(super) fn torque<const N: usize>(drives: &Drives<N>) -> Option<[f64; N]> {
     match drives {
         Drives::Drive(torque) | Drives::Preload(torque) => Some(torque.map(f64::from)),

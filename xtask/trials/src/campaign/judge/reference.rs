@@ -1,4 +1,4 @@
-//! Laws of the followed reference, and of the rest after a stop.
+//! Properties of the followed reference, and of rest after a stop.
 
 use super::law::{SafetyProperty, Unsafe, broken};
 use super::observation::{ReadingFaults, beyond};
@@ -8,7 +8,7 @@ use link::StateCode;
 use link::{Actuation, Status};
 
 impl<const N: usize> Judge<N> {
-    /// Check the followed reference.
+    /// Checks the followed reference.
     pub(super) fn reference(&self, seen: &ReadingFaults<N>, status: &Status) -> Result<(), Unsafe> {
         if status.state != StateCode::Running {
             return Ok(());
@@ -49,7 +49,7 @@ impl<const N: usize> Judge<N> {
         Ok(())
     }
 
-    /// Check that a holding arm comes to rest.
+    /// Checks that a holding arm comes to rest.
     pub(super) fn rest(&mut self, status: &Status) -> Result<(), Unsafe> {
         self.held = if status.state == StateCode::Holding { self.held + 1 } else { 0 };
         if self.trust < Trust::Loop || self.held < self.rest_after + self.observation.window as u32 {
@@ -69,7 +69,7 @@ impl<const N: usize> Judge<N> {
         Ok(())
     }
 
-    /// Check that an armed arm stands where it was armed.
+    /// Checks that an armed arm stays where it was armed.
     pub(super) fn standing(&mut self, seen: &ReadingFaults<N>, status: &Status) -> Result<(), Unsafe> {
         if status.state != StateCode::Armed {
             return Ok(());
@@ -78,7 +78,7 @@ impl<const N: usize> Judge<N> {
             self.armed = seen.position;
         }
         let Some(Actuation::Drive { limits, .. }) = &status.actuation else { return Ok(()) };
-        // It gives way, or did until now.
+        // The arm yields to a collision, or did until now.
         if limits.iter().any(|flags| flags & LimitFlags::COLLISION.bits() != 0) {
             self.armed = seen.position;
         }
@@ -94,10 +94,10 @@ impl<const N: usize> Judge<N> {
         Ok(())
     }
 
-    /// True if a joint is beyond doubt out of its reach of this place.
+    /// True if a joint is certainly farther than its `reach` from this position.
     fn is_astray(&self, seen: &ReadingFaults<N>, i: usize, from: f64) -> bool {
         let joint = &self.rules.joints[i];
-        // With encoders the machine measures the distance from its observer's estimate, which may lag by anything below a jump.
+        // With encoders the machine measures the distance from its observer's estimate, which may lag by up to a jump.
         let lag = if seen.counted { 2.0 * joint.jump_step.min(1.0) + joint.resolution } else { 0.0 };
         (!seen.counted || self.trust >= Trust::Arm) && beyond((from - seen.position[i]).abs(), joint.reach + lag)
     }

@@ -1,4 +1,4 @@
-//! Laws of the torque and of its report.
+//! Properties of the torque and of its report.
 
 use super::law::{SafetyProperty, Unsafe, broken};
 use super::observation::{beyond, torque};
@@ -10,8 +10,7 @@ use link::{Actuation, Pacing, Status};
 use session::Drives;
 
 impl<const N: usize> Judge<N> {
-    /// Command that acts on the drives, or would act outside a dry run. A dry run drives nothing; its status holds the
-    /// command.
+    /// Command that acts on the drives, or would act outside a dry run. A dry run drives nothing; its status contains the command.
     ///
     /// # Errors
     /// [`SafetyProperty::SafeAction`] if a dry run drives its actuators.
@@ -23,7 +22,7 @@ impl<const N: usize> Judge<N> {
         }
     }
 
-    /// Check that the reported command is the actual one.
+    /// Checks that the reported command is the actual one.
     pub(super) fn reported(&self, said: &TickOutput<N>) -> Result<(), Unsafe> {
         let same = match (&said.drives, &said.status.actuation) {
             (Drives::Drive(torque), Some(Actuation::Drive { torque: reported, .. }))
@@ -45,7 +44,7 @@ impl<const N: usize> Judge<N> {
         )
     }
 
-    /// Check the torque itself.
+    /// Checks the torque itself.
     pub(super) fn torque(&self, said: &TickOutput<N>) -> Result<(), Unsafe> {
         let state = said.status.state;
         let Some(torque) = torque(&said.drives) else {
@@ -77,7 +76,7 @@ impl<const N: usize> Judge<N> {
             return broken(SafetyProperty::Homed, "torque, and the arm is not homed");
         }
         for i in 0..N {
-            // Compared bit by bit: the limit is the machine's own number.
+            // Compared without a margin, because the limit is the machine's own f32 number.
             let (tau, limit) = (torque[i], f64::from(self.config.limits[i].torque as f32));
             let (last, step) = (self.torque.map_or(0.0, |torque| torque[i]), self.config.torque_step[i]);
             if !tau.is_finite() {

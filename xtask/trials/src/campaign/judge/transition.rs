@@ -1,4 +1,4 @@
-//! Laws of the states: allowed transitions, and the host's part in them.
+//! Properties of the states: allowed transitions, and the host's part in them.
 
 use super::law::{SafetyProperty, Unsafe, broken};
 use super::observation::torque;
@@ -9,7 +9,7 @@ use link::StateCode;
 use link::{Request, Status};
 
 impl<const N: usize> Judge<N> {
-    /// Check the transitions between states, including those that need a homing.
+    /// Checks the transitions between states, including those that need homing.
     pub(super) fn moved(&mut self, told: &TickInputs<N>, heard: &Heard<'_>, status: &Status) -> Result<(), Unsafe> {
         let asked = |request| heard.requests.contains(&request);
         let (before, now) = (self.before.0, status.state);
@@ -34,16 +34,16 @@ impl<const N: usize> Judge<N> {
         if status.homed && !self.homed {
             return broken(SafetyProperty::Homed, "it takes itself for homed, and is not");
         }
-        // A homing that the machine gave up by itself must not come back.
+        // If the machine has cancelled its homing, the homing must not come back.
         self.homed = status.homed;
         if heard.exact { self.answered(heard, status) } else { Ok(()) }
     }
 
-    /// Check the answer: a request is granted or refused.
+    /// Checks the answer: a request is accepted or refused.
     fn answered(&self, heard: &Heard<'_>, status: &Status) -> Result<(), Unsafe> {
         let (before, now) = (self.before.0, status.state);
         let settles = |request: &Request| match request {
-            // They change nothing that a status shows.
+            // These requests change nothing that a status shows.
             Request::FullRange => true,
             Request::Stop => now == StateCode::Fault,
             _ => false,
@@ -65,7 +65,7 @@ impl<const N: usize> Judge<N> {
         }
     }
 
-    /// Check that torque goes on for exactly as long as the brakes need, after a request and for want of a host.
+    /// Checks that torque continues for exactly as long as the brakes need, after a request and after the loss of the host.
     pub(super) fn disarmed(&mut self, heard: &Heard<'_>, status: &Status) -> Result<(), Unsafe> {
         let (before, now, delay) = (self.before.0, status.state, self.rules.brake_delay);
         let drove = matches!(before, StateCode::Armed | StateCode::Running | StateCode::Holding | StateCode::Lowering);
@@ -80,7 +80,7 @@ impl<const N: usize> Judge<N> {
         }
         if drove && now == StateCode::Disarming {
             (self.disarms, self.lost) = (0, !asked);
-            // An overheated motor too.
+            // An overheated motor also causes disarming.
             let cool = self.rules.heat.is_none();
             if !asked && heard.exact && cool && self.silent <= self.rules.heartbeat_max {
                 return broken(SafetyProperty::Disarmed, format!("after {} ticks without the host", self.silent));
@@ -105,15 +105,14 @@ impl<const N: usize> Judge<N> {
         Ok(())
     }
 
-    /// Check the reaction to a silent host.
+    /// Checks the reaction to a silent host.
     pub(super) fn silence(&self, heard: &Heard<'_>, said: &TickOutput<N>) -> Result<(), Unsafe> {
         let Rules { heartbeat_max, hold_max, .. } = self.rules;
         let (state, silent) = (said.status.state, self.silent);
         if silent > heartbeat_max && matches!(state, StateCode::Armed | StateCode::Running) {
             return broken(SafetyProperty::Silence, format!("state {state} after {silent} ticks without the host"));
         }
-        // An arm with a rest pose is lowered instead of being let go.
-        // The torque of disarming has its own law.
+        // An arm with a rest pose is lowered instead of released. The torque of disarming is checked separately.
         let lowered = (self.rules.rest.is_some() && state == StateCode::Lowering) || state == StateCode::Disarming;
         if silent > heartbeat_max.saturating_add(hold_max) && torque(&said.drives).is_some() && !lowered {
             return broken(SafetyProperty::Silence, format!("torque after {silent} ticks without the host"));

@@ -38,7 +38,7 @@ impl<const N: usize> Comparison<N> {
                 self.send(&any);
             }
             5 => {
-                // From zero to half a radian, most of them small.
+                // From zero to 0.5 rad; most steps are small.
                 let (ticks, step) = (next(), 0.5 * (f32::from(next().cast_signed()) / 127.0).powi(3));
                 let from = if ticks == 0 { self.q } else { self.goal };
                 self.goal = from.map(|q| q + step);
@@ -138,7 +138,7 @@ impl<const N: usize> Comparison<N> {
         }
     }
 
-    /// Set the board's lines from now on; in a dry run the host sends them.
+    /// Sets the board's lines from now on; in a dry run the host sends them.
     fn lines(&mut self, bits: u8, drive_fault: u8) {
         let value = |choice: u8, inside: f32| [None, Some(inside), Some(-1e3), Some(f32::NAN)][usize::from(choice % 4)];
         let (emergency_stop, supply, temperature) = (bits & 1 == 1, value(bits >> 1, 24.0), value(bits >> 3, 20.0));

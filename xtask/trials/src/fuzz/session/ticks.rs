@@ -24,7 +24,7 @@ impl<const N: usize> Comparison<N> {
         }))
     }
 
-    /// Start a tick in the way of the pacing: by the board's timer, or by a measurement of the host.
+    /// Starts a tick as the pacing requires: by the board's timer, or by a measurement of the host.
     pub(super) fn time(&mut self) {
         if self.pacing().is_some_and(Pacing::is_lock_step) {
             let (sensed, ages, _) = self.odd.take().unwrap_or((self.reading(), [0; N], [JointFaults::NONE; N]));
@@ -36,7 +36,7 @@ impl<const N: usize> Comparison<N> {
         }
     }
 
-    /// Pass the readings of the board's own lines and joints to the sessions. They count only in a live session.
+    /// Passes the readings of the board's own lines and joints to the sessions. They count only in a live session.
     fn sense(&mut self) {
         let (sensed, age_ticks, faults) = self.odd.take().unwrap_or((self.reading(), [0; N], [JointFaults::NONE; N]));
         let sees = self.blind == 0;
@@ -65,7 +65,7 @@ impl<const N: usize> Comparison<N> {
         }
     }
 
-    /// Run a tick of both sessions.
+    /// Runs a tick of both sessions.
     pub(super) fn tick(&mut self) {
         self.ticks += 1;
         self.sense();
@@ -92,12 +92,12 @@ impl<const N: usize> Comparison<N> {
                 answers.iter().for_each(|answer| self.keeps_limits(answer));
             }
         }
-        // A tick has passed without new input.
+        // The next tick starts without new input.
         (self.asked, self.spoke, self.changes, self.told.overrun) = (None, false, false, false);
         self.told.age_ticks = self.told.age_ticks.map(|age| age.saturating_add(1));
     }
 
-    /// Check a tick under supervision against the laws of safety.
+    /// Checks a supervised tick against the safety properties.
     fn judge(&mut self, pacing: Pacing, drives: &Drives<N>, status: &Status) {
         let heard = Heard { requests: self.asked.as_slice(), spoke: self.spoke, exact: true };
         self.told.tick = self.ticks;
@@ -109,14 +109,14 @@ impl<const N: usize> Comparison<N> {
         }
     }
 
-    /// Check that a report agrees with the complete one, as far as it goes.
+    /// Checks that a report agrees with the complete one in all parts that it contains.
     fn agree(&self, status: &Status, complete: &Status) {
         assert_eq!(status.taken, self.taken, "frames taken");
         let cut = Status {
             taken: status.taken,
             actuation: complete.actuation.clone().filter(|_| status.actuation.is_some()),
             sensed: complete.sensed.clone().filter(|_| status.sensed.is_some()),
-            // Torques from outside and a joint's trouble are in no record.
+            // External torques and a joint's fault report are in no record.
             extra: match &status.extra {
                 ExtraFields::Reference(_) => complete.extra.clone(),
                 other => other.clone(),
@@ -127,7 +127,7 @@ impl<const N: usize> Comparison<N> {
         assert_eq!(all_bits(&a), all_bits(&b), "{a:?} and {b:?}");
     }
 
-    /// Check that a command of the bench keeps the torque limits.
+    /// Checks that a command in bench mode keeps the torque limits.
     fn keeps_limits(&self, answer: &Frame) {
         if let Frame::Command(command) = answer {
             for (tau, limits) in command.torque.iter().zip(&self.config.limits) {
@@ -136,7 +136,7 @@ impl<const N: usize> Comparison<N> {
         }
     }
 
-    /// Move the arm to the reference, or let it stand.
+    /// Moves the arm to the reference, or keeps it at rest.
     fn move_arm(&mut self, status: &Status) {
         let reference = status.reference().filter(|_| status.state == StateCode::Running);
         match reference.map(|reference| reference.to_core::<N>().unwrap()) {
@@ -151,8 +151,7 @@ pub(super) fn said<const N: usize>(session: &mut DeskSession<N>) -> Vec<Frame> {
     core::iter::from_fn(|| session.say()).map(Report::frame).collect()
 }
 
-/// Split frames into the status of the tick and all others; of a black-box tick only the parts independent of the link
-/// remain.
+/// Splits frames into the status of the tick and all others. Of a black-box tick only the parts that do not depend on the link remain.
 fn split(said: Vec<Frame>) -> (Option<Status>, Vec<Frame>) {
     let mut status = None;
     let mut others = Vec::new();

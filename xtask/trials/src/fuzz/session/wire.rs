@@ -8,7 +8,7 @@ use link::{Actuation, DecodeError, Frame, Hello, NumberedRequest, Pacing, Packet
 use session::{Reaction, State};
 
 impl<const N: usize> Comparison<N> {
-    /// Encode a packet to send later.
+    /// Encodes a packet to send later.
     pub(super) fn pack(&mut self, frame: &Frame) -> Packet {
         let packet = self.encoder.encode(frame).unwrap();
         if self.sent.len() == PAST {
@@ -24,7 +24,7 @@ impl<const N: usize> Comparison<N> {
         self.push(&packet, Some(number));
     }
 
-    /// Put bytes on the link; `number` is that of the packet if they are a whole one.
+    /// Puts bytes on the link; `number` is the packet's number if they are a whole packet.
     pub(super) fn push(&mut self, bytes: &[u8], number: Option<u64>) {
         self.wire.extend_from_slice(bytes);
         for &byte in bytes {
@@ -35,7 +35,7 @@ impl<const N: usize> Comparison<N> {
         }
     }
 
-    /// Pass a received result to the session, and to the second one if it must count.
+    /// Passes a received result to the session, and to the twin if it must be accepted.
     fn hear(&mut self, result: Result<Received, DecodeError>, number: Option<u64>) {
         let before = self.session.state();
         let reaction = self.session.receive(result.clone());
@@ -61,7 +61,7 @@ impl<const N: usize> Comparison<N> {
             return self.is_refused(&reaction, Refusal::Lost { missed }, before);
         }
 
-        // The second session keeps its own watch.
+        // The twin keeps its own watch.
         let heard = if matches!(frame, Frame::Watch(_)) { Frame::Alive } else { frame.clone() };
         let other = self.twin.receive(Ok(Received { frame: heard, missed: 0 }));
         assert_eq!(bits(&reaction), bits(&other), "{reaction:?} and {other:?}");
@@ -80,14 +80,14 @@ impl<const N: usize> Comparison<N> {
         }
     }
 
-    /// Record the effect of a frame on the machine's inputs.
+    /// Records the effect of a frame on the machine's inputs.
     fn tell(&mut self, pacing: Pacing, frame: &Frame, reaction: &Reaction) {
         self.spoke = true;
         if matches!(reaction, Reaction::Reply(Frame::Refusal(_))) {
             return;
         }
         match frame {
-            // A request that is answered at once is not put to the machine.
+            // A request that is answered at once does not reach the machine.
             Frame::Request(request) if *reaction == Reaction::None => self.asked = Some(request.request),
             Frame::Measurement(measurement) => {
                 self.told.sensed = measurement.sensed.to_core().unwrap();
@@ -105,13 +105,13 @@ impl<const N: usize> Comparison<N> {
         }
     }
 
-    /// Check that a reaction is this refusal and that nothing has changed.
+    /// Checks that a reaction is this refusal and that nothing has changed.
     fn is_refused(&self, reaction: &Reaction, refusal: Refusal, before: State) {
         assert_eq!(*reaction, Reaction::Reply(Frame::Refusal(refusal)));
         assert_eq!(self.session.state(), before);
     }
 
-    /// Check the reaction to a hello: a restart for the session's own robot, a stop for any other.
+    /// Checks the reaction to a hello: a restart for the session's own robot, a stop for any other.
     fn greeted(&mut self, theirs: Hello, reaction: &Reaction, before: State) {
         let own = Hello { pacing: theirs.pacing, ..self.own };
         let answer = Frame::Hello(own);
@@ -133,7 +133,7 @@ impl<const N: usize> Comparison<N> {
         assert_eq!(self.session.state(), state);
         let other = self.twin.receive(Ok(Received { frame: Frame::Hello(theirs), missed: 0 }));
         assert_eq!(*reaction, other);
-        // A status says that the drives of a live session do the safe action from now on.
+        // A status reports that the drives of a live session do the safe action from now on.
         let is_live = |state: State| state.pacing() == Some(Pacing::Live);
         let (said, same) = (said(&mut self.session), said(&mut self.twin));
         assert!(said.iter().map(all_bits).eq(same.iter().map(all_bits)), "{said:?} and {same:?}");
@@ -150,7 +150,7 @@ impl<const N: usize> Comparison<N> {
             other => panic!("{other:?}"),
         }
         self.judge.reset();
-        // A hello that ends a live session leaves a late tick to the next one.
+        // If a hello ends a live session, a late tick is reported by the next session.
         let overrun = self.told.overrun && is_live(before);
         (self.told, self.asked, self.spoke) = (TickInputs { overrun, ..nothing() }, None, false);
         (self.taken, self.changes) = (0, false);
@@ -161,7 +161,7 @@ impl<const N: usize> Comparison<N> {
 }
 
 impl<const N: usize> Comparison<N> {
-    /// Check the reaction to a hello while the arm is driven: the same session goes on, and any other hello is refused.
+    /// Checks the reaction to a hello while the arm is driven: the same session continues, and any other hello is refused.
     fn greeted_while_driven(&mut self, theirs: Hello, reaction: &Reaction, state: dynamics_core::safety::State) {
         let other = self.twin.receive(Ok(Received { frame: Frame::Hello(theirs), missed: 0 }));
         assert_eq!(*reaction, other);

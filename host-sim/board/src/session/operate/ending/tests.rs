@@ -1,6 +1,6 @@
 use super::sinking;
 
-/// Torque that holds a rod of 10 N m at its angle from below.
+/// Torque that holds a pendulum with a gravity torque of at most 10 N m, at its angle from hanging down.
 fn rod(q: &[f64]) -> Vec<f64> {
     vec![10.0 * q[0].sin()]
 }

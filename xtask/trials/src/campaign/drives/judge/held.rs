@@ -1,4 +1,4 @@
-//! Joints that torque is to hold: their places, and how far they leave them.
+//! Joints that torque must hold: their positions, and their distance from them.
 
 use super::DriveJudge;
 use super::truth::{ARMED_MAX, HELD_MAX, Truth};
@@ -8,14 +8,15 @@ use sim::plant::BRAKING_TIME;
 
 /// Sag of a joint at rest while the arm is disarmed, rad.
 const DISARMED_MAX: f64 = 0.001;
-/// Speed below which a joint stands, rad/s. One that is disarmed while it still settles on its reference is held as in every other state.
+/// Speed below which a joint counts as at rest, rad/s. A joint that is disarmed while it still settles on its reference is judged as in every other
+/// state.
 const STANDING: f64 = 0.005;
 
 /// Ticks after arming for which [`ARMED_MAX`] holds.
 const ARMED_TICKS: u32 = 50;
 
 impl<const N: usize> DriveJudge<'_, N> {
-    /// Where the joints are to be while torque holds them.
+    /// Updates the positions that the joints must keep while torque holds them.
     pub(super) fn place(&mut self, truth: &Truth<'_, N>) {
         let (state, entered) = (truth.state.0, truth.state.0 != self.before);
         let q = self.q;
@@ -39,7 +40,7 @@ impl<const N: usize> DriveJudge<'_, N> {
         }
     }
 
-    /// The places between here and where the arm can have stopped: on its path or beside it, at its deceleration.
+    /// Extends the allowed positions to everywhere that the arm can stop with its deceleration, on its path or next to it.
     fn stop(&mut self, truth: &Truth<'_, N>) {
         let rules = &self.rules.joints;
         let reference = (truth.motion)(0);
@@ -62,7 +63,7 @@ impl<const N: usize> DriveJudge<'_, N> {
         self.settled = ticks + (0.3 / self.rules.period) as u32;
     }
 
-    /// Torque is to hold every joint.
+    /// Checks the joints that torque must hold.
     pub(super) fn held(&mut self, truth: &Truth<'_, N>) -> Result<(), Unsafe> {
         let (state, _) = truth.state;
         let all_on = truth.on == [true; N];
@@ -98,7 +99,7 @@ impl<const N: usize> DriveJudge<'_, N> {
         Ok(())
     }
 
-    /// While the arm is disarmed torque holds it, for as long as its brakes may need and no longer.
+    /// Checks disarming: torque holds the arm for as long as its brakes may need, and no longer.
     pub(super) fn disarms(&mut self, truth: &Truth<'_, N>) -> Result<(), Unsafe> {
         if truth.state.0 != StateCode::Disarming {
             self.disarmed = None;
@@ -110,7 +111,7 @@ impl<const N: usize> DriveJudge<'_, N> {
         if self.before != StateCode::Disarming {
             self.disarmed = Some((self.q, self.qd));
         }
-        // A drive that goes off, or is not heard, lets its joint fall: it is found as in every other state.
+        // A drive that goes off, or receives no frames, lets its joint fall. That is judged as in every other state.
         self.disarmed = self.disarmed.filter(|_| truth.on == [true; N] && truth.heard == [true; N]);
         let Some((from, speed)) = self.disarmed else { return Ok(()) };
         let time = f64::from(self.rules.brake_delay) * self.rules.period + BRAKING_TIME;

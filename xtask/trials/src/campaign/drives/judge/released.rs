@@ -1,4 +1,4 @@
-//! Joints on which no torque is to act: brakes hold the arm, or its drives damp it.
+//! Joints on which no torque may act: brakes hold the arm, or its drives damp it.
 
 use super::DriveJudge;
 use super::truth::{ARMED_MAX, HELD_MAX, Known, Released, Truth};
@@ -7,21 +7,22 @@ use crate::campaign::outcome::Exemption;
 use link::StateCode;
 use sim::plant::BRAKING_TIME;
 
-/// Greatest speed of a joint that its drive damps, as a multiple of that at which the damping carries gravity, and more, rad/s, for what the other
-/// joints do to it; after so many seconds of damping.
+/// Largest speed of a joint that its drive damps: a multiple of the speed at which damping balances gravity, plus an allowance, rad/s, for coupling
+/// from the other joints. It applies after this time of damping, s.
 const SINKING: f64 = 1.3;
 const SINKING_MORE: f64 = 0.3;
 const SINKING_AFTER: f64 = 0.15;
 
-/// The weight's acceleration is taken from a tick's two ends; it may be larger between them.
+/// Factor for the acceleration by gravity, which is sampled at both ends of a tick and may be larger between them.
 const FALL: f64 = 1.05;
 
-/// Longest time that a drive which hears nothing gives its last torque, s: its own timeout, which a mini-cheetah brings along.
+/// Longest time for which a drive that receives nothing continues its last torque, s: the timeout that the board sets, and the fixed timeout of a
+/// mini-cheetah.
 const TIMEOUT: f64 = 0.05;
 const TIMEOUT_WITHOUT_SETTING: f64 = 0.1;
 
 impl<const N: usize> DriveJudge<'_, N> {
-    /// The way that the weight, and drives that do not hear the board, can make until the brakes engage.
+    /// Adds the distance that gravity, and drives that do not receive frames, can move the joints until the brakes engage.
     fn falls(&mut self, truth: &Truth<'_, N>, released: &mut Released<N>) {
         if !truth.open || released.ticks >= released.engaging {
             return;
@@ -36,7 +37,7 @@ impl<const N: usize> DriveJudge<'_, N> {
         let counts = |i: usize| deaf(i) || released.unheard;
         let torque: [f64; N] = core::array::from_fn(|i| if counts(i) { truth.torque[i] } else { 0.0 });
         let before: [f64; N] = core::array::from_fn(|i| if counts(i) { truth.carried[i] } else { 0.0 });
-        // Friction of one joint can move another one faster, so the arm with it counts, and the arm without.
+        // Friction of one joint can accelerate another one, so the arm is evaluated with and without friction.
         let less_friction = |torque: &[f64; N], qd: &[f64; N]| {
             core::array::from_fn(|i| torque[i] - self.drives[i].friction_torque(qd[i]))
         };
@@ -54,11 +55,12 @@ impl<const N: usize> DriveJudge<'_, N> {
         }
     }
 
-    /// No torque is to act: brakes hold the arm, or its drives damp it.
+    /// Checks that no torque acts: brakes hold the arm, or its drives damp it.
     pub(super) fn released(&mut self, truth: &Truth<'_, N>) -> Result<(), Unsafe> {
         self.invisible = false;
         let (from, gravity) = (self.q, [0.0; N]);
-        // After an orderly end the brakes have engaged already. So they have where lowering waited for too long, but fault 15 may come at once too.
+        // After an orderly end the brakes have already engaged. After lowering that took too long they have as well, but there fault 15 may also come
+        // immediately.
         let orderly = truth.state.0 == StateCode::Idle || matches!(truth.state, (StateCode::Fault, 10 | 20));
         let fresh = Released {
             ticks: 0,
@@ -79,7 +81,7 @@ impl<const N: usize> DriveJudge<'_, N> {
             self.falls(truth, &mut released);
         }
         for i in 0..N {
-            // A frame of the tick before the safe action may come a tick late.
+            // A frame sent in the tick before the safe action may arrive one tick late.
             released.heard[i] |= truth.heard[i] && released.ticks > 0;
             let (from, speed) = (released.from[i], released.speed[i]);
             let moved = (truth.q[i] - from).abs();
@@ -99,7 +101,7 @@ impl<const N: usize> DriveJudge<'_, N> {
         Ok(())
     }
 
-    /// An arm that all of its drives damp comes down slowly, and stays where it is while it is armed.
+    /// Checks that an arm damped by all of its drives comes down slowly, and does not move while it is being armed.
     fn sinks(&self, truth: &Truth<'_, N>, released: &mut Released<N>) -> Result<(), Unsafe> {
         let arms = truth.state.0 == StateCode::Arming;
         let damped = truth.on == [true; N] && truth.heard == [true; N] && (arms == (self.before == StateCode::Arming));
@@ -128,7 +130,7 @@ impl<const N: usize> DriveJudge<'_, N> {
         Ok(())
     }
 
-    /// A joint that no brake holds, in the safe action.
+    /// Checks a joint without a brake in the safe action.
     fn unbraked(&mut self, i: usize, truth: &Truth<'_, N>, released: &Released<N>, moved: f64) -> Result<(), Unsafe> {
         let Known { damping, torque: range, .. } = self.drives[i];
         let (torque, speed) = (truth.torque[i], truth.qd[i]);
@@ -141,10 +143,10 @@ impl<const N: usize> DriveJudge<'_, N> {
             }
             return Ok(());
         }
-        // A drive measures and rounds, and its torque is of a moment before.
+        // A drive measures with rounding, and its torque is slightly delayed.
         let wanted = (-damping * speed).clamp(-range, range);
         let error = 0.15 * wanted.abs() + 0.02 * range;
-        // While drives come on one that is on gives nothing for a tick, or a probe of a fiftieth.
+        // While drives are being enabled, one that is on gives no torque for a tick, or a probe torque of 2 % of its range.
         let enabling = truth.state.0 == StateCode::Arming && torque.abs() <= wanted.abs() + 0.03 * range;
         if (torque - wanted).abs() <= error || enabling {
             return Ok(());

@@ -1,22 +1,22 @@
-//! The judge's view of a tick, and its memory since the safe action was due.
+//! True state of a tick, and the judge's record since the safe action was due.
 
 use dynamics_core::Reference;
 use link::Request;
 use link::StateCode;
 
-/// Distance of a joint from its place or path while torque is to hold it, rad: what it may fall until its drive is found off, and the errors
-/// of following.
+/// Allowed distance of a joint from its position or path while torque must hold it, rad. It covers the fall until a drive that is off is detected,
+/// and tracking errors.
 pub(super) const HELD_MAX: f64 = 0.03;
 
-/// Motion of a joint from the beginning of arming on, while brakes hold it or have just opened, rad.
+/// Allowed motion of a joint since arming began, while brakes hold it or have just opened, rad.
 pub(super) const ARMED_MAX: f64 = 0.02;
 
-/// A drive, as its owner knows it.
+/// Known data of a drive.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::campaign::drives) struct Known {
     /// Damping of its damped stop at the joint, N m s/rad.
     pub(in crate::campaign::drives) damping: f64,
-    /// Highest torque of its frames at the joint, N m.
+    /// Largest torque of its frames at the joint, N m.
     pub(in crate::campaign::drives) torque: f64,
     /// Viscous, N m s/rad, and Coulomb friction of the joint, N m.
     pub(in crate::campaign::drives) friction: (f64, f64),
@@ -35,15 +35,15 @@ pub(in crate::campaign::drives) struct Truth<'a, const N: usize> {
     /// State, cause and homing that the board has announced.
     pub(in crate::campaign::drives) state: (StateCode, u8),
     pub(in crate::campaign::drives) homed: bool,
-    /// The arm.
+    /// Positions, rad, and velocities, rad/s, of the arm.
     pub(in crate::campaign::drives) q: [f64; N],
     pub(in crate::campaign::drives) qd: [f64; N],
-    /// Torques on the joints at the end of the tick before, and of this one, N m.
+    /// Torques on the joints at the end of the previous tick, and of this one, N m.
     pub(in crate::campaign::drives) carried: [f64; N],
     pub(in crate::campaign::drives) torque: [f64; N],
-    /// Torques that the drives have heard last, whether they give them or not, N m.
+    /// Torques that the drives have last received, even if they do not follow them, N m.
     pub(in crate::campaign::drives) told: [f64; N],
-    /// Drives that follow commands, that have power, that have heard a frame in this tick.
+    /// True for drives that follow commands; that have power; that have received a frame in this tick.
     pub(in crate::campaign::drives) on: [bool; N],
     pub(in crate::campaign::drives) powered: [bool; N],
     pub(in crate::campaign::drives) heard: [bool; N],
@@ -51,32 +51,32 @@ pub(in crate::campaign::drives) struct Truth<'a, const N: usize> {
     pub(in crate::campaign::drives) told_off: [bool; N],
     /// Joint positions at which drives show zero, rad.
     pub(in crate::campaign::drives) zero: [f64; N],
-    /// The line to the brakes opens them, and they are open: they engage later.
+    /// True if the brake line commands release; true if the brakes are actually open (they engage with a delay).
     pub(in crate::campaign::drives) released: bool,
     pub(in crate::campaign::drives) open: bool,
-    /// The host's motion, so many ticks from now.
+    /// Reference of the host's motion, this many ticks from now.
     pub(in crate::campaign::drives) motion: &'a dyn Fn(u32) -> Reference<f64, N>,
-    /// Requests of the host that arrived before the tick, and whether anything did.
+    /// Requests of the host that arrived before the tick; true if any message arrived.
     pub(in crate::campaign::drives) requests: &'a [Request],
     pub(in crate::campaign::drives) spoke: bool,
 }
 
-/// The time since the safe action was due.
+/// Record since the safe action was due.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Released<const N: usize> {
     pub(super) ticks: u32,
     pub(super) from: [f64; N],
-    /// Greatest speed and way of each joint until the brakes engage, and the ticks in which they may yet do so.
+    /// Largest possible speed (rad/s) and distance (rad) of each joint until the brakes engage, and the remaining ticks in which they may engage.
     pub(super) speed: [f64; N],
     pub(super) way: [f64; N],
     pub(super) engaging: u32,
-    /// Some drive has not heard that its torque is to end: what the drives then give counts until the brakes engage.
+    /// True if some drive has not received that its torque must end. The drives' torques are then counted until the brakes engage.
     pub(super) unheard: bool,
-    /// Drives that have heard a frame since.
+    /// True for drives that have received a frame since.
     pub(super) heard: [bool; N],
-    /// Ticks in which every drive was on and heard the board, one after the other, and the greatest torque of gravity on each joint in them.
+    /// Consecutive ticks in which every drive was on and received frames, and the largest gravity torque on each joint in them, N m.
     pub(super) damped: u32,
     pub(super) gravity: [f64; N],
-    /// Where the arm was before them.
+    /// Positions of the arm before these ticks, rad.
     pub(super) all_on_from: [f64; N],
 }
