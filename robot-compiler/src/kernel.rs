@@ -5,15 +5,15 @@
 //! ```
 //!
 //! The compiler runs the generic recursion of `dynamics-core` once, on a scalar that records every operation, and prints
-//! the remaining operations. It holds no equation of its own.
+//! the remaining operations. It contains no equation itself.
 //!
 //! | module | holds |
 //! |---|---|
 //! | [`tape`] | the scalar and its arena |
 //! | `rules`, `rewrites` | level `exact`: rewrites that keep every result equal |
 //! | `regroup`, `frames`, `identities`, `algebra` | level `regrouped`: fewer operations, other rounding |
-//! | [`functions`] | the functions that can be traced, and the names of inputs |
-//! | [`interpreter`] | a program run fast without a compiler |
+//! | [`functions`], [`inputs`] | the functions that can be traced; names, order and values of their inputs |
+//! | [`interpreter`] | a fast interpreter of a program, for use without a compiler |
 //! | `program`, `schedule` | the operations that the outputs need, in an order that keeps few values alive |
 
 mod algebra;
@@ -21,6 +21,7 @@ mod arena;
 mod frames;
 pub mod functions;
 mod identities;
+pub mod inputs;
 pub mod interpreter;
 #[cfg(test)]
 mod mutants;
@@ -41,7 +42,7 @@ use arena::{Arena, Expr};
 use dynamics_core::{Inertia, Model, Scene, Term};
 use frames::Frames;
 
-/// Freedom of the compiler to differ from the recursion's operations.
+/// Degree to which the compiler may change the recursion's operations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
     /// Every result equal (`==`) to the generic recursion's.
@@ -51,7 +52,7 @@ pub enum Level {
 }
 
 impl Level {
-    /// Both.
+    /// Both levels.
     pub const ALL: [Self; 2] = [Self::Exact, Self::Regrouped];
 
     /// Its name in files and on the command line.
@@ -139,7 +140,7 @@ pub fn compile_with<const N: usize>(
     Program::new(arena, &outputs)
 }
 
-/// Chooses the cheapest frames, uses base parameters in them, then takes out equal and common values.
+/// Chooses the cheapest frames, uses base parameters in them, then computes equal and common values once.
 fn regrouped<const N: usize>(
     function: Function,
     model: &Model<f64, N>,
@@ -154,7 +155,7 @@ fn regrouped<const N: usize>(
         Some(Step::Frames | Step::Algebra) | None => {}
     }
     let (arena, outputs) = if matches!(function, Function::JointWrenches | Function::Regressor) {
-        // Frames and base parameters both change wrenches and columns: these belong to a frame and its link.
+        // Not for functions that return wrenches or a regressor: these belong to a frame and its link, and frames and base parameters change them.
         functions::record(function, model, scene, None, Arena::new(RuleSet::ALL, precision))
     } else {
         let (model, scene) = holding(model, scene);
@@ -188,7 +189,7 @@ const REGROUPING: Regrouping = Regrouping {
 };
 
 impl Regrouping {
-    /// The frames in which the function takes the fewest operations, before common values are taken out.
+    /// The frames in which the function needs the fewest operations, before common values are removed.
     fn cheapest_frames<const N: usize>(
         &self,
         function: Function,
@@ -223,7 +224,7 @@ impl Regrouping {
     }
 }
 
-/// Makes a constant payload a part of the arm.
+/// Makes a constant payload part of the arm.
 fn holding<const N: usize>(model: &Model<f64, N>, scene: &Scene<f64, N>) -> (Model<f64, N>, Scene<f64, N>) {
     let Term::Constant(payload) = scene.payload else { return (*model, *scene) };
     let tip = model.tip();

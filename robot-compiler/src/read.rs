@@ -4,10 +4,11 @@ mod fields;
 mod friction;
 mod linkage;
 #[cfg(test)]
-mod pages_tests;
+mod reference_tests;
 mod rest;
 mod robot;
 mod scene;
+mod shown;
 pub(crate) mod study;
 mod table;
 mod text;

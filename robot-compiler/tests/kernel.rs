@@ -1,4 +1,4 @@
-//! The kernel compiler against the recursion that it traces.
+//! The kernel compiler, compared with the recursion that it traces.
 #![allow(clippy::unwrap_used, reason = "a broken data file should stop the test")]
 #![allow(clippy::float_cmp, reason = "level exact claims equality")]
 
@@ -16,7 +16,7 @@ use dynamics_core::{
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::{Just, Strategy, prop_assert, prop_assert_eq, prop_oneof, proptest};
 use proptest::test_runner::{Config, TestCaseError};
-use robot_compiler::kernel::functions::{forward_input_values, input_values};
+use robot_compiler::kernel::inputs::{forward_input_values, input_values};
 use robot_compiler::kernel::tape::{Arena, Expr, input, trace};
 use robot_compiler::kernel::{
     Function, Level, Operations, Precision, Program, RewriteRule, RuleSet, compile, compile_with,
@@ -117,7 +117,7 @@ fn exact_forward_equals_generic<const N: usize>(case: &Case<N>) -> Result<(), Te
     Ok(())
 }
 
-/// inverse(forward(tau)) = tau, both as programs of the same level.
+/// inverse(forward(tau)) = tau, with both programs of the same level.
 fn inverse_undoes_forward<const N: usize>(case: &Case<N>) -> Result<(), TestCaseError> {
     let At { turn, q, qd, last: tau, live } = case.at::<f64>();
     for level in Level::ALL {
@@ -303,8 +303,7 @@ fn operation_counts_of_forward_dynamics_are_what_is_written_here() {
     };
     let found = ["ur5", "puma560", "stanford"]
         .map(|name| [Function::MassMatrix, Function::ForwardDynamics].map(|function| count(name, function)));
-    // mul, add, sub, div. Two of the six pivots are constants: the inertia that the last two joints feel without the
-    // others.
+    // mul, add, sub, div. Two of the six pivots are constants: the inertia that the last two joints feel with the others free.
     let ur5 = [[82, 50, 34, 0], [374, 164, 159, 4]];
     let puma = [[83, 52, 32, 0], [357, 164, 142, 4]];
     let stanford = [[48, 29, 15, 0], [273, 115, 101, 4]];
@@ -386,7 +385,7 @@ fn regrouped_errors(case: &Case<3>) -> [f64; 3] {
     core::array::from_fn(|i| ((found[i] - generic[i]) / generic[i]).abs())
 }
 
-/// There the feet of common normals lie a kilometre away, and no origin may move to them.
+/// Here the feet of common normals are a kilometre away, and no origin may move to them.
 #[test]
 fn axes_that_are_nearly_parallel_cost_no_digits() {
     for tilt in [1e-2, 1e-4, 1e-6] {
@@ -395,7 +394,7 @@ fn axes_that_are_nearly_parallel_cost_no_digits() {
     }
 }
 
-/// A gripper's moments must not be taken for rounding errors of the base's.
+/// A gripper's moments must not be mistaken for rounding errors of the base's.
 #[test]
 fn a_light_link_on_a_heavy_one_keeps_its_digits() {
     for light in [1e-3, 1e-9, 1e-15] {

@@ -1,11 +1,11 @@
-//! Rounding errors of the two levels, against the recursion in double-double arithmetic.
+//! Rounding errors of the two levels, compared with the recursion in double-double arithmetic.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, InverseDynamics, Live, Real, Scalar, Scene, SinCos, Term, Trig};
 use nalgebra::Vector3;
 use robot_compiler::Robot;
-use robot_compiler::kernel::functions::input_values;
+use robot_compiler::kernel::inputs::input_values;
 use robot_compiler::kernel::{Function, Level, Precision, compile};
 use robot_compiler::precision::DoubleDouble;
 
@@ -26,7 +26,7 @@ impl Random {
     }
 }
 
-/// Largest error of each level in a precision, relative to the largest torque of the state.
+/// Largest errors of the kernels of the levels `exact` and `regrouped`, computed in `S`, relative to the largest torque of the state.
 fn errors<S: Real>(robot: &str) -> [f64; 2] {
     let model = Robot::load(&top(&format!("robots/{robot}.toml"))).unwrap().model::<6>().unwrap();
     let scene = Scene { gravity: Term::Constant(Vector3::new(0.0, 0.0, -9.81)), ..Scene::free_space() };
@@ -53,7 +53,7 @@ fn errors<S: Real>(robot: &str) -> [f64; 2] {
     worst
 }
 
-/// Checks that the errors are these, to a twentieth, and that the second is at most twice the first.
+/// Asserts these errors, to a twentieth, and that the second is at most twice the first.
 #[track_caller]
 fn assert_errors<S: Real>(robot: &str, exact: f64, regrouped: f64) {
     let found = errors::<S>(robot);

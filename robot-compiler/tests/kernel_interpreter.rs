@@ -6,7 +6,7 @@ use dynamics_core::Trig;
 use dynamics_core::regressor::inverse_dynamics_regressor;
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, Live};
-use robot_compiler::kernel::functions::{forward_input_values, input_values};
+use robot_compiler::kernel::inputs::{forward_input_values, input_values};
 use robot_compiler::kernel::interpreter::Interpreter;
 use robot_compiler::kernel::tape::{Arena, Expr, input, trace};
 use robot_compiler::kernel::{Function, Level, Precision, Program, RuleSet, compile};

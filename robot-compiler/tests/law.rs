@@ -1,4 +1,4 @@
-//! The computed-torque law traced as one function, against the controller that runs it.
+//! The computed-torque law traced as one function, compared with the controller that runs it.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a broken shipped file should stop the test")]
 #![allow(clippy::float_cmp, reason = "level exact claims equality")]
 
@@ -7,7 +7,8 @@ use dynamics_core::trig::Polynomial;
 use dynamics_core::{
     Command, Controller, ControllerConfig, Dynamics, Limits, Measurement, Real, Reference, Sensed, Trig,
 };
-use robot_compiler::kernel::functions::{Springs, input_values, reference_values};
+use robot_compiler::kernel::functions::Springs;
+use robot_compiler::kernel::inputs::{input_values, reference_values};
 use robot_compiler::kernel::{Function, Level, Precision, Program, compile};
 use robot_compiler::{SceneFile, with_dof};
 

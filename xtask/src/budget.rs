@@ -1,5 +1,5 @@
-//! `cargo xtask budget`: costs of every firmware on its chip, compared with the lower and upper bounds of
-//! `firmware/budget.toml`; with `--port`, cycles of a tick on a board.
+//! `cargo xtask budget`: measures the costs of every firmware on its chip and compares them with the ranges in `firmware/budget.toml`. With `--port`,
+//! measures the cycles of a tick on a board.
 //!
 //! | module | holds |
 //! |---|---|
@@ -7,9 +7,9 @@
 //! | [`image`] | flash, RAM and the bound of the stack, from the linked program |
 //! | [`measure`] | the rest, in the emulator, by `chip-budget` |
 //! | [`board`] | cycles of a flashed board, over its serial port |
-//! | [`tuning`] | one firmware, built in several ways |
-//! | [`variant`] | a scene with one setting changed |
-//! | [`bounds`] | `firmware/budget.toml`: bounds, targets, and deviations from them |
+//! | [`tuning`] | one firmware, built with different compiler settings |
+//! | [`variant`] | a scene with some settings changed |
+//! | [`bounds`] | `firmware/budget.toml`: ranges, targets, and violations of them |
 //! | [`table`] | the table of docs/measured/budget.md, and its rows in the README |
 
 mod board;
@@ -18,6 +18,7 @@ pub(crate) mod image;
 mod measure;
 pub(crate) mod row;
 mod table;
+mod targets;
 mod tuning;
 pub(crate) mod variant;
 
@@ -53,43 +54,43 @@ pub(crate) struct BudgetOptions {
     /// Write the table of docs/measured/budget.md, and three rows of it into README.md
     #[arg(long)]
     write: bool,
-    /// Make what is measured now the bounds of firmware/budget.toml, 2 % to both sides
+    /// Make the present measurements the bounds of firmware/budget.toml, with 2 % on both sides
     #[arg(long)]
     bless: bool,
     /// With --port: print JSON
     #[arg(long, requires = "port")]
     json: bool,
-    /// Measure these scenes alone, beside the sizes of the other boards; with --bless and --write the rows of others stay or go unsaid
+    /// Measure only these scenes, and the sizes on the other boards. With --bless or --write the rows of other scenes stay unchanged or are left out
     #[arg(long = "scene")]
     scenes: Vec<PathBuf>,
-    /// Let a flood of the link meet the timer too, and record how late ticks begin
+    /// Also send a flood on the link at the same time as the timer's ticks, and record how late the ticks begin
     #[arg(long)]
     flood: bool,
-    /// Measure what the link takes instead, byte by byte and by DMA
+    /// Measure the cost of the link instead, byte by byte and by DMA
     #[arg(long, conflicts_with_all = ["bless", "flood", "scenes", "port"])]
     link: bool,
-    /// Measure what other ways to build the firmware would take instead
+    /// Measure the cost with other compiler settings instead
     #[arg(long, conflicts_with_all = ["bless", "flood", "link", "scenes", "port"])]
     tuning: bool,
-    /// Measure the board on this serial port instead: cycles of its ticks by its own counter, no drive driven
+    /// Measure the board on this serial port instead: cycles of its ticks, counted by the chip; drives get no torque
     #[arg(long, requires = "board", conflicts_with_all = ["write", "bless", "flood"])]
     port: Option<String>,
-    /// With --port: what the board was flashed as, by --scene or with its example
+    /// With --port: the board that was flashed, with --scene or with its example
     #[arg(long, value_enum, requires = "port")]
     board: Option<Board>,
-    /// With --port: the board's key file, where it has a key
+    /// With --port: the board's key file, if it has a key
     #[arg(long, value_name = "FILE", requires = "port")]
     key: Option<PathBuf>,
-    /// With --port: how many ticks
+    /// With --port: number of ticks
     #[arg(long, requires = "port", default_value_t = 10_000)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     ticks: u32,
 }
 
-/// The scene for the flood; its tick is also held to a share of the chip's time.
+/// Scene for the flood. Its tick must also stay below a share of the chip's time.
 const HARDEST: &str = "scenes/puma560_collision.toml";
 
-/// Boards without an emulator: their programs are measured, but not run.
+/// Boards without an emulator: only the sizes of their programs are measured.
 const SIZE_ONLY: [Board; 4] = [Board::F405Can, Board::F405Pwm, Board::OdriveV3, Board::G474Fdcan];
 
 /// Measures, compares with the bounds, and prints or writes.
@@ -112,7 +113,7 @@ pub(crate) fn run(options: &BudgetOptions) -> Result<()> {
     let rustc = Toolchain::find_or_install()?.rustc()?;
     let mut budget = Budget::load()?;
     let mut rows = Vec::new();
-    // Each row is saved as soon as it is known: minutes of measurement do not hang on the last scene.
+    // Save each row as soon as it is known, so that a failure in the last scene does not lose minutes of measurement.
     let mut take = |row: BudgetRow, budget: &mut Budget| {
         if options.bless {
             budget.bless(std::slice::from_ref(&row), &rustc, false);
@@ -139,7 +140,7 @@ pub(crate) fn run(options: &BudgetOptions) -> Result<()> {
             write_into("README.md", &[("budget", table::teaser(&rows))])?;
         }
     }
-    // The flood comes last, so that its failure does not lose minutes of measurement.
+    // Run the flood last, so that its failure does not lose minutes of measurement.
     let late = options.flood.then(|| measure::flood(Path::new(HARDEST))).transpose()?;
     println!("{}", table::markdown(&rows));
     late.iter().for_each(|late| println!("{}", table::late(late)));
@@ -162,12 +163,12 @@ fn link(options: &BudgetOptions) -> Result<()> {
     Ok(())
 }
 
-/// True if the chip's programs are built by the compiler of `firmware/budget.toml`.
+/// True if the compiler of the chip's programs is the one in `firmware/budget.toml`.
 pub(crate) fn is_of_this_compiler() -> Result<bool> {
     Ok(Budget::load()?.is_of(&Toolchain::find_or_install()?.rustc()?))
 }
 
-/// The cheap part, in `cargo xtask test`: a few hundred ticks of the hardest scene, with the kernel in the scene's memory.
+/// The short part, for `cargo xtask test`: a few hundred ticks of the hardest scene, with the kernel in the memory that the scene names.
 pub(crate) fn gate() -> Result<()> {
     let row = measure::row(Path::new(HARDEST), measure::Extent::SHORT)?;
     let budget = Budget::load()?;

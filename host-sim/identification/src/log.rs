@@ -1,4 +1,4 @@
-//! A log: columns of a text file, and what is wrong with them.
+//! A measured log, and the reader that checks it.
 
 mod check;
 mod clock;
@@ -8,6 +8,7 @@ mod fields;
 mod foreign;
 mod grid;
 mod header;
+mod heading_words;
 mod name;
 mod read;
 mod sets;
@@ -24,9 +25,9 @@ use std::fmt;
 /// Options for reading a log.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reading {
-    /// Names of the joints, base first: a column may bear a number from 1 or a name.
+    /// Names of the joints, base first. A column's name may contain a joint's name, or its number.
     pub joints: Vec<String>,
-    /// True if each joint turns.
+    /// True for each revolute joint.
     pub turns: Vec<bool>,
     /// Position limits, rad or m; infinite where there is none.
     pub limits: Vec<(f64, f64)>,
@@ -34,42 +35,42 @@ pub struct Reading {
     pub torque: Vec<f64>,
     /// Angles in the file are in degrees.
     pub degrees: bool,
-    /// Torque per ampere of each joint, N m/A, for columns of currents.
+    /// Torque per ampere of each joint, N m/A (N/A for slides), to convert columns of currents.
     pub per_ampere: Option<Vec<f64>>,
-    /// Ticks a second, where time is counted in ticks.
+    /// Ticks per second, if time is counted in ticks.
     pub tick_rate: Option<f64>,
-    /// A joint that never moves is no reason to refuse the log.
+    /// Accept a log in which a joint never moves.
     pub may_rest: bool,
-    /// The torque per ampere was given for this log: currents are meant, even if torques are there.
+    /// The torque per ampere was given for this log: read the currents even if torque columns exist.
     pub currents_meant: bool,
-    /// Columns named by hand.
+    /// Columns that the user has named.
     pub columns: Option<ColumnNames>,
 }
 
 /// Measured motion and torque.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Log {
-    /// Where it was read.
+    /// Name of the file it was read from.
     pub file: String,
-    /// s; rises, not always evenly.
+    /// Time of each sample, s; strictly rising, not always evenly spaced.
     pub time: Vec<f64>,
     /// Position of each joint, rad or m.
     pub q: Series,
-    /// Measured velocity of each joint, rad/s or m/s, where the file has it.
+    /// Measured velocity of each joint, rad/s or m/s, if the file has it.
     pub qd: Option<Series>,
     /// Torque of each joint, N m or N.
     pub tau: Series,
-    /// The torques are currents times a torque per ampere.
+    /// True if the torques are currents times a torque per ampere.
     pub from_current: bool,
 }
 
 impl Log {
-    /// Median rate, samples a second.
+    /// Typical sampling rate, samples per second: from the mean of the middle half of the time steps.
     #[must_use]
     pub fn rate(&self) -> f64 {
         let mut steps: Vec<f64> = self.time.windows(2).map(|t| t[1] - t[0]).collect();
         steps.sort_by(f64::total_cmp);
-        // Uneven clocks alternate between ticks: the mean of the middle half is steadier than the median.
+        // Uneven clocks alternate between ticks, so the mean of the middle half is steadier than the median.
         let (lo, hi) = (steps.len() / 4, (3 * steps.len() / 4).max(1));
         let middle = steps.get(lo..hi.max(lo + 1)).unwrap_or(&steps);
         middle.len() as f64 / middle.iter().sum::<f64>()
@@ -88,16 +89,16 @@ impl Log {
     }
 }
 
-/// Why a log is of no use.
+/// A reason to reject a log.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BadLog {
     /// The file.
     pub file: String,
     /// Line and column.
     pub place: String,
-    /// Found content.
+    /// Content that was found.
     pub found: String,
-    /// Expected content.
+    /// Content that was expected.
     pub expected: String,
 }
 

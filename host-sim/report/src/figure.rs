@@ -1,4 +1,4 @@
-//! Figures as SVG inside the page: points, lines, steps and bars.
+//! Figures as inline SVG: points, lines, steps and bars.
 
 pub use crate::axis::Scale;
 pub use crate::series::{Point, Series};
@@ -8,8 +8,7 @@ use crate::escape::html;
 use crate::series::{Kind, LINE, MARGIN, SIZE};
 use std::fmt::Write as _;
 
-/// A figure. Its colours are those of the page, dark or light; its points say what they are on hover, and those
-/// with a command are reached by keyboard too.
+/// A figure. Its colours follow the page, dark or light. Its points show their names on hover; those with a command can also be reached by keyboard.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
     caption: String,
@@ -18,11 +17,11 @@ pub struct Figure {
     series: Vec<Series>,
 }
 
-/// Colours of series that the style sheet has, and ways to draw in each: whole, dashed, dotted.
+/// Number of series colours in the style sheet, and of line styles for each: solid, dashed, dotted.
 const COLOURS: usize = 6;
 const DASHES: usize = 3;
 
-/// Classes of the pen of a series: its colour, and how it is dashed.
+/// CSS classes of a series: its colour, and its line style.
 fn class(pen: usize) -> String {
     let dashes = pen / COLOURS % DASHES;
     let dashed = if dashes > 0 { format!(" d{dashes}") } else { String::new() };
@@ -30,7 +29,7 @@ fn class(pen: usize) -> String {
 }
 
 impl Figure {
-    /// A figure without series; both axes linear.
+    /// Creates a figure without series, with two linear axes.
     #[must_use]
     pub fn new(caption: impl Into<String>, abscissa: impl Into<String>, ordinate: impl Into<String>) -> Self {
         Self {
@@ -41,13 +40,13 @@ impl Figure {
         }
     }
 
-    /// The same figure with these scales of abscissa and ordinate.
+    /// Returns the figure with these scales of abscissa and ordinate.
     #[must_use]
     pub fn scaled(self, abscissa: Scale, ordinate: Scale) -> Self {
         Self { scales: (abscissa, ordinate), ..self }
     }
 
-    /// The same figure with one more series, drawn unlike those before.
+    /// Returns the figure with one more series, in a style that differs from the previous ones.
     #[must_use]
     pub fn with(mut self, series: Series) -> Self {
         self.series.push(series);
@@ -60,8 +59,8 @@ impl Figure {
         if self.series.len() > 1 {
             out.push_str("<p class=\"legend\">");
             for (pen, series) in self.series.iter().enumerate() {
-                let dots = if series.kind == Kind::Points { " dots" } else { "" };
-                let _ = write!(out, "<span class=\"{}{dots}\">{}</span>", class(pen), html(&series.name));
+                let _ =
+                    write!(out, "<span class=\"{}{}\">{}</span>", class(pen), series.kind.class(), html(&series.name));
             }
             out.push_str("</p>");
         }
@@ -128,10 +127,10 @@ impl Figure {
         let gap = self.gap(x);
         let mut bar = 0;
         for (pen, series) in self.series.iter().enumerate() {
-            let _ = write!(out, "<g class=\"{}\">", class(pen));
+            let _ = write!(out, "<g class=\"{}{}\">", class(pen), series.kind.class());
             match series.kind {
                 Kind::Points => series.draw_points(out, x, &y),
-                Kind::Line | Kind::Limit => series.draw_line(out, x, &y),
+                Kind::Line | Kind::Limit | Kind::Median | Kind::Quantile => series.draw_line(out, x, &y),
                 Kind::Steps => {
                     series.draw_steps(out, x, &y);
                     series.draw_points(out, x, &y);
@@ -147,7 +146,7 @@ impl Figure {
         }
     }
 
-    /// Least distance of two neighbours on the abscissa among bars, pixels.
+    /// Smallest distance between two neighbouring bars on the abscissa, pixels.
     fn gap(&self, x: &Axis<'_>) -> f64 {
         let bars = self.series.iter().filter(|series| series.kind == Kind::Bars);
         let mut at: Vec<f64> = bars.flat_map(|series| &series.points).filter_map(|p| x.pixel(p.at.0)).collect();
@@ -157,7 +156,7 @@ impl Figure {
         if least.is_finite() { least } else { 0.5 * (SIZE.0 - MARGIN.0 - MARGIN.1) }
     }
 
-    /// The points with a name as a list, for whoever does not see the picture.
+    /// Writes the named points as a list, for readers who cannot see the picture.
     fn write_list(&self, out: &mut String) {
         let named = |series: &Series| series.points.iter().any(|p| p.name.is_some()) && series.kind != Kind::Bars;
         for series in self.series.iter().filter(|series| named(series)) {

@@ -1,7 +1,7 @@
-//! Reports as HTML files: one file each, opened from disk, without a server or a network.
+//! Reports as HTML files. Each is a single file that opens from disk, without a server or a network.
 //!
-//! Nothing here knows of simulations. A [`Page`] is a title and blocks from top to bottom: words, tables, figures, and at most one
-//! viewer of runs, which is the only block that needs the scripts.
+//! This package knows nothing about simulations. A [`Page`] is a title and blocks from top to bottom: text, tables, figures, and at most one viewer
+//! of runs, which is the only block that needs scripts.
 //!
 //! A study writes its page in three steps:
 //!
@@ -22,6 +22,8 @@
 #![forbid(unsafe_code)]
 
 mod axis;
+#[cfg(test)]
+mod colours;
 pub mod column;
 mod escape;
 pub mod figure;

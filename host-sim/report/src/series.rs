@@ -1,13 +1,13 @@
-//! Series of a figure, and how each draws itself.
+//! Series of a figure, and their drawing.
 
 use crate::axis::Axis;
 use crate::escape::html;
 use std::fmt::Write as _;
 
-/// Size of the drawing, and its margins: left, right, top, bottom.
+/// Size of the drawing, and its margins (left, right, top, bottom), pixels.
 pub(crate) const SIZE: (f64, f64) = (760.0, 400.0);
 pub(crate) const MARGIN: (f64, f64, f64, f64) = (78.0, 18.0, 14.0, 62.0);
-/// From one line of a label to the next, pixels.
+/// Distance between the lines of a label, pixels.
 pub(crate) const LINE: f64 = 14.0;
 /// Points of one kind, with a name in the legend.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,37 +23,51 @@ pub(crate) enum Kind {
     Points,
     Line,
     Limit,
+    Median,
+    Quantile,
     Steps,
     Bars,
 }
 
-/// A point, and what is said of it.
+impl Kind {
+    /// CSS class of series of this kind, if they look different from others.
+    pub(crate) fn class(self) -> &'static str {
+        match self {
+            Self::Points => " dots",
+            Self::Median => " median",
+            Self::Quantile => " quantile",
+            Self::Line | Self::Limit | Self::Steps | Self::Bars => "",
+        }
+    }
+}
+
+/// A point, and its texts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Point {
     /// Abscissa and ordinate.
     pub at: (f64, f64),
-    /// Its name, in the list under the figure and on hover.
+    /// Name, in the list under the figure and on hover.
     pub name: Option<String>,
-    /// Command that repeats it, on hover; a click copies it.
+    /// Command that reproduces the point, on hover; a click copies it.
     pub command: Option<String>,
-    /// True if it has a ring around it.
+    /// True if a ring is drawn around it.
     pub ringed: bool,
 }
 
 impl Point {
-    /// A point without a name.
+    /// Creates a point without a name.
     #[must_use]
     pub fn at(x: f64, y: f64) -> Self {
         Self { at: (x, y), ..Self::default() }
     }
 
-    /// The same point with a name.
+    /// Returns the point with a name.
     #[must_use]
     pub fn named(self, name: impl Into<String>) -> Self {
         Self { name: Some(name.into()), ..self }
     }
 
-    /// The same point with the command that repeats it.
+    /// Returns the point with the command that reproduces it.
     #[must_use]
     pub fn told(self, command: impl Into<String>) -> Self {
         Self { command: Some(command.into()), ..self }
@@ -61,14 +75,14 @@ impl Point {
 }
 
 impl Series {
-    /// Points by themselves.
+    /// Creates a series of separate points.
     #[must_use]
     pub fn points(name: impl Into<String>, points: Vec<Point>) -> Self {
         Self { name: name.into(), kind: Kind::Points, points }
     }
 
-    /// A line through these points, which interrupts itself where one is not finite. Of many points those are kept that are seen: the
-    /// lowest and the highest of each column of pixels.
+    /// Creates a line through these points, with a gap at points that are not finite. If there are many points, only the visible ones are kept: the
+    /// lowest and the highest in each column of pixels.
     #[must_use]
     pub fn line(name: impl Into<String>, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
         let all: Vec<(f64, f64)> = points.into_iter().collect();
@@ -76,28 +90,35 @@ impl Series {
         Self { name: name.into(), kind: Kind::Line, points }
     }
 
-    /// A dashed line from one point to the other: a limit.
+    /// Creates a dashed line between two points, for a limit.
     #[must_use]
     pub fn limit(name: impl Into<String>, from: (f64, f64), to: (f64, f64)) -> Self {
         let points = [from, to].map(|(x, y)| Point::at(x, y)).into();
         Self { name: name.into(), kind: Kind::Limit, points }
     }
 
-    /// A line that keeps its height until the next point, as a Pareto front does. The points keep their names.
+    /// Creates a vertical line at a quantile of a histogram, up to this height: solid for the median, dotted for others.
+    #[must_use]
+    pub fn quantile(name: impl Into<String>, at: f64, height: f64, is_median: bool) -> Self {
+        let points = vec![Point::at(at, 0.0), Point::at(at, height)];
+        Self { name: name.into(), kind: if is_median { Kind::Median } else { Kind::Quantile }, points }
+    }
+
+    /// Creates a line that keeps its height until the next point, such as a Pareto front. The points keep their names.
     #[must_use]
     pub fn steps(name: impl Into<String>, mut points: Vec<Point>) -> Self {
         points.sort_by(|a, b| a.at.0.total_cmp(&b.at.0));
         Self { name: name.into(), kind: Kind::Steps, points }
     }
 
-    /// Bars from zero, beside those of other series.
+    /// Creates bars from zero, next to the bars of other series.
     #[must_use]
     pub fn bars(name: impl Into<String>, points: Vec<Point>) -> Self {
         Self { name: name.into(), kind: Kind::Bars, points }
     }
 }
 
-/// The lowest and the highest of every so many neighbours, in their order, where there are more than two in a column of pixels.
+/// Keeps the lowest and the highest point of each group of neighbours, in their order, if there are more than two points per column of pixels.
 fn thinned(all: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let chunk = all.len().div_ceil(SIZE.0 as usize);
     if chunk <= 2 {
@@ -110,7 +131,7 @@ fn thinned(all: &[(f64, f64)]) -> Vec<(f64, f64)> {
         let mut kept: Vec<usize> = low.into_iter().chain(high).collect();
         kept.sort_unstable();
         kept.dedup();
-        // Nothing but gaps: a gap stays.
+        // If all points are gaps, keep one gap.
         if kept.is_empty() { vec![points[0]] } else { kept.into_iter().map(|k| points[k]).collect() }
     };
     all.chunks(chunk).flat_map(ends).collect()
@@ -122,7 +143,7 @@ impl Point {
         format!("{name}{} {:.4e}, {} {:.4e}", labels.0, self.at.0, labels.1, self.at.1)
     }
 
-    /// Opening tag of the point's group, and what it says on hover.
+    /// Writes the opening tag of the point's group, and its text on hover.
     fn open(&self, out: &mut String) {
         let said = [self.name.as_deref(), self.command.as_deref()].into_iter().flatten().collect::<Vec<_>>().join("\n");
         if said.is_empty() {
@@ -131,7 +152,7 @@ impl Point {
         }
         let command = self.command.as_ref().map_or(String::new(), |c| format!(" data-command=\"{}\"", html(c)));
         let class = if self.name.is_some() { "point named" } else { "point" };
-        // What can be pressed is a stop of the keyboard; names alone stand in the list under the figure, or in a table.
+        // Only points with a command can be focused by keyboard. Names alone are in the list under the figure, or in a table.
         let stop = if self.command.is_some() { " tabindex=\"0\"" } else { "" };
         let _ = write!(
             out,
@@ -179,7 +200,7 @@ impl Series {
     }
 
     pub(crate) fn draw_bars(&self, out: &mut String, x: &Axis<'_>, y: &Axis<'_>, off: f64, width: f64) {
-        // A logarithmic axis has no zero: its bars stand on its foot.
+        // A logarithmic axis has no zero, so its bars start at the bottom of the axis.
         let zero = y.pixel(0.0).unwrap_or(SIZE.1 - MARGIN.3);
         for point in &self.points {
             let (Some(px), Some(py)) = (x.pixel(point.at.0), y.pixel(point.at.1)) else { continue };

@@ -1,6 +1,6 @@
-//! Two runs on one page, from their reports.
+//! Comparison of two runs on one page, from their reports.
 //!
-//! A report holds its run's curves and `summary.json`: whoever has two reports needs neither logs nor scenes.
+//! A report contains its run's curves and `summary.json`, so logs and scenes are not needed.
 
 mod side;
 mod tables;
@@ -13,7 +13,7 @@ pub use side::Side;
 use sim::failure::Failure;
 use sim::run::report::keys;
 
-/// The page of two runs.
+/// Creates the page that compares two runs.
 ///
 /// # Errors
 /// [`Failure::Input`]: the arms have different joints.
@@ -41,5 +41,5 @@ pub fn page(a: &Side, b: &Side) -> Result<Page, Failure> {
             "So that both fit, every {stride}th row of each report is kept, as it was; bands show the lowest and the highest value between."
         )));
     }
-    Ok(Page { title: format!("{} beside {}", a.title(), b.title()), lead: words::lead(a, b), blocks })
+    Ok(Page { title: format!("{} and {}", a.title(), b.title()), lead: words::lead(a, b), blocks })
 }

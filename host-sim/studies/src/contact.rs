@@ -1,4 +1,4 @@
-//! The wrench at the tip, felt through a sensor in the base; or the reading of that sensor for a known contact.
+//! The wrench at the tip from the reading of a sensor in the base; or that reading from a known wrench at the tip.
 
 use super::numbers::{finite, wrench};
 use dynamics_core::chapter::contact::{base_wrench, contact_wrench};
@@ -9,11 +9,11 @@ use dynamics_core::{Dynamics, Inertia, Live, Scene, Term, Trig, Wrench};
 use nalgebra::Vector3;
 use robot_compiler::Robot;
 use serde::Serialize;
+use sim::run::joint_label::JointLabel;
 use sim::run::numbers::engineering;
-use sim::run::record::JointLabel;
 use sim::table::table;
 
-/// Known parts of the contact, N and N m.
+/// The known wrench, N and N m.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Known {
     /// The base's wrench on the arm, about the base's origin in base axes: the sensor's reading.
@@ -22,7 +22,7 @@ pub enum Known {
     Tip(Vec<f64>),
 }
 
-/// A state of an arm, and one end of the recursion.
+/// A state of an arm, and the known wrench at one of its ends.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactRequest {
     /// Joint position, rad or m.
@@ -46,18 +46,18 @@ pub struct ContactWrenches {
     pub base_wrench: [f64; 6],
     /// The environment's wrench on the arm, about the tip's origin, tip axes.
     pub tip_wrench: [f64; 6],
-    /// Wrench on each link from the one before, about the joint's origin, base axes; by one linear system of all equations.
+    /// Wrench on each link from the previous one, about the joint's origin, in base axes; solved from one linear system of all equations.
     pub joints: Vec<[f64; 6]>,
-    /// Greatest residual of any link's equations of Newton and Euler with these wrenches, over the greatest wrench.
+    /// Greatest residual of any link's Newton-Euler equations with these wrenches, divided by the greatest wrench.
     pub residual: f64,
     #[serde(skip)]
     labels: Vec<JointLabel>,
 }
 
-/// Carry the known wrench to the other end of the arm.
+/// Computes the wrench at the other end of the arm.
 ///
 /// # Errors
-/// The question's fault: a list of the wrong length, a number that is not finite, a result beyond the numbers.
+/// A description of: a list of the wrong length, a number that is not finite, or a result that overflows.
 pub fn answer<const N: usize>(robot: &Robot, question: &ContactRequest) -> Result<ContactWrenches, String> {
     let model = robot.model::<N>().map_err(|error| error.to_string())?;
     let list = |name: &str, values: &Option<Vec<f64>>| {
@@ -67,7 +67,7 @@ pub fn answer<const N: usize>(robot: &Robot, question: &ContactRequest) -> Resul
     let (qd, qdd) = (list("--qd", &question.qd)?, list("--qdd", &question.qdd)?);
     let gravity = Vector3::from(finite::<3>("--gravity", &question.gravity, "x, y, z")?);
     let (turn, live) = (Libm.sin_cos_all(&q), Live::zero());
-    // Spinning rotors are between motor and link, in no wrench of a joint.
+    // A rotor spins between motor and link, so its torque is part of no joint wrench.
     let scene = Scene { rotor: Term::Absent, ..Scene::with_gravity(gravity, &model) };
     let (base, tip) = match &question.known {
         Known::Base(values) => {

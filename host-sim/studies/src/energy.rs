@@ -9,11 +9,11 @@ use sim::run::numbers::engineering;
 use sim::run::record::Record;
 use sim::run::simulate::Run;
 use sim::run::simulation::{Options, Work, simulation};
-use sim::run::summary::FaultEvent;
+use sim::run::summary_parts::FaultEvent;
 use sim::table::table;
 use std::sync::atomic::AtomicBool;
 
-/// Energy balance of a run until its end or a fault.
+/// Energy balance of a run, until its end or a fault.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Account {
     /// Name of the scene.
@@ -24,15 +24,15 @@ pub struct Account {
     pub duration: f64,
     /// Every joint, base first.
     pub joints: Vec<JointWork>,
-    /// Work of the push at the tip, J.
+    /// Work of the external wrench at the tip, J.
     pub contact: f64,
     /// Kinetic energy `1/2 qd^T D qd`, J.
     pub kinetic: Change,
     /// Potential energy `-sum m g . r`, J.
     pub potential: Change,
-    /// Work of actuators, friction and contact, less the gain of kinetic and potential energy, J.
+    /// Work of actuators, friction and contact, minus the gain of kinetic and potential energy, J.
     pub residual: f64,
-    /// [`Account::residual`] over the sum of the magnitudes of all work; zero without any work.
+    /// [`Account::residual`] divided by the sum of the magnitudes of all work; zero without any work.
     pub residual_relative: f64,
     /// Each fault with its tick.
     pub faults: Vec<FaultEvent>,
@@ -45,13 +45,13 @@ pub struct Account {
 pub struct JointWork {
     /// Name of the joint.
     pub name: String,
-    /// Positive work of the actuator.
+    /// Positive work of the actuator, J.
     pub positive: f64,
-    /// Negative work of the actuator; not above zero.
+    /// Negative work of the actuator, J; not above zero.
     pub negative: f64,
-    /// Sum of positive and negative work.
+    /// Sum of positive and negative work, J.
     pub total: f64,
-    /// Work of friction; not above zero.
+    /// Work of friction, J; not above zero.
     pub friction: f64,
     /// Greatest magnitude of the commanded torque times the velocity, W.
     pub power_peak: f64,
@@ -60,9 +60,9 @@ pub struct JointWork {
 /// An energy at the start and at the end, J.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Change {
-    /// Energy at the start.
+    /// Energy at the start, J.
     pub start: f64,
-    /// Energy at the end.
+    /// Energy at the end, J.
     pub end: f64,
 }
 
@@ -74,7 +74,7 @@ impl Change {
     }
 }
 
-/// Run a scene on the desk and compute its energy balance.
+/// Runs a scene on the desk and computes its energy balance.
 ///
 /// # Errors
 /// [`Failure::Input`] if the scene cannot be run.
@@ -134,7 +134,7 @@ impl Account {
         }
     }
 
-    /// The account, and the power of every joint over time, as a page.
+    /// The balance, and the power of every joint over time, as a page.
     #[must_use]
     pub fn page(&self, record: &Record) -> Page {
         let figure = Figure::new("Power of the commanded torques", "time / s", "power / W");

@@ -7,7 +7,7 @@ use robot_compiler::SceneFile;
 use serde::{Deserialize, Serialize};
 use sim::failure::Failure;
 use sim::run::numbers::engineering;
-use sim::run::simulate;
+use sim::run::scene_world;
 use sim::table::table;
 use std::io::BufRead;
 
@@ -15,7 +15,7 @@ use std::io::BufRead;
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PathState {
-    /// Time, s; not before that of the line before. Two lines of one time are a jump of the acceleration.
+    /// Time, s; not before that of the previous line. Two lines with the same time are a jump of the acceleration.
     t: f64,
     /// Joint position, rad or m.
     q: Vec<f64>,
@@ -47,19 +47,19 @@ pub struct PathWork {
 pub struct JointPathWork {
     /// Name of the joint.
     pub name: String,
-    /// Positive work of the actuator.
+    /// Positive work of the actuator, J.
     pub positive: f64,
-    /// Negative work of the actuator; not above zero.
+    /// Negative work of the actuator, J; not above zero.
     pub negative: f64,
 }
 
-/// Work of the actuators of the scene's simulated arm (payload, gravity and wrench of its `[plant]`, no friction) along a path:
-/// the trapezoid rule over `tau qd`, with `tau = D qdd + h + G - J^T w`.
+/// Computes the work of the actuators of the scene's simulated arm (payload, gravity and wrench of its `[plant]`, no friction) along a path, with the
+/// trapezoidal rule over `tau qd` and `tau = D qdd + h + G - J^T w`.
 ///
 /// # Errors
-/// [`Failure::Input`]: the number of the first wrong line, and what was expected of it.
+/// [`Failure::Input`]: the number of the first wrong line, and what was expected there.
 pub fn path_work<const N: usize>(scene: &SceneFile, source: &str, input: impl BufRead) -> Result<PathWork, Failure> {
-    let arm = simulate::arm::<N>(scene)?;
+    let arm = scene_world::arm::<N>(scene)?;
     let mut meter = WorkMeter::<f64, N>::new();
     let (mut first, mut last, mut samples) = (None, 0.0, 0);
     for (index, line) in input.lines().enumerate() {

@@ -1,4 +1,4 @@
-//! A headless Chromium, driven by its DevTools protocol over a pipe: messages of JSON, each ended by a zero byte.
+//! A headless Chromium, controlled by its DevTools protocol over a pipe: JSON messages, each ended by a zero byte.
 
 use serde_json::{Value, json};
 use std::io::{BufRead as _, BufReader, Write as _};
@@ -7,7 +7,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// A browser with one page; ends with the value.
+/// A browser with one page. It ends on drop.
 pub(crate) struct Browser {
     program: Child,
     to: ChildStdin,
@@ -18,7 +18,7 @@ pub(crate) struct Browser {
     events: Vec<Value>,
 }
 
-/// Nothing in the background, nothing on the network, WebGL by software.
+/// No background activity, no network, WebGL in software.
 const OPTIONS: [&str; 10] = [
     "--headless=new",
     "--no-sandbox",
@@ -40,8 +40,8 @@ pub(crate) const FLAT: [&str; 2] = ["--disable-gpu", "--disable-3d-apis"];
 const PATIENCE: Duration = Duration::from_secs(30);
 
 impl Browser {
-    /// Start the browser with an empty profile of this name. Without Chromium: `None`, said on standard error; a failure where nothing
-    /// may be skipped.
+    /// Starts the browser with an empty profile of this name. Without Chromium, returns `None` and prints a note; in continuous integration, that is
+    /// a failure.
     pub(crate) fn start(name: &str, options: [&str; 2]) -> Option<Self> {
         let paths = std::env::var_os("PATH").unwrap_or_default();
         if !std::env::split_paths(&paths).any(|folder| folder.join("chromium").is_file()) {
@@ -53,7 +53,7 @@ impl Browser {
         }
         let profile = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("chromium-{name}-{}", std::process::id()));
         std::fs::create_dir_all(&profile).unwrap();
-        // The browser speaks on descriptors 3 and 4: they become ours.
+        // The browser uses the descriptors 3 and 4, which are connected to our pipes.
         let mut command = Command::new("sh");
         command.args(["-c", "exec chromium \"$@\" 3<&0 4>&1 </dev/null >/dev/null 2>/dev/null", "chromium"]);
         command.args(options).arg(format!("--user-data-dir={}", profile.display())).args(OPTIONS);
@@ -69,7 +69,7 @@ impl Browser {
         Some(browser)
     }
 
-    /// Call a method and wait for its answer; what happens meanwhile is kept.
+    /// Calls a method and waits for its answer. Events in the meantime are kept.
     pub(crate) fn call(&mut self, method: &str, parameters: Value) -> Value {
         self.calls += 1;
         let mut message = json!({ "id": self.calls, "method": method, "params": parameters });
@@ -99,7 +99,7 @@ impl Browser {
         answer["result"]["value"].take()
     }
 
-    /// Wait until an expression is true.
+    /// Waits until an expression is true.
     pub(crate) fn until(&mut self, expression: &str) {
         let start = Instant::now();
         while self.value(expression) != json!(true) {
@@ -108,7 +108,7 @@ impl Browser {
         }
     }
 
-    /// Open a file at a width and height.
+    /// Opens a file at a width and height.
     pub(crate) fn open(&mut self, file: &Path, width: u32, height: u32) {
         let size = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600 });
         self.call("Emulation.setDeviceMetricsOverride", size);
@@ -117,7 +117,14 @@ impl Browser {
         self.until("document.readyState === 'complete'");
     }
 
-    /// Press a key.
+    /// Sets the user's preference for dark pages.
+    pub(crate) fn prefer_dark(&mut self, dark: bool) {
+        let value = if dark { "dark" } else { "light" };
+        let features = json!([{ "name": "prefers-color-scheme", "value": value }]);
+        self.call("Emulation.setEmulatedMedia", json!({ "features": features }));
+    }
+
+    /// Presses a key.
     pub(crate) fn press(&mut self, key: &str) {
         let text = if key.chars().count() == 1 { key } else { "" };
         let down = if text.is_empty() { "rawKeyDown" } else { "keyDown" };
@@ -125,13 +132,13 @@ impl Browser {
         self.call("Input.dispatchKeyEvent", json!({ "type": "keyUp", "key": key }));
     }
 
-    /// Pixels by which the page reaches beyond its window sideways. `innerWidth` does not tell: on a phone it grows to the page.
+    /// Pixels by which the page is wider than its window. `innerWidth` does not show that: on a phone it grows with the page.
     pub(crate) fn beyond(&mut self) -> f64 {
         let beyond = "document.documentElement.scrollWidth - document.documentElement.clientWidth";
         self.value(beyond).as_f64().unwrap()
     }
 
-    /// Complaints of the pages, and their requests to the network.
+    /// Error messages of the pages, and their requests to the network.
     pub(crate) fn complaints(&self) -> Vec<String> {
         let said = |event: &Value| match event["method"].as_str()? {
             "Runtime.exceptionThrown" | "Runtime.consoleAPICalled" | "Log.entryAdded" => Some(event.to_string()),

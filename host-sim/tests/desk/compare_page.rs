@@ -1,6 +1,7 @@
 //! Two runs on one page, in a real browser.
 
 use crate::browser::{Browser, WEBGL};
+use crate::pages::WINDOWS;
 use crate::program::{at_the_top, told};
 use crate::report_page::{BYTES_MAX, READY, run, scene, write};
 use indicatif::ProgressBar;
@@ -39,8 +40,8 @@ fn two_runs_are_compared_from_their_reports_alone() {
     assert!(html.contains("<dt>period</dt><dd>1.00 ms</dd>") && html.contains("<dt>duration</dt><dd>2.10 s</dd>"));
 
     let Some(mut browser) = Browser::start("compare", WEBGL) else { return };
-    for width in [1280, 390] {
-        browser.open(&write("compare", &html), width, 800);
+    for (width, height) in WINDOWS {
+        browser.open(&write("compare", &html), width, height);
         browser.until(READY);
         assert!(browser.beyond() <= 0.0);
         browser.press("End");
@@ -79,7 +80,7 @@ fn a_run_that_faulted_or_ended_before_the_other_says_so_and_shows_nothing_from_t
         (browser.value(said).to_string().matches('\u{2013}').count(), opacity)
     };
     assert_eq!(shown("Home"), (0, json!([1, 0.4])));
-    // The position and the error of B, and its row.
+    // The position and the error of run B, and its row.
     assert_eq!(shown("End"), (6, json!([1, 0.1])));
     assert_eq!(browser.complaints(), [""; 0]);
 }

@@ -1,5 +1,4 @@
-//! A board at the other end of a pseudo-terminal: the firmware's own session on the desk, at the pace of a timer, with
-//! a scene's simulated arm as its joints.
+//! A board at the far end of a pseudo-terminal: the firmware's own session on the desk, paced by a timer, with a scene's simulated arm as its joints.
 #![allow(unreachable_pub, reason = "a part of a test")]
 
 use board::session::dry_run::{Uncounted, desk_session};
@@ -13,7 +12,7 @@ use session::readings::Lines;
 use session::readings::{JointFaults, Readings};
 use session::{Drives, Reaction};
 use sim::plant::sensor::Sample;
-use sim::run::simulate;
+use sim::run::scene_world;
 use std::io::{Read as _, Write as _};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -21,26 +20,26 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Time stops on the board when its host has been away for this long. On a machine busy with other tests a program may
-/// wait for its turn longer than a heartbeat, and these tests are not about that. The host sends at least every 20 ms.
+/// The board's time stops while its host has been silent for this long. On a machine that is busy with other tests, a program may be delayed longer
+/// than a heartbeat limit, and these tests are not about that. The host sends at least every 20 ms.
 const AWAY: Duration = Duration::from_millis(40);
 
 /// A running board; it stops on drop.
 pub struct LiveBoard {
     /// Name of the port.
     pub port: String,
-    /// The file of its key, which goes with it.
+    /// The key file of this board.
     pub key: PathBuf,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl LiveBoard {
-    /// Start a board with the firmware of a scene.
+    /// Starts a board with the firmware of a scene.
     pub fn start<const N: usize>(scene: SceneFile) -> Self {
         let (board, host) = TTYPort::pair().unwrap();
         let port = host.name().unwrap();
-        // It holds the lock that excludes other processes.
+        // This end holds the lock that excludes other processes.
         drop(host);
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);
@@ -74,7 +73,7 @@ fn key_file(key: &Key) -> PathBuf {
 fn run<const N: usize>(scene: &SceneFile, key: &Key, mut port: TTYPort, stop: &AtomicBool) {
     let model = scene.robot.model::<N>().unwrap();
     let mut session = desk_session(scene, &model);
-    let mut world = simulate::world::<N>(scene).unwrap();
+    let mut world = scene_world::world::<N>(scene).unwrap();
     let meter = Meter::new(Uncounted);
     let mut channel = BoardChannel::new(Access::Key(Box::leak(Box::new(*key.bytes()))));
     let own = board::chip::hello(scene, &model, Pacing::LockStep);
@@ -82,10 +81,10 @@ fn run<const N: usize>(scene: &SceneFile, key: &Key, mut port: TTYPort, stop: &A
     let mut heard = Instant::now();
     while !stop.load(Ordering::Relaxed) {
         let mut answers = Vec::new();
-        // No bytes if the other end is closed.
+        // There are no bytes if the other end is closed.
         let mut bytes = vec![0; port.bytes_to_read().unwrap_or(0) as usize];
         if port.read_exact(&mut bytes).is_err() {
-            // The other end was closed in between.
+            // The other end was closed in the meantime.
             bytes.clear();
         }
         if !bytes.is_empty() {

@@ -33,7 +33,7 @@ fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ").replace('|', "\\|").replace('<', "&lt;")
 }
 
-/// The section of a command, and those of its parts.
+/// Writes the section of a command, and those of its subcommands.
 fn section(command: &Command, path: &str, page: &mut String) {
     let about = command.get_about().map(|about| one_line(&about.to_string())).unwrap_or_default();
     let _ = write!(page, "\n## {path}\n\n{about}\n");
@@ -55,7 +55,11 @@ fn section(command: &Command, path: &str, page: &mut String) {
         let choices: Vec<_> = if takes { argument.get_possible_values() } else { Vec::new() };
         let choices: Vec<_> =
             choices.iter().filter(|v| !v.is_hide_set()).map(|v| format!("`{}`", v.get_name())).collect();
-        let choices = if choices.is_empty() { String::new() } else { format!(" One of {}", choices.join(", ")) };
+        let choices = if choices.is_empty() {
+            String::new()
+        } else {
+            format!("{} One of {}", if help.ends_with('.') { "" } else { "." }, choices.join(", "))
+        };
         let _ = writeln!(page, "| `{}` | {} | {help}{choices} |", name.replace('|', "\\|"), default.join(" "));
     }
     for part in command.get_subcommands().filter(|part| part.get_name() != "help" && !part.is_hide_set()) {
@@ -116,7 +120,7 @@ fn calls(text: &str) -> Vec<String> {
         .collect()
 }
 
-/// Words of a call, as a shell parts them.
+/// Words of a call, split as by a shell.
 fn parted(call: &str) -> Vec<String> {
     let (mut words, mut quote, mut open) = (vec![String::new()], None, false);
     for c in call.chars() {
@@ -136,14 +140,14 @@ fn parted(call: &str) -> Vec<String> {
     words
 }
 
-/// True for a word in capitals, which stands for something of the reader's.
+/// True for a word in capitals, which stands for a value of the reader's.
 fn is_placeholder(word: &str) -> bool {
     word.len() > 1
         && word.chars().any(char::is_alphabetic)
         && word.chars().all(|c| c.is_ascii_uppercase() || c.is_ascii_digit() || "_-.".contains(c))
 }
 
-/// The complaint about a call, if the parser has one for every meaning of its placeholders, or a file of the project is missing.
+/// Description of a mistake in a call: the parser rejects it with every meaning of its placeholders, or a file of the project is missing.
 fn complaint(call: &str) -> Option<String> {
     let words = parted(call);
     let parsed = |stand_in: &str| {

@@ -1,4 +1,4 @@
-//! Pages of studies in a real browser: they load, stay within their window and can be read there, and show the numbers of the files.
+//! Pages of studies in a real browser: they load, fit into their window, can be read there, and show the numbers of the files.
 
 use crate::browser::{Browser, FLAT};
 use crate::trade;
@@ -7,13 +7,13 @@ use robot_compiler::scene::ScalarChoice;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// A desk's window and a phone's.
-pub(crate) const WINDOWS: [(u32, u32); 2] = [(1280, 800), (390, 844)];
+/// Window sizes of a desktop, a tablet and a phone, pixels.
+pub(crate) const WINDOWS: [(u32, u32); 3] = [(1280, 800), (820, 1180), (390, 844)];
 
-/// Smallest letters of a figure, pixels.
+/// Smallest size of letters in a figure, pixels.
 const LETTERS_MIN: f64 = 8.0;
 
-/// Labels of figures that are cut off, that lie on another, or that are smaller than this.
+/// Labels of figures that are cut off, overlap another one, or are smaller than this.
 const UNREADABLE: &str = "((least) => [...document.querySelectorAll('figure svg')].flatMap((svg) => { \
     const frame = svg.getBoundingClientRect(); const scale = frame.width / svg.viewBox.baseVal.width; \
     const labels = [...svg.querySelectorAll('text')].map((text) => [text.textContent, text.getBoundingClientRect(), text]); \
@@ -24,7 +24,7 @@ const UNREADABLE: &str = "((least) => [...document.querySelectorAll('figure svg'
             && box.top < other.bottom && other.top < box.bottom).map(([other]) => `${name} lies on ${other}`), \
     ]); }))";
 
-/// Opens a page in a window; with all its lists open it stays inside, and its figures can be read.
+/// Opens a page in a window. With all its lists open it fits into the window, and its figures can be read.
 pub(crate) fn open(browser: &mut Browser, page: &Path, (width, height): (u32, u32)) {
     browser.open(page, width, height);
     browser.value("document.querySelectorAll('details').forEach((list) => { list.open = true; })");
@@ -33,7 +33,7 @@ pub(crate) fn open(browser: &mut Browser, page: &Path, (width, height): (u32, u3
     assert_eq!(browser.value(&format!("{UNREADABLE}({LETTERS_MIN})")), json!([]), "{} at {width}", page.display());
 }
 
-/// Rows of the table with this caption, each cell with its text and the exact number behind it, if there is one.
+/// Rows of the table with this caption: the text of each cell, and its exact number, if it has one.
 pub(crate) fn rows(browser: &mut Browser, caption: &str) -> Vec<Vec<(String, Option<f64>)>> {
     let found = browser.value(&format!(
         "[...[...document.querySelectorAll('table')].find((table) => table.caption.textContent === {}).tBodies[0].rows].map((row) => \
@@ -45,7 +45,7 @@ pub(crate) fn rows(browser: &mut Browser, caption: &str) -> Vec<Vec<(String, Opt
     found.as_array().unwrap().iter().map(row).collect()
 }
 
-/// Commands that the cells of a table hand over, each reached by the keyboard.
+/// Commands that the cells of a table copy, each reached with the keyboard.
 pub(crate) fn handed_over(browser: &mut Browser, caption: &str) -> Vec<String> {
     let found = browser.value(&format!(
         "[...[...document.querySelectorAll('table')].find((table) => table.caption.textContent === {}) \
@@ -108,7 +108,7 @@ fn a_trade_shows_the_front_of_its_table_and_hands_over_the_command_of_a_point() 
     found.write_csv(&folder.join("trade.csv")).unwrap();
     let table: Vec<csv::StringRecord> =
         csv::Reader::from_path(folder.join("trade.csv")).unwrap().records().map(Result::unwrap).collect();
-    // Columns of the table: eight of the choice, instructions, cycles; fronts and command at the end.
+    // Columns of the table: eight for the choice, then instructions and cycles; fronts and command are at the end.
     let front: Vec<_> = table.iter().filter(|row| [3, 2].iter().any(|at| &row[row.len() - at] == "true")).collect();
     assert!(front.len() > 1 && front.len() < table.len(), "{} of {}", front.len(), table.len());
     let page = written("trade", &found.page());
@@ -119,7 +119,7 @@ fn a_trade_shows_the_front_of_its_table_and_hands_over_the_command_of_a_point() 
         for (shown, row) in shown.iter().zip(&front) {
             let texts: Vec<&str> = shown.iter().map(|(text, _)| text.as_str()).collect();
             let cycles = format!("{:.0}", row[10].parse::<f64>().unwrap());
-            // Terms and kernel vary here, in front of instructions and cycles.
+            // Here terms and kernel vary; they are before instructions and cycles.
             assert_eq!(texts[..2], [&row[2], &row[6]]);
             assert_eq!((texts[3], *texts.last().unwrap()), (cycles.as_str(), &row[row.len() - 1]));
         }

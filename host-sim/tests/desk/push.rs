@@ -1,4 +1,4 @@
-//! The time of a push is counted from the start of the simulated arm, in `run` and on the board of `connect` alike: also while brakes hold it.
+//! The time of a push is counted from the start of the simulated arm, both in `run` and on the board of `connect`, even while brakes hold the arm.
 
 use board::session::operate::device::{Device as _, Pace};
 use board::session::operate::simulated_board::{Places, SimulatedBoard};
@@ -8,15 +8,15 @@ use link::{Frame, Pacing, Parts, Request, SensedLines, Status, Watch};
 use nalgebra::Vector3;
 use robot_compiler::SceneFile;
 use robot_compiler::scene::Push;
-use sim::run::simulate;
+use sim::run::scene_world;
 use sim::run::simulation;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-/// Begin of the push, s.
+/// Start of the push, s.
 const AT: f64 = 0.3;
 
-/// Two rods with brakes, and perhaps a push.
+/// Two rods with brakes, with or without a push.
 fn scene(pushed: bool) -> SceneFile {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/planar2r_swing.toml");
     let mut scene = SceneFile::load(&path).unwrap();
@@ -26,7 +26,7 @@ fn scene(pushed: bool) -> SceneFile {
     scene
 }
 
-/// The tick in which the push begins in `run`, which drives the arm from its first tick on. It shows a tick later.
+/// The tick in which the push begins in `run`, which drives the arm from its first tick on. Its effect is visible a tick later.
 fn in_run() -> Option<usize> {
     let [free, pushed] = [false, true].map(|pushed| {
         let (stop, bar) = (AtomicBool::new(false), ProgressBar::hidden());
@@ -45,7 +45,7 @@ fn in_run() -> Option<usize> {
 fn measured(pushed: bool, arm: u32) -> Vec<(u32, SensedLines)> {
     let scene = scene(pushed);
     let model = scene.robot.model::<2>().unwrap();
-    let (world, nowhere) = (simulate::world::<2>(&scene).unwrap(), Places { host: false, buses: false });
+    let (world, nowhere) = (scene_world::world::<2>(&scene).unwrap(), Places { host: false, buses: false });
     let mut board = SimulatedBoard::new((&scene, &model), world, Disturbance::default(), nowhere, Pace::default());
     board.send(&Frame::Hello(board::chip::hello(&scene, &model, Pacing::Live))).unwrap();
     board.send(&Frame::Watch(Watch { every: 1, parts: Parts::SENSED })).unwrap();
@@ -72,11 +72,11 @@ fn measured(pushed: bool, arm: u32) -> Vec<(u32, SensedLines)> {
     measured
 }
 
-/// The same on the board of `connect`.
+/// As [`in_run`], on the board of `connect`.
 fn on_the_board(arm: u32) -> Option<usize> {
     let [free, pushed] = [false, true].map(|pushed| measured(pushed, arm));
     let shows = free.iter().zip(&pushed).find(|(free, pushed)| free != pushed);
-    // The board counts its ticks from 1, and the push shows a tick later.
+    // The board counts its ticks from 1, and the effect of the push is visible a tick later.
     shows.map(|((tick, _), _)| *tick as usize - 2)
 }
 

@@ -1,12 +1,14 @@
-//! Reports in a real browser: they load, play and scrub, and show the numbers of the run.
+//! Reports in a real browser: they load, play, follow the time slider, and show the numbers of the run.
 
 use crate::browser::{Browser, FLAT, WEBGL};
+use crate::pages::WINDOWS;
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
 use serde_json::{Value, json};
 use sim::run::numbers::engineering;
 use sim::run::report::{SUMMARY, page};
-use sim::run::simulate::{self, Run};
+use sim::run::scene_world;
+use sim::run::simulate::Run;
 use sim::run::simulation;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -35,6 +37,40 @@ pub(crate) fn write(name: &str, html: &str) -> PathBuf {
     path
 }
 
+/// Texts with too little contrast to their background, by the rule of WCAG 2 for small text (4.5).
+const FAINT_TEXTS: &str = "(() => { \
+    const light = (c) => { const [r, g, b] = c.map((x) => x / 255).map((x) => x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4); \
+        return 0.2126 * r + 0.7152 * g + 0.0722 * b; }; \
+    const parts = (colour) => colour.match(/[\\d.]+/g).map(Number); \
+    const ground = (of) => { for (; of; of = of.parentElement) { const c = parts(getComputedStyle(of).backgroundColor); \
+        if (c.length < 4 || c[3] === 1) return c; } return [255, 255, 255]; }; \
+    return [...document.querySelectorAll('body *')].filter((of) => of.checkVisibility() \
+        && [...of.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim())).flatMap((of) => { \
+        const style = getComputedStyle(of); const ink = parts(of.closest('svg') ? style.fill : style.color); \
+        const [a, b] = [light(ink.slice(0, 3)), light(ground(of.closest('svg') ?? of).slice(0, 3))]; \
+        const contrast = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05); \
+        return contrast < 4.5 ? [`${of.tagName} ${of.className} ${of.textContent.trim().slice(0, 30)}: ${contrast.toFixed(2)}`] : []; }); })()";
+
+#[test]
+fn a_report_can_be_read_in_light_and_in_dark() {
+    let Some(mut browser) = Browser::start("dark", WEBGL) else { return };
+    let scene = scene("puma560_collision.toml");
+    let file = write("dark", &page(&run(&scene), &scene).unwrap().html());
+    let mut grounds = Vec::new();
+    for dark in [false, true] {
+        browser.prefer_dark(dark);
+        for (width, height) in WINDOWS {
+            browser.open(&file, width, height);
+            browser.until(READY);
+            assert!(browser.beyond() <= 0.0, "{width}, dark: {dark}");
+            assert_eq!(browser.value(FAINT_TEXTS), json!([]), "{width}, dark: {dark}");
+        }
+        grounds.push(browser.value("getComputedStyle(document.body).backgroundColor"));
+    }
+    assert_ne!(grounds[0], grounds[1]);
+    assert_eq!(browser.complaints(), [""; 0]);
+}
+
 #[test]
 #[allow(clippy::float_cmp, reason = "a page shows the very numbers")]
 fn a_report_loads_plays_scrubs_and_shows_the_numbers_of_the_summary_on_a_desk_and_on_a_phone() {
@@ -42,7 +78,7 @@ fn a_report_loads_plays_scrubs_and_shows_the_numbers_of_the_summary_on_a_desk_an
     let scene = scene("puma560_pick.toml");
     let run = run(&scene);
     let file = write("plays", &page(&run, &scene).unwrap().html());
-    for (width, height) in [(1280, 800), (390, 844)] {
+    for (width, height) in WINDOWS {
         browser.open(&file, width, height);
         browser.until(READY);
         assert_eq!(browser.value("document.getElementById('viewer').dataset.webgl"), "yes", "{width}");
@@ -119,11 +155,11 @@ fn scrubs(browser: &mut Browser, run: &Run) {
     }
 }
 
-/// The transforms of the page against those of the plant, which are independent of the controller's.
+/// Compares the transforms of the page with those of the plant, which are independent of the controller's.
 fn draws_the_arm_where_the_plant_has_it(browser: &mut Browser, scene: &SceneFile, run: &Run) {
     let samples = run.record.tick(1_234);
     let q: [f64; 6] = std::array::from_fn(|joint| samples[joint].q);
-    let expected = simulate::arm::<6>(scene).unwrap().tip_pose(&q).1;
+    let expected = scene_world::arm::<6>(scene).unwrap().tip_pose(&q).1;
     let found = browser.value("tipOfRun(0)");
     for axis in 0..3 {
         let off = found[axis].as_f64().unwrap() - expected[axis];
@@ -250,7 +286,7 @@ fn keys_work_after_a_click_and_an_address_or_an_event_sets_the_time() {
     assert_eq!(browser.value(pressed), 5);
     let marks = browser.value("document.querySelector('.marks:not(.largest)').textContent").to_string();
     assert!(marks.contains("band: push") && marks.contains("line: fault"), "{marks}");
-    // Twice the same event, with another time between.
+    // The same event twice, with another time in between.
     for _ in 0..2 {
         browser.press("Home");
         browser.value("[...document.querySelectorAll('main li a')].find((link) => link.textContent.includes('a push of')).click()");

@@ -1,4 +1,4 @@
-//! A study's page in a real browser: the numbers of its files.
+//! A study's page in a real browser: it shows the numbers of the study's files.
 #![allow(clippy::float_cmp, reason = "a page shows the very numbers")]
 
 use crate::browser::{Browser, FLAT};
@@ -13,17 +13,17 @@ use studies::sweep::Prepared;
 use studies::sweep::results::Results;
 use studies::sweep::store::{self, Progress, STUDY, Shard};
 
-/// Title of the table of worst runs, and of that of runs that failed.
+/// Title of the table of worst runs, and title of the table of failed runs.
 pub(crate) const WORST: &str = "The worst runs, and the command that repeats each in full";
 pub(crate) const FAILING: &str = "The first runs that failed, and the command that repeats each in full";
-/// The fixture's figures as a page names them.
+/// The fixture's metrics as a page names them.
 pub(crate) const LABELS: [&str; 3] = ["tracking_max / rad", "torque_peak.1 / (N m)", "settling_time / s"];
 
 pub(crate) fn fixture() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/study.toml")
 }
 
-/// Folder of a study after so many runs, with its results, and those as JSON.
+/// Runs a study with this many runs. Returns its folder, and its results as JSON.
 pub(crate) fn studied(name: &str, study: &Path, runs: u64) -> (PathBuf, Value) {
     let out = folder(name);
     let prepared = Prepared::load(study, Some(runs)).unwrap();
@@ -45,7 +45,7 @@ fn numbers(text: &str) -> Vec<f64> {
     text.split(|c| !of_number(c)).filter_map(|word| word.parse().ok()).collect()
 }
 
-/// Demands that a text has these numbers with three digits, and `unsettled` for each that is missing.
+/// Asserts that a text contains these numbers with three digits, and `unsettled` for each missing one.
 fn says(text: &str, values: &[Value]) {
     let (found, expected) = (numbers(text), values.iter().filter_map(Value::as_f64).collect::<Vec<_>>());
     let near = |(shown, exact): (&f64, &f64)| (shown - exact).abs() <= 0.005 * exact.abs();
@@ -106,7 +106,7 @@ pub(crate) fn shows_the_distributions(browser: &mut Browser, results: &Value, ta
     }
 }
 
-/// The row of runs that were not complete: those of `results.json` and those of the table of runs.
+/// Checks the row of incomplete runs against `results.json` and the table of runs.
 fn shows_what_broke_off(row: &[(String, Option<f64>)], results: &Value, table: &[Vec<String>]) {
     let end = table[0].iter().position(|name| name == "end").unwrap();
     let broken_off: Vec<&str> =
@@ -122,13 +122,13 @@ fn shows_what_broke_off(row: &[(String, Option<f64>)], results: &Value, table: &
     says(texts[2], &share(&found["share"]));
 }
 
-/// The correlation of a figure with a key.
+/// The correlation of a metric with a key.
 fn correlation<'a>(results: &'a Value, metric: &str, key: &str) -> &'a Value {
     let list = list(&results["sensitivities"]);
     &list.iter().find(|found| found["metric"] == metric && found["key"] == key).unwrap()["correlation"]
 }
 
-/// Demands two digits behind the point.
+/// Asserts two digits after the decimal point.
 fn rounded(shown: &[f64], found: &Value) {
     for (shown, key) in shown.iter().zip(["value", "low", "high"]) {
         assert!((shown - found[key].as_f64().unwrap()).abs() < 0.005_001, "{shown}: {found}");
@@ -194,8 +194,8 @@ fn figure(caption: &str) -> String {
     )
 }
 
-/// Texts of the points or bars of a figure, with numbers of the shape drawn for each. None has a command, is a stop of the keyboard, or
-/// looks as if it could be pressed.
+/// Texts of the points or bars of a figure, with numbers of their drawn shapes. Asserts that none of them has a command, can be reached with the
+/// keyboard, or looks clickable.
 fn said(browser: &mut Browser, caption: &str, shape: &str) -> Vec<(String, f64)> {
     let figure = figure(caption);
     let pressed =
@@ -236,7 +236,7 @@ fn draws_the_histograms(browser: &mut Browser, results: &Value) {
     }
 }
 
-/// A figure says its points a second time, in a list that needs no pointer.
+/// Checks that a figure repeats its points as text in a list, for users without a pointer.
 fn lists_its_points(browser: &mut Browser, caption: &str, points: &[(String, f64)], label: &str) {
     let lines =
         browser.value(&format!("[...{}.querySelectorAll('li')].map((line) => line.textContent)", figure(caption)));
@@ -246,24 +246,35 @@ fn lists_its_points(browser: &mut Browser, caption: &str, points: &[(String, f64
     }
 }
 
-/// The limit is the one dashed line of a histogram, at its place among the runs; a figure without one has none.
+/// Checks that the limit is the only dashed line of a histogram, at the right position. A figure without a limit has none.
 fn draws_its_limit(browser: &mut Browser, caption: &str, metric: &Value) {
     let figure = figure(caption);
     let dashed = browser.value(&format!(
-        "[...{figure}.querySelectorAll('path.line')].filter((line) => getComputedStyle(line).strokeDasharray !== 'none') \
+        "[...{figure}.querySelectorAll('path.line')].filter((line) => line.hasAttribute('stroke-dasharray')) \
          .map((line) => line.getAttribute('d'))"
     ));
-    let names =
-        browser.value(&format!("[...{figure}.querySelectorAll('.legend span')].map((name) => name.textContent)"));
+    let names = browser.value(&format!(
+        "[...{figure}.querySelectorAll('.legend span')].map((name) => [name.textContent, name.className.split(' ').pop()])"
+    ));
+    let quantiles: Vec<_> = list(&names).iter().filter(|name| name[1] == "quantile" || name[1] == "median").collect();
+    let expected = [("p05", Some(5)), ("p50", None), ("p95", Some(95))];
+    let expected: Vec<_> = expected.into_iter().filter(|(key, _)| !metric["quantiles"][key].is_null()).collect();
+    assert_eq!(quantiles.len(), expected.len(), "{names}");
+    for (name, (key, percent)) in quantiles.iter().zip(expected) {
+        let values: Vec<_> = percent.map(|x| json!(x)).into_iter().chain([metric["quantiles"][key].clone()]).collect();
+        says(name[0].as_str().unwrap(), &values);
+    }
+    let names = list(&names).iter().filter(|name| name[1] != "quantile" && name[1] != "median");
+    let names = json!(names.map(|name| name[0].clone()).skip(1).collect::<Vec<_>>());
     let Some(limit) = metric["limit"].as_f64() else {
         assert_eq!((dashed, names), (json!([]), json!([])), "{caption}");
         return;
     };
-    assert_eq!((list(&dashed).len(), list(&names).len()), (1, 2), "{caption}: {dashed} {names}");
-    says(list(&names)[1].as_str().unwrap(), std::slice::from_ref(&metric["limit"]));
+    assert_eq!((list(&dashed).len(), list(&names).len()), (1, 1), "{caption}: {dashed} {names}");
+    says(list(&names)[0].as_str().unwrap(), std::slice::from_ref(&metric["limit"]));
     let places = said(browser, caption, "cx");
     let [low, high] = ["low", "high"].map(|end| metric["histogram"][end].as_f64().unwrap());
-    // The last point is where the last step begins.
+    // The last point is at the start of the last step.
     let step = (places.last().unwrap().1 - places[0].1) / (places.len() - 1) as f64;
     let expected = places[0].1 + step * places.len() as f64 * (limit - low) / (high - low);
     let ends = list(&dashed)[0].as_str().unwrap().trim_start_matches('M').split('L');

@@ -1,14 +1,14 @@
-//! The inverse dynamics that a scene asks for, on the desk.
+//! The inverse dynamics that a scene selects, on the desk.
 
 use crate::describe::scene::{KernelChoice, SceneFile};
-use crate::kernel::functions::{input_count, input_values, write_input_values};
+use crate::kernel::inputs::{input_count, input_values, write_input_values};
 use crate::kernel::interpreter::Interpreter;
 use crate::kernel::{Function, Level, Precision, Program, compile};
 use core::cell::RefCell;
 use dynamics_core::control::{CollisionWatch, FrictionTerms};
 use dynamics_core::{Dynamics, InverseDynamics, Live, Model, Real, SinCos};
 
-/// Inverse dynamics on the desk: the recursion, or a kernel run by an interpreter. The interpreter does the operations of
+/// Inverse dynamics on the desk: the recursion, or a kernel run by an interpreter. The interpreter does the same operations as
 /// the kernel's source on the chip, so it gives the same bits.
 #[derive(Clone, Debug)]
 pub struct ArmDynamics<S, const N: usize> {
@@ -16,10 +16,10 @@ pub struct ArmDynamics<S, const N: usize> {
     friction_terms: Option<[FrictionTerms<S>; N]>,
 }
 
-/// Way of computing torques.
+/// Method of computing torques.
 #[derive(Clone, Debug)]
 enum Means<S, const N: usize> {
-    /// The recursion. It stands for the exact kernel too, to which it is equal.
+    /// The recursion. It also replaces the exact kernel, which gives equal results.
     Recursion(Dynamics<S, N>),
     /// A regrouped kernel.
     Kernel(RefCell<Ready<S>>),
@@ -27,7 +27,7 @@ enum Means<S, const N: usize> {
     Program(Program),
 }
 
-/// An interpreter, and room for its inputs: nothing is allocated in a tick.
+/// An interpreter, and a buffer for its inputs: nothing is allocated in a tick.
 #[derive(Clone, Debug)]
 struct Ready<S> {
     interpreter: Interpreter<S>,
@@ -47,7 +47,7 @@ impl KernelChoice {
 }
 
 impl SceneFile {
-    /// Collision watch of the arm, or `None` if the scene asks for none. The chip's kernel of the momentum is always exact,
+    /// Collision watch of the arm, or `None` if the scene has none. The chip's kernel of the momentum is always exact,
     /// so the recursion used here gives equal results.
     #[must_use]
     pub fn watch<S: Real, const N: usize>(
@@ -59,7 +59,7 @@ impl SceneFile {
         Some(CollisionWatch::new(config.cast(), dynamics))
     }
 
-    /// The inverse dynamics that the scene asks for.
+    /// The inverse dynamics that the scene selects.
     #[must_use]
     pub fn dynamics<S: Real, const N: usize>(&self, model: &Model<f64, N>) -> ArmDynamics<S, N> {
         let scene = self.scene(model);

@@ -1,7 +1,7 @@
 //! Functions that can be traced, and the names of their inputs and outputs.
 
 use super::frames::{Frames, Turning};
-use super::program::Program;
+use super::inputs::{LIVE, PER_JOINT, input_count};
 use super::tape::{Arena, Expr, input, trace};
 use crate::names::{self, Named};
 use dynamics_core::control::{Gains, computed_torque};
@@ -10,9 +10,7 @@ use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::momentum::{GeneralizedMomentum, Momentum};
 use dynamics_core::newton_euler::joint_wrenches;
 use dynamics_core::regressor::inverse_dynamics_regressor;
-use dynamics_core::{
-    Dynamics, Inertia, InverseDynamics, Live, Model, Real, Reference, Scalar, Scene, SinCos, Term, Wrench,
-};
+use dynamics_core::{Dynamics, Inertia, InverseDynamics, Live, Model, Reference, Scalar, Scene, SinCos, Term, Wrench};
 use nalgebra::{Matrix3, Vector3};
 
 /// The function that a kernel computes.
@@ -34,7 +32,7 @@ pub enum Function {
     ForwardDynamics,
     /// `d tau / d pi`, joint by joint: the ten parameters of the joint's own link and of every link beyond it.
     Regressor,
-    /// `tau = ID(q, qd, qdd_ref + Kd (qd_ref - qd) + Kp (q_ref - q))`: the whole law, its gains folded in.
+    /// `tau = ID(q, qd, qdd_ref + Kd (qd_ref - qd) + Kp (q_ref - q))`: the whole control law, with its gains as constants.
     ComputedTorque(Springs),
 }
 
@@ -91,7 +89,7 @@ impl Function {
         }
     }
 
-    /// The scene as this function sees it: terms outside its equation are absent.
+    /// The scene for this function: terms outside its equation are absent.
     #[must_use]
     pub fn sees<const N: usize>(self, scene: &Scene<f64, N>) -> Scene<f64, N> {
         let weight = Scene { tip_wrench: Term::Absent, coriolis: Term::Absent, ..*scene };
@@ -103,7 +101,7 @@ impl Function {
             Self::MassMatrix => Scene { gravity: Term::Absent, ..weight },
             // The momentum keeps all its velocity terms.
             Self::Momentum => Scene { coriolis: Term::Live, ..*scene },
-            // Of the loads, gravity alone multiplies a link's parameters.
+            // Gravity is the only load that multiplies a link's parameters.
             Self::Regressor => Scene { payload: Term::Absent, tip_wrench: Term::Absent, rotor: Term::Absent, ..*scene },
             // A rotor turns between motor and link, so no joint carries its wrench.
             Self::JointWrenches => Scene { rotor: Term::Absent, ..*scene },
@@ -111,7 +109,7 @@ impl Function {
     }
 }
 
-/// The law has no gains before [`Function::with`] gives it some.
+/// The law has no gains before [`Function::with`] sets them.
 impl Named for Function {
     const NAMES: &'static [(&'static str, &'static str, Self)] = &[
         ("inverse-dynamics", "D qdd + C qd + G - J^T w", Self::InverseDynamics),
@@ -128,135 +126,6 @@ impl Named for Function {
             Self::ComputedTorque(Springs::NONE),
         ),
     ];
-}
-
-/// Inputs that come once per joint, in this order; the live ones follow, and then those of [`REFERENCE`].
-const PER_JOINT: [&str; 6] = ["turn[].sin", "turn[].cos", "q[]", "qd[]", "qdd[]", "tau[]"];
-
-/// The last inputs, once per joint: the law reads them in place of the desired acceleration.
-const REFERENCE: [&str; 3] = ["reference.q[]", "reference.qd[]", "reference.qdd[]"];
-
-/// Live inputs that come once; the rotors follow, one per joint.
-const LIVE: [&str; 19] = [
-    "live.gravity.x",
-    "live.gravity.y",
-    "live.gravity.z",
-    "live.tip_wrench.force.x",
-    "live.tip_wrench.force.y",
-    "live.tip_wrench.force.z",
-    "live.tip_wrench.moment.x",
-    "live.tip_wrench.moment.y",
-    "live.tip_wrench.moment.z",
-    "live.payload.mass",
-    "live.payload.first_moment.x",
-    "live.payload.first_moment.y",
-    "live.payload.first_moment.z",
-    "live.payload.about_origin.m11",
-    "live.payload.about_origin.m22",
-    "live.payload.about_origin.m33",
-    "live.payload.about_origin.m12",
-    "live.payload.about_origin.m13",
-    "live.payload.about_origin.m23",
-];
-
-/// The Rust expression of an input in the arguments of `InverseDynamics::inverse_dynamics`, of forward dynamics, and of
-/// `computed_torque`.
-#[must_use]
-pub(crate) fn input_name(number: u32, joints: usize) -> String {
-    let per_joint = |names: &[&str], number: usize| {
-        names.get(number / joints).map(|name| name.replace("[]", &format!("[{}]", number % joints)))
-    };
-    let number = number as usize;
-    if let Some(name) = per_joint(&PER_JOINT, number) {
-        return name;
-    }
-    if let Some(name) = number.checked_sub(input_count(joints)).and_then(|number| per_joint(&REFERENCE, number)) {
-        return name;
-    }
-    let live = number - PER_JOINT.len() * joints;
-    LIVE.get(live).map_or_else(|| format!("live.rotor[{}]", live - LIVE.len()), |name| (*name).to_owned())
-}
-
-/// The argument that an input belongs to.
-#[must_use]
-pub const fn argument(number: u32, joints: usize) -> &'static str {
-    match number as usize / joints {
-        0 | 1 => "turn",
-        2 => "q",
-        3 => "qd",
-        4 => "qdd",
-        5 => "tau",
-        _ if number as usize >= input_count(joints) => "reference",
-        _ => "live",
-    }
-}
-
-/// Number of live inputs that a program reads, for an arm with `joints` joints.
-#[must_use]
-pub fn live_inputs(program: &Program, joints: usize) -> usize {
-    program.inputs().into_iter().filter(|&number| argument(number, joints) == "live").count()
-}
-
-/// Input values in the order of their numbers, for every function except forward dynamics and the law. For the law, those
-/// of [`reference_values`] follow.
-#[must_use]
-pub fn input_values<S: Scalar, const N: usize>(
-    turn: &[SinCos<S>; N],
-    q: &[S; N],
-    qd: &[S; N],
-    qdd: &[S; N],
-    live: &Live<S, N>,
-) -> Vec<S> {
-    let mut values = Vec::new();
-    write_input_values(&mut values, turn, [q, qd, qdd, &[S::zero(); N]], live);
-    values
-}
-
-/// The same for forward dynamics, which reads torques where the others read accelerations.
-#[must_use]
-pub fn forward_input_values<S: Scalar, const N: usize>(
-    turn: &[SinCos<S>; N],
-    q: &[S; N],
-    qd: &[S; N],
-    tau: &[S; N],
-    live: &Live<S, N>,
-) -> Vec<S> {
-    let mut values = Vec::new();
-    write_input_values(&mut values, turn, [q, qd, &[S::zero(); N], tau], live);
-    values
-}
-
-/// The same for either, into a list that is used again and again: `joints` are `q`, `qd`, `qdd` and `tau`.
-pub(crate) fn write_input_values<S: Scalar, const N: usize>(
-    values: &mut Vec<S>,
-    turn: &[SinCos<S>; N],
-    joints: [&[S; N]; 4],
-    live: &Live<S, N>,
-) {
-    let Live { gravity, payload, tip_wrench, rotor } = live;
-    let j = &payload.about_origin;
-    values.clear();
-    values.extend(turn.iter().map(|t| t.sin));
-    values.extend(turn.iter().map(|t| t.cos));
-    values.extend(joints.into_iter().flatten());
-    values.extend_from_slice(gravity.as_slice());
-    values.extend_from_slice(tip_wrench.force.as_slice());
-    values.extend_from_slice(tip_wrench.moment.as_slice());
-    values.push(payload.mass);
-    values.extend_from_slice(payload.first_moment.as_slice());
-    values.extend([j.m11, j.m22, j.m33, j.m12, j.m13, j.m23]);
-    values.extend(rotor);
-}
-
-/// Number of inputs before those of the reference.
-pub(crate) const fn input_count(joints: usize) -> usize {
-    (PER_JOINT.len() + 1) * joints + LIVE.len()
-}
-
-/// The values of the inputs that follow [`input_values`], for [`Function::ComputedTorque`].
-#[must_use]
-pub fn reference_values<S: Real, const N: usize>(reference: &Reference<S, N>) -> Vec<S> {
-    reference.q.iter().chain(&reference.qd).chain(&reference.qdd).copied().collect()
 }
 
 /// Runs the core's own function on an empty tape, and returns the tape and the outputs.

@@ -1,10 +1,11 @@
-//! Faults put into the rewrites on purpose: the equality over random states must find every one.
+//! Faults put into the rewrites on purpose: the comparison over random states must find every one.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 #![allow(clippy::float_cmp, reason = "level exact claims equality")]
 
 use super::algebra::fewest_operations;
 use super::arena::{Arena, Expr, Node, Rewrite};
-use super::functions::{forward_input_values, input_values, record};
+use super::functions::record;
+use super::inputs::{forward_input_values, input_values};
 use super::regroup::unfelt;
 use super::rewrites::TABLE;
 use super::rules::{RewriteRule, RuleSet};
@@ -27,7 +28,7 @@ fn inside(arena: &Arena, e: Expr) -> Option<Expr> {
     if let Node::Neg(x) = arena.node(e) { Some(x) } else { None }
 }
 
-/// A name, and a table that is wrong in one place.
+/// A name, and a table with one fault.
 type Mutant = (&'static str, &'static [(RewriteRule, Rewrite)]);
 
 macro_rules! mutants {
@@ -112,7 +113,7 @@ mutants! {
         _ => None,
     };
     sums_are_regrouped: Order, |arena, node| match node {
-        // True in exact arithmetic: only the last bits reveal the fault.
+        // Correct in exact arithmetic: only the last bits reveal the fault.
         Node::Add(a, b) => match arena.node(a) {
             Node::Add(c, d) if d < b && c < d => {
                 let end = arena.write(Node::Add(d, b));
@@ -236,7 +237,7 @@ fn leaves<const N: usize>(case: &Case, how: &Regrouping) -> bool {
 #[test]
 fn every_wrong_regrouping_is_found_and_the_right_one_is_none() {
     let mut cases = cases();
-    // The functions that benefit from regrouping; the others are parts of the first.
+    // Only functions that benefit from regrouping; the others are parts of the first.
     cases.retain(|case| matches!(case.function, Function::InverseDynamics | Function::MassMatrix));
     let wrong = |how: &Regrouping| {
         cases.iter().filter(|case| with_dof!(case.file.robot.dof(), N => leaves::<N>(case, how))).count()

@@ -2,14 +2,15 @@
 
 use crate::describe::diagnostics::FileError;
 use crate::describe::robot::{Robot, RobotJoint};
-use crate::read::table::{Value, counted};
+use crate::read::shown::counted;
+use crate::read::table::Value;
 use dynamics_core::JointKind;
 use std::f64::consts::TAU;
 
 /// A position for every joint, inside its limits.
 ///
 /// # Errors
-/// Another number of positions, one that is not finite, one beyond a limit of its joint, or a slide without limits, for which the
+/// A wrong number of positions, a position that is not finite or beyond a limit of its joint, or a slide without limits, for which the
 /// speed of the tip cannot be bounded.
 pub(super) fn read(value: &Value<'_>, joints: &[RobotJoint]) -> Result<Vec<f64>, FileError> {
     let expected =
@@ -25,7 +26,7 @@ pub(super) fn read(value: &Value<'_>, joints: &[RobotJoint]) -> Result<Vec<f64>,
             return Err(item.error(problem, "`limits.position` for every prismatic joint, or no `rest`"));
         }
         if !(lo..=hi).contains(q) {
-            // Degrees are the likely cause where the number in degrees would fit.
+            // Degrees are the likely cause if the number, taken as degrees, would fit.
             let degrees = joint.spec.kind == JointKind::Revolute && (lo..=hi).contains(&(q * TAU / 360.0));
             let hint = if degrees { "; are these degrees?" } else { "" };
             return Err(item.error(format!("found {q}, the limits of {label} are [{lo}, {hi}]{hint}"), &expected));

@@ -11,12 +11,14 @@ use std::path::Path;
 
 pub(crate) mod actuators;
 mod drive;
+mod drive_bus;
 mod heat;
 mod places;
+mod refusals;
 mod toml;
 
 impl Robot {
-    /// Read a robot file: TOML by the extension `.toml`, URDF by `.urdf` or `.xml`.
+    /// Reads a robot file: TOML by the extension `.toml`, URDF by `.urdf` or `.xml`.
     ///
     /// # Errors
     /// A file that cannot be read, is not of its format, or describes no possible arm.
@@ -24,7 +26,7 @@ impl Robot {
         Self::load_between(path, Ends::default())
     }
 
-    /// Read a robot file, of a URDF the chain between two links.
+    /// Reads a robot file; from a URDF, the chain between two links.
     ///
     /// # Errors
     /// As [`Robot::load`]; an end given for a TOML robot, a link that does not exist, a base that is not above the tip.
@@ -38,7 +40,7 @@ impl Robot {
         Ok(robot)
     }
 
-    /// Reads the text of a TOML robot file; `name` stands for the file in errors.
+    /// Reads the text of a TOML robot file; errors use `name` as the file's name.
     ///
     /// # Errors
     /// As [`Robot::load`].
@@ -46,7 +48,7 @@ impl Robot {
         toml::read(&Source { file: name.to_owned(), text: text.to_owned() })
     }
 
-    /// Read a URDF file.
+    /// Reads a URDF file.
     ///
     /// # Errors
     /// As [`Robot::load_between`].
@@ -56,7 +58,7 @@ impl Robot {
         Ok(robot)
     }
 
-    /// Reads the text of a URDF file; `name` stands for the file in errors.
+    /// Reads the text of a URDF file; errors use `name` as the file's name.
     ///
     /// # Errors
     /// As [`Robot::load`].
@@ -66,7 +68,7 @@ impl Robot {
 }
 
 impl UrdfArm {
-    /// As [`Robot::from_urdf_str`], with the names of its links, and with gaps in place of errors where numbers are missing.
+    /// As [`Robot::from_urdf_str`], with the names of its links, and with gaps instead of errors for missing numbers.
     ///
     /// # Errors
     /// As [`Robot::load_between`].
@@ -74,7 +76,7 @@ impl UrdfArm {
         urdf::arm(&Source { file: name.to_owned(), text: text.to_owned() }, ends)
     }
 
-    /// Cut an arm out of a URDF file, and keep the names of its links.
+    /// Cuts an arm out of a URDF file, and keeps the names of its links.
     ///
     /// # Errors
     /// As [`Robot::load_between`]; a file of another format.
@@ -89,7 +91,7 @@ impl UrdfArm {
 }
 
 impl LinkShape {
-    /// Collision shapes of an arm: of the base first, then of each moving link with what is fixed to it. Moving joints beside the chain are
+    /// Collision shapes of an arm: first the base's, then those of each moving link with what is fixed to it. Moving joints outside the chain are
     /// at zero. Empty for a TOML robot file, which has none.
     ///
     /// # Errors
@@ -98,7 +100,7 @@ impl LinkShape {
         if is_urdf(path)? { urdf::shapes(&read_text(path)?, ends) } else { Ok(Vec::new()) }
     }
 
-    /// Reads the text of a URDF file; `name` stands for the file in errors.
+    /// Reads the text of a URDF file; errors use `name` as the file's name.
     ///
     /// # Errors
     /// As [`LinkShape::load`].
@@ -108,11 +110,11 @@ impl LinkShape {
 }
 
 impl Draft {
-    /// Read a robot file as it is, of a URDF the chain between two links.
+    /// Reads a robot file as it is; from a URDF, the chain between two links.
     ///
     /// # Errors
-    /// As [`Robot::load_between`], but for bodies and limits that no arm has: those are left to the
-    /// [rules](crate::check::findings).
+    /// As [`Robot::load_between`], except for bodies and limits that no arm can have: the
+    /// [rules](crate::check::findings) report those.
     pub fn load_between(path: &Path, ends: Ends<'_>) -> Result<Self, FileError> {
         let mut draft = if is_urdf(path)? {
             urdf::draft(&read_text(path)?, ends)?
@@ -124,7 +126,7 @@ impl Draft {
         Ok(draft)
     }
 
-    /// Reads the text of a TOML robot file as it is; `name` stands for the file in findings.
+    /// Reads the text of a TOML robot file as it is; findings use `name` as the file's name.
     ///
     /// # Errors
     /// As [`Draft::load_between`].
@@ -132,7 +134,7 @@ impl Draft {
         toml::draft(&Source { file: name.to_owned(), text: text.to_owned() })
     }
 
-    /// Reads the text of a URDF file as it is; `name` stands for the file in findings.
+    /// Reads the text of a URDF file as it is; findings use `name` as the file's name.
     ///
     /// # Errors
     /// As [`Draft::load_between`].
@@ -141,7 +143,7 @@ impl Draft {
     }
 }
 
-/// Refuses the ends of a chain for a TOML robot.
+/// Rejects the ends of a chain for a TOML robot.
 fn no_ends(path: &Path, ends: Ends<'_>) -> Result<(), FileError> {
     let given = [("tip", ends.tip), ("base", ends.base)].into_iter().find(|(_, link)| link.is_some());
     given.map_or(Ok(()), |(end, _)| {

@@ -14,9 +14,11 @@ mod auto;
 mod bounds;
 mod collision;
 mod control;
+mod entries;
 mod model;
 mod motion;
 mod safety;
+mod sensing;
 pub(super) mod values;
 mod world;
 
@@ -40,7 +42,7 @@ impl SceneFile {
     /// Reads a scene file and its robot file.
     ///
     /// # Errors
-    /// A file that cannot be read or parsed, or that asks for something impossible.
+    /// A file that cannot be read or parsed, or a setting that is impossible.
     pub fn load(path: &Path) -> Result<Self, FileError> {
         let source = read_text(path)?;
         let mut scene = read(&source, path.parent().unwrap_or(Path::new("")))?;
@@ -48,7 +50,7 @@ impl SceneFile {
         Ok(scene)
     }
 
-    /// Reads the text of a scene file; `path` stands for the file in errors, and the robot's path is relative to it.
+    /// Reads the text of a scene file; errors use `path` as the file's name, and the robot's path is relative to it.
     ///
     /// # Errors
     /// As [`SceneFile::load`].
@@ -57,7 +59,7 @@ impl SceneFile {
         read(&source, path.parent().unwrap_or(Path::new("")))
     }
 
-    /// Takes the motion from another file, which has the table `[motion]` alone. The simulated arm starts where it starts.
+    /// Replaces the motion by that of another file, which has only the table `[motion]`. The simulated arm starts at the motion's start.
     ///
     /// # Errors
     /// A file that cannot be read or parsed, or a motion that this arm cannot make.
@@ -75,7 +77,7 @@ impl SceneFile {
         motion::check(self, &table)
     }
 
-    /// The line of a key of a table, counted from 1, in the scene's file as it is now; `None` where the file does not have
+    /// The line of a key of a table, counted from 1, in the scene's current file; `None` if the file does not have
     /// the key.
     #[must_use]
     pub fn line_of(&self, table: &str, key: &str) -> Option<usize> {
@@ -109,10 +111,10 @@ pub(super) fn read_with(source: &Source, folder: &Path, known: Option<&Robot>) -
     let plant = world::plant(&root.table("plant")?.unwrap_or(empty), &robot, &model, &control, motion.start())?;
     let auto = root.table("model")?.map_or(Ok(None), |table| auto::read(&table, &robot))?;
     let table = root.table("actuators")?.unwrap_or(root.empty("actuators"));
-    let actuators = world::actuators(&table, &robot, &control)?;
+    let actuators = sensing::actuators(&table, &robot, &control)?;
     let sensors_table = root.table("sensors")?.unwrap_or(root.empty("sensors"));
-    let sensors = world::sensors(&sensors_table, &robot, &plant, &control)?;
-    world::sensed_by_drives(&sensors_table, &robot, &actuators)?;
+    let sensors = sensing::sensors(&sensors_table, &robot, &plant, &control)?;
+    sensing::sensed_by_drives(&sensors_table, &robot, &actuators)?;
     let mut scene = SceneFile {
         name,
         path: Path::new(&source.file).to_path_buf(),

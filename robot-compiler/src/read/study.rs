@@ -1,7 +1,8 @@
 //! The TOML form of a study file.
 
 use super::fields::text;
-use super::table::{Table, Value, counted, parse};
+use super::shown::counted;
+use super::table::{Table, Value, parse};
 use super::text::read_text;
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::study::{Design, Experiment, Figure, Metric, Places, Runs, Study, Vary};
@@ -25,17 +26,17 @@ const METRICS_MAX: usize = 64;
 const KEYS: [&str; 7] = ["name", "scene", "runs", "unset", "set", "vary", "metric"];
 
 impl Study {
-    /// Reads a study file; the scenes that it names are read by [`Template::load`].
+    /// Reads a study file; [`Template::load`] reads the scenes that it names.
     ///
     /// # Errors
-    /// A file that cannot be read or parsed, or that asks for something impossible.
+    /// A file that cannot be read or parsed, or a setting that is impossible.
     pub fn load(path: &Path) -> Result<Self, FileError> {
         let mut study = read(read_text(path)?)?;
         path.clone_into(&mut study.path);
         Ok(study)
     }
 
-    /// Reads the text of a study file; `path` stands for the file in errors, and the scenes' paths are relative to it.
+    /// Reads the text of a study file; errors use `path` as the file's name, and the scenes' paths are relative to it.
     ///
     /// # Errors
     /// As [`Study::load`].
@@ -70,7 +71,7 @@ fn experiment(root: &Table<'_>, source: &Source, folder: &Path, name: String) ->
     Ok((name, experiment, runs, places))
 }
 
-/// The runs, and the place of their number.
+/// The runs, and the location of their number in the file.
 fn runs(root: &Table<'_>, vary: &[Vary]) -> Result<(Runs, Option<Range<usize>>), FileError> {
     const EITHER: &str = "exactly one of `count`, `sobol` (numbers of runs) and `grid = true`";
     let table = root.require("runs", "a [runs] table with `count`, `sobol` or `grid`")?.table()?;

@@ -1,9 +1,10 @@
-//! TOML document, read field by field, so that every error knows its place.
+//! A TOML document, read field by field, so that every error has its location.
 //!
-//! The parser keeps the place of every value. This layer walks the values together with the path of field names, and turns
-//! each mismatch into a [`FileError`]. A derived deserialiser would do the same, but here semantic errors, found later,
-//! still have the place at hand.
+//! The parser keeps the location of every value. This layer visits the values together with the path of field names, and turns
+//! each mismatch into a [`FileError`]. A derived deserialiser would do the same, but here semantic errors that are found later
+//! still have the location available.
 
+use super::shown::{counted, describe, shortened};
 use crate::describe::diagnostics::{FileError, Source, one_of};
 use crate::describe::draft::Place;
 use crate::names::Named;
@@ -12,7 +13,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A table and its place.
+/// A table and its location.
 #[derive(Clone)]
 pub(crate) struct Table<'a> {
     source: &'a Source,
@@ -22,7 +23,7 @@ pub(crate) struct Table<'a> {
     path: String,
 }
 
-/// A value and its place.
+/// A value and its location.
 #[derive(Clone)]
 pub(crate) struct Value<'a> {
     source: &'a Source,
@@ -31,7 +32,7 @@ pub(crate) struct Value<'a> {
     pub(crate) path: String,
 }
 
-/// Parse a whole document.
+/// Parses a whole document.
 pub(crate) fn parse(source: &Source) -> Result<Spanned<DeTable<'_>>, FileError> {
     DeTable::parse(&source.text).map_err(|error| {
         let span = error.span().unwrap_or(0..0);
@@ -64,10 +65,10 @@ impl<'a> Table<'a> {
         if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
     }
 
-    /// Refuses every key that is not in the list.
+    /// Rejects every key that is not in the list.
     pub(crate) fn only(&self, known: &[&str]) -> Result<(), FileError> {
         #[cfg(test)]
-        super::pages_tests::record(known);
+        super::reference_tests::record(known);
         let unknown =
             self.table.iter().flat_map(|table| table.keys()).filter(|key| !known.contains(&key.get_ref().as_ref()));
         let Some(first) = unknown.min_by_key(|key| key.span().start) else {
@@ -82,7 +83,7 @@ impl<'a> Table<'a> {
         Some(Value { source: self.source, value: value.get_ref(), span: value.span(), path: self.field(key) })
     }
 
-    /// Every key with its place and value.
+    /// Every key with its location and value.
     pub(crate) fn entries(&self) -> impl Iterator<Item = (&'a str, Range<usize>, Value<'a>)> {
         let (table, source, path) = (self.table, self.source, self.path.clone());
         table.into_iter().flat_map(|table| table.iter()).map(move |(key, value)| {
@@ -101,18 +102,18 @@ impl<'a> Table<'a> {
         self.get(key).map(|value| value.table()).transpose()
     }
 
-    /// A table without keys, in place of a missing one.
+    /// An empty table, as replacement for a missing one.
     pub(crate) fn empty(&self, key: &str) -> Table<'a> {
         Table { source: self.source, table: None, span: self.span.clone(), path: self.field(key) }
     }
 
-    /// The place of a field, or of this table if the field is missing.
+    /// The location of a field, or of this table if the field is missing.
     pub(crate) fn place(&self, key: &str) -> Place {
         let value = self.table.and_then(|table| table.get(key));
         Place { span: value.map_or(self.span.clone(), Spanned::span), field: self.field(key), given: value.is_some() }
     }
 
-    /// The place of a field in a table of this one, or of the nearest that is there.
+    /// The location of a field in a table of this one, or of the nearest one present.
     pub(crate) fn place_in(&self, outer: &str, inner: &str) -> Place {
         match self.table(outer) {
             Ok(Some(table)) => table.place(inner),
@@ -132,7 +133,7 @@ impl<'a> Value<'a> {
         self.source.error(self.span.clone(), &self.path, problem, expected)
     }
 
-    fn mismatch(&self, expected: &str) -> FileError {
+    pub(crate) fn mismatch(&self, expected: &str) -> FileError {
         self.error(format!("found {}", describe(self.value)), expected)
     }
 
@@ -156,7 +157,7 @@ impl<'a> Value<'a> {
         self.value.as_bool().ok_or_else(|| self.mismatch("true or false"))
     }
 
-    /// A number; infinities and NaN pass.
+    /// A number; infinities and NaN are accepted.
     pub(crate) fn number(&self, expected: &str) -> Result<f64, FileError> {
         let number = match self.value {
             DeValue::Float(float) => float.as_str().parse().ok(),
@@ -171,7 +172,7 @@ impl<'a> Value<'a> {
         if !number.is_finite() {
             return Err(self.error(format!("found {number}, which is not finite"), expected));
         }
-        // Numbers that overflow single precision on the chip are refused here, where the field is known.
+        // Numbers that overflow single precision on the chip are rejected here, where the field is known.
         if !(number as f32).is_finite() {
             return Err(self.error(format!("found {number:e}, too large for single precision"), expected));
         }
@@ -264,7 +265,7 @@ impl<'a> Value<'a> {
         self.choice(&choices)
     }
 
-    /// One of a list of words; `otherwise` names what may stand in place of a word.
+    /// One of a list of words; `otherwise` names what is accepted instead of a word.
     pub(crate) fn choice_or<T: Clone>(&self, choices: &[(&str, T)], otherwise: &str) -> Result<T, FileError> {
         let words: Vec<&str> = choices.iter().map(|(word, _)| *word).collect();
         let found = self.string(&format!("one of {}", words.join(", ")))?;
@@ -276,32 +277,6 @@ impl<'a> Value<'a> {
     }
 }
 
-/// "1 entry", "2 entries".
-pub(crate) fn counted(count: usize, one: &str, many: &str) -> String {
-    if count == 1 { format!("1 {one}") } else { format!("{count} {many}") }
-}
-
 fn integer_value(digits: &str, radix: u32) -> Option<f64> {
     if radix == 10 { digits.parse().ok() } else { i64::from_str_radix(digits, radix).ok().map(|x| x as f64) }
-}
-
-fn describe(value: &DeValue<'_>) -> String {
-    match value {
-        DeValue::String(text) => format!("the string {:?}", shortened(text)),
-        DeValue::Integer(integer) => format!("the integer {}", shortened(integer.as_str())),
-        DeValue::Float(float) => format!("the number {}", shortened(float.as_str())),
-        DeValue::Boolean(value) => format!("{value}"),
-        DeValue::Datetime(_) => "a date".to_owned(),
-        DeValue::Array(array) => format!("an array of {}", counted(array.len(), "entry", "entries")),
-        DeValue::Table(_) => "a table".to_owned(),
-    }
-}
-
-fn shortened(text: &str) -> String {
-    const SHOWN: usize = 40;
-    if text.chars().count() <= SHOWN {
-        text.to_owned()
-    } else {
-        text.chars().take(SHOWN).chain("...".chars()).collect()
-    }
 }

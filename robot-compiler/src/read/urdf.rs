@@ -1,22 +1,24 @@
 //! URDF files: the serial chain of a robot, with fixed parts merged into moving ones.
 //!
-//! The XML is parsed once. Each value read from it keeps its element, and so its place, until the robot is checked.
+//! The XML is parsed once. Each value read from it keeps its element, and so its location, until the robot is checked.
 
 use crate::describe::cut::{Ends, JointGaps, NAMESPACE, UrdfArm};
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::draft::{Draft, FileKind, Remark, RemarkKind, readable};
-use crate::describe::friction::JointFriction;
 use crate::describe::link_shape::LinkShape;
-use crate::describe::robot::{BuildError, DOF, JointHeat, Robot, RobotJoint};
+use crate::describe::robot::{BuildError, DOF, Robot};
+use crate::read::shown::short;
 use dynamics_core::model::{Impossible, Place};
-use dynamics_core::{Body, Frame, JointKind, JointSpec, Limits, ModelError, Tool};
+use dynamics_core::{Body, ModelError, Tool};
 use nalgebra::Vector3;
 use std::path::PathBuf;
 
 mod chain;
 mod description;
+mod joint;
 mod markup;
 mod merge;
+mod moving;
 mod names;
 mod places;
 mod pose;
@@ -25,11 +27,12 @@ mod rotor;
 mod shapes;
 
 use chain::Chain;
-use description::{Description, UrdfJoint, UrdfJointKind};
+use description::Description;
+use joint::{joint, travel};
 pub(super) use markup::EXPAND;
 use markup::{Markup, child};
 
-/// Reads the arm between two links, and refuses one whose masses are missing or whose names are misspelt.
+/// Reads the arm between two links, and rejects one with missing masses or misspelt names.
 pub(super) fn read(source: &Source, ends: Ends<'_>) -> Result<Robot, FileError> {
     let document = markup::parse(source)?;
     let markup = Markup::new(source, &document)?;
@@ -59,7 +62,7 @@ pub(super) fn arm(source: &Source, ends: Ends<'_>) -> Result<UrdfArm, FileError>
     readable(&robot).map_err(|error| placed(&error, &robot, &markup, &urdf, &chain))?;
     let link = |&index: &usize| urdf.links[index].name.to_owned();
     let all = 0..chain.moving.len();
-    // A gap of a body is in the line of its joint.
+    // A gap of a body is listed with its joint.
     let remark =
         |it: Remark| (it.kind != RemarkKind::Gap).then(|| format!("{}: {}; {}", it.place.field, it.problem, it.advice));
     Ok(UrdfArm {
@@ -108,7 +111,7 @@ pub(super) fn shapes(source: &Source, ends: Ends<'_>) -> Result<Vec<LinkShape>, 
     shapes::shapes(&markup, &urdf, &chain, &robot)
 }
 
-/// Reads the arm between two links as its file states it.
+/// Reads the arm between two links as stated in its file.
 pub(super) fn draft(source: &Source, ends: Ends<'_>) -> Result<Draft, FileError> {
     let document = markup::parse(source)?;
     let markup = Markup::new(source, &document)?;
@@ -153,7 +156,7 @@ fn stated(
     let joints = (0..chain.moving.len()).map(|i| joint(markup, urdf, chain, i)).collect::<Result<Vec<_>, _>>()?;
     let tip = merge::tip_placement(chain);
     let mounting = merge::mounting(chain);
-    // Turned about the vertical, it is upright.
+    // A turn about the vertical keeps it upright.
     let upright = (mounting.row(2) - Vector3::z().transpose()).amax() < 1e-9;
     Ok(Robot {
         rest: None,
@@ -168,12 +171,12 @@ fn stated(
     })
 }
 
-/// The reason why bodies that nothing could have are accepted: an attribute of ours, which an export of such a robot file writes.
+/// The reason why impossible bodies are accepted: an attribute in our namespace, which the export of such a robot file writes.
 fn unphysical(markup: &Markup<'_>) -> Option<String> {
     markup.robot.attribute((NAMESPACE, "allow_unphysical")).map(str::to_owned)
 }
 
-/// File and chain, and the joints held still.
+/// Describes file and chain, and the held joints.
 fn describe(file: &str, urdf: &Description<'_>, chain: &Chain, base: Option<&str>) -> String {
     let from = base.map_or(String::new(), |base| format!(" from {base}"));
     let mut text = format!("{file}, chain{from} to {}", urdf.links[chain.tip].name);
@@ -184,7 +187,7 @@ fn describe(file: &str, urdf: &Description<'_>, chain: &Chain, base: Option<&str
         if !zero.is_empty() {
             text += &format!("; held at zero: {}", zero.into_iter().map(name).collect::<Vec<_>>().join(", "));
         }
-        let at = |index: &usize| format!("{} at {}", name(index), remarks::short(chain.position[*index]));
+        let at = |index: &usize| format!("{} at {}", name(index), short(chain.position[*index]));
         if !moved.is_empty() {
             text += &format!("; held: {}", moved.into_iter().map(at).collect::<Vec<_>>().join(", "));
         }
@@ -192,7 +195,7 @@ fn describe(file: &str, urdf: &Description<'_>, chain: &Chain, base: Option<&str
     text
 }
 
-/// Refuses a moving link without `<inertial>`; it may leave its mass to what is fixed to it.
+/// Rejects a moving link without `<inertial>`, unless parts fixed to it have the mass.
 fn has_mass(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, i: usize) -> Result<(), FileError> {
     let index = chain.moving[i];
     let link = &urdf.links[chain.child[index]];
@@ -210,85 +213,7 @@ fn has_mass(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, i: usize
     ))
 }
 
-/// The `i`-th moving joint of the chain, and the link that moves with it.
-fn joint(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, i: usize) -> Result<RobotJoint, FileError> {
-    let index = chain.moving[i];
-    let joint = &urdf.joints[index];
-    let label = Robot::joint_label(i, joint.name);
-    let body = merge::body(urdf, chain, i);
-    let place = merge::joint_placement(chain, i);
-    let largest = joint.axis.amax();
-    if largest == 0.0 {
-        let (field, problem) = (format!("{label}.axis"), "the axis has no direction");
-        return Err(markup.error_in(&joint.node, "axis", field, problem, "a vector that is not zero"));
-    }
-    // Scaled first, so that the square of a tiny or huge axis neither vanishes nor overflows.
-    let axis = (joint.axis / largest).normalize();
-    Ok(RobotJoint {
-        heat: JointHeat::default(),
-        name: joint.name.to_owned(),
-        spec: JointSpec {
-            kind: if joint.kind == UrdfJointKind::Prismatic { JointKind::Prismatic } else { JointKind::Revolute },
-            frame: Frame::Placement { rotation: place.rotation, translation: place.translation, axis },
-            body,
-            rotor: rotor::rotor(markup, joint.name, &label)?,
-            limits: limits(markup, joint),
-        },
-        friction: friction(markup, joint, &label)?,
-        encoder: None,
-        drive: None,
-    })
-}
-
-/// The limits that the file gives; zero is how exporters write that a limit is not known.
-fn limits(markup: &Markup<'_>, joint: &UrdfJoint<'_>) -> Limits<f64> {
-    let limit = |get: fn(&description::Limit) -> Option<f64>| {
-        joint.limit.as_ref().and_then(get).filter(|limit| *limit != 0.0).unwrap_or(f64::INFINITY)
-    };
-    Limits {
-        position: travel(markup, joint).0,
-        velocity: limit(|limit| limit.velocity),
-        torque: limit(|limit| limit.effort),
-        torque_rate: f64::INFINITY,
-    }
-}
-
-/// Position limits, and why one is missing. Before version 1.2 a single missing one is zero.
-fn travel(markup: &Markup<'_>, joint: &UrdfJoint<'_>) -> ((f64, f64), Option<String>) {
-    let none = (f64::NEG_INFINITY, f64::INFINITY);
-    if joint.kind == UrdfJointKind::Continuous {
-        return (none, None);
-    }
-    let Some(limit) = &joint.limit else { return (none, Some("no <limit>".to_owned())) };
-    let zero = if markup.version < (1, 2) { Some(0.0) } else { None };
-    let taken = if zero.is_some() { "0 is taken" } else { "none is taken" };
-    match (limit.lower, limit.upper) {
-        (None, None) => (none, Some("lower and upper are both missing".to_owned())),
-        (Some(0.0), Some(0.0)) => (none, Some("lower and upper are 0, a placeholder".to_owned())),
-        (Some(low), Some(high)) => ((low, high), None),
-        (Some(low), None) => {
-            let high = zero.filter(|high| low < *high).unwrap_or(none.1);
-            ((low, high), Some(format!("no upper, {taken}")))
-        }
-        (None, Some(high)) => {
-            let low = zero.filter(|low| *low < high).unwrap_or(none.0);
-            ((low, high), Some(format!("no lower, {taken}")))
-        }
-    }
-}
-
-fn friction(markup: &Markup<'_>, joint: &UrdfJoint<'_>, label: &str) -> Result<Option<JointFriction>, FileError> {
-    for (key, value) in [("damping", joint.damping), ("friction", joint.friction)] {
-        if value < 0.0 {
-            let (field, problem) = (format!("{label}.dynamics.{key}"), format!("found {value}"));
-            return Err(markup.error_in(&joint.node, "dynamics", field, problem, "zero or more"));
-        }
-    }
-    let given = joint.damping > 0.0 || joint.friction > 0.0;
-    Ok(given.then_some(JointFriction { viscous: joint.damping, coulomb: joint.friction, ..JointFriction::default() }))
-}
-
-/// The core's refusal, reported at the element that caused it.
+/// The core's error, reported at the element that caused it.
 fn placed(error: &BuildError, robot: &Robot, markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain) -> FileError {
     let (label, problem, expected) = error.describe(robot);
     let (index, what) = match error {

@@ -1,6 +1,6 @@
-//! Source of the kernels counted on the chip, and their list.
+//! Source of the kernels that are counted on the chip, and their list.
 //!
-//! Each kernel has a module of its own, so that it has one caller and is inlined into it, as in the firmware.
+//! Each kernel is in a separate module, so that it has one caller and is inlined into it, as in the firmware.
 
 use dynamics_core::{Body, Model, Scene, Term};
 use nalgebra::{Matrix3, Vector3};
@@ -8,7 +8,7 @@ use robot_compiler::SceneFile;
 use robot_compiler::emit::arm_module;
 use robot_compiler::emit::kernel::{Title, module_of};
 use robot_compiler::emit::modules::Modules;
-use robot_compiler::kernel::functions::{argument, live_inputs};
+use robot_compiler::kernel::inputs::{argument, live_inputs};
 use robot_compiler::kernel::{Function, Level, Precision, compile};
 use std::error::Error;
 use std::fmt::Write;
@@ -18,7 +18,7 @@ use std::path::PathBuf;
 #[path = "plain.rs"]
 mod plain;
 
-/// Write the kernels and their list into a folder.
+/// Writes the kernels and their list into a folder.
 pub(crate) fn write(folder: PathBuf) -> Result<(), Box<dyn Error>> {
     let mut cases = Cases { modules: Modules::new(folder), functions: String::new(), list: Vec::new() };
     for name in plain::ARMS {
@@ -48,9 +48,9 @@ pub(crate) fn write(folder: PathBuf) -> Result<(), Box<dyn Error>> {
     ))
 }
 
-/// Suffix of the name of a kernel that computes sine and cosine too.
+/// Suffix for kernels that compute sine and cosine too.
 const WITH_TRIG: &str = "_with_trig";
-/// Suffix of the name of a kernel with its statements in traced order.
+/// Suffix for kernels with their statements in traced order.
 const AS_TRACED: &str = "_as_traced";
 
 struct Arm {
@@ -58,7 +58,7 @@ struct Arm {
     model: Model<f64, 6>,
 }
 
-/// Every term present: gravity, rotors, a payload, a live wrench at the tip, velocity terms.
+/// A scene with every term: gravity, rotors, a payload, a live wrench at the tip, velocity terms.
 fn everything(arm: &Arm) -> Scene<f64, 6> {
     let payload = Body {
         mass: 2.0,

@@ -1,8 +1,9 @@
 //! `firmware/budget.toml`: a range for each number of each firmware, and targets that `--bless` does not change.
 //!
-//! There are lower bounds too: a number that suddenly falls means that something was lost unnoticed.
+//! The ranges have lower bounds, too: a number that suddenly falls means that something is no longer measured or built.
 
 use super::row::{BudgetRow, Field};
+use super::targets::Targets;
 use crate::process::root;
 use anyhow::{Context as _, Result, bail};
 use chip_image::costs::Late;
@@ -13,37 +14,14 @@ use std::fmt::Write as _;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
-/// The file, relative to the workspace.
+/// Path of the file, relative to the workspace.
 const FILE: &str = "firmware/budget.toml";
 
-/// Distance of the bounds from a blessed number, either way, in percent.
+/// Distance of the bounds from a blessed number in both directions, percent.
 const SLACK: u64 = 2;
 
-/// The same if the programs are built by another compiler than the blessed one.
+/// The same distance if another compiler built the programs.
 const SLACK_OTHER_COMPILER: u64 = 10;
-
-/// Targets that hold regardless of the blessed ranges.
-#[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Targets {
-    /// Most bytes of flash of any firmware.
-    flash: u64,
-    /// Most bytes of RAM of any firmware, its bounded stack included.
-    ram_with_stack: u64,
-    /// The same of a board that needs more, by its name.
-    #[serde(default)]
-    ram_with_stack_of: BTreeMap<String, u64>,
-    /// Most instructions for which the tick's interrupt may be masked.
-    masked: u64,
-    /// The scene whose tick is limited to a share of the time.
-    share_scene: String,
-    /// Ticks in a second for that.
-    share_rate_hz: u64,
-    /// The core's clock for that.
-    share_clock_hz: u64,
-    /// Most estimated cycles of its tick, in percent of a period.
-    share_percent: u64,
-}
 
 /// One firmware's ranges.
 #[derive(Clone, Debug, PartialEq, serde::Deserialize)]
@@ -65,16 +43,16 @@ pub(crate) struct Budget {
     row: Vec<Bounds>,
 }
 
-/// Fields of a row that must have been measured.
+/// Selection of the fields that must have been measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fields {
-    /// All fields of the file.
+    /// All fields in the file.
     All,
-    /// Only the measured ones.
+    /// Only the fields that were measured.
     Measured,
 }
 
-/// An error that lists the violations, or a line that there are none.
+/// An error that lists the violations, or a message that there are none.
 pub(crate) fn verdict(rows: usize, broken: &[String]) -> Result<()> {
     if broken.is_empty() {
         eprintln!("budget: {rows} firmwares are within {FILE}");
@@ -114,7 +92,7 @@ impl Budget {
         rustc == self.rustc
     }
 
-    /// Makes these rows the bounds. Rows of other firmwares are removed if all were measured, and stay if only some were.
+    /// Makes these rows the bounds. If `all` were measured, removes the rows of other firmwares; otherwise keeps them.
     pub(crate) fn bless(&mut self, rows: &[BudgetRow], rustc: &str, all: bool) {
         rustc.clone_into(&mut self.rustc);
         let measured = |bounds: &Bounds| rows.iter().any(|row| row.scene == bounds.scene && row.board == bounds.board);
@@ -195,7 +173,7 @@ impl Budget {
         lines
     }
 
-    /// The range of a firmware's number, if the file has it.
+    /// Range of a firmware's number; `None` if the file has none.
     pub(crate) fn range(&self, scene: &str, board: Board, field: Field) -> Option<(u64, u64)> {
         let row = self.row.iter().find(|bounds| bounds.scene == scene && bounds.board == board.name())?;
         row.ranges.get(&field.name()).copied()
@@ -208,8 +186,8 @@ impl Budget {
         Some(widened(low..=high, slack(Field::Instructions, false)).start().saturating_sub(spread))
     }
 
-    /// Violations of the lateness: a tick may wait for the longest mask and for the bytes that arrive meanwhile, and some
-    /// tick must have waited.
+    /// Violations of the lateness limit. A tick may wait for the longest mask and for bytes that arrive in that time. At least one tick must have
+    /// waited.
     pub(crate) fn hold_late(&self, late: &Late) -> Vec<String> {
         let most = self.target.masked;
         let kept = (1..=most).contains(&late.most);
@@ -251,33 +229,11 @@ impl Bounds {
     }
 }
 
-impl Targets {
-    fn hold(&self, row: &BudgetRow) -> Vec<String> {
-        let name = row.name();
-        let mut lines = Vec::new();
-        let mut below = |what: &str, found: Option<u64>, most: u64, unit: &str| {
-            if let Some(found) = found.filter(|found| *found > most) {
-                lines.push(format!("{name}: {what}: {found} {unit} found, expected at most {most}: a target"));
-            }
-        };
-        below("flash", row.number(Field::Flash), self.flash, "bytes");
-        let ram = row.number(Field::Ram).zip(row.number(Field::StackBound)).map(|(ram, stack)| ram + stack);
-        let most = self.ram_with_stack_of.get(&row.board).copied().unwrap_or(self.ram_with_stack);
-        below("ram with stack", ram, most, "bytes");
-        below("masked", row.number(Field::Masked), self.masked, "instructions");
-        if row.scene == self.share_scene {
-            let most = self.share_clock_hz * self.share_percent / (100 * self.share_rate_hz.max(1));
-            below("cycles_estimate", row.number(Field::CyclesEstimate), most, "cycles, estimated,");
-        }
-        lines
-    }
-}
-
 fn path() -> PathBuf {
     root().join(FILE)
 }
 
-/// Percent by which a blessed range is widened for this compiler or another one.
+/// Percent by which a blessed range is widened for this compiler or for another one.
 const fn slack(field: Field, same_compiler: bool) -> u64 {
     match (same_compiler, field.repeats()) {
         (true, _) => 0,

@@ -1,4 +1,4 @@
-//! Instructions of all contestants on the emulated chip, and the cycles that these are estimated to take.
+//! Instructions of all contestants on the emulated chip, and their estimated cycles.
 
 use super::build::{self, Job};
 use super::contestants::{Computation, Family, GENERATORS, Ours, generated};
@@ -26,7 +26,7 @@ pub(super) struct Cycles {
 pub(super) struct Count {
     pub(super) family: Family,
     pub(super) task: Computation,
-    /// Compiler and options, in words.
+    /// Compiler and options, for the report.
     pub(super) build: String,
     /// Fewest over the states.
     pub(super) instructions_min: u32,
@@ -34,7 +34,7 @@ pub(super) struct Count {
     pub(super) instructions_mean: f64,
     /// Most over the states.
     pub(super) instructions_max: u32,
-    /// Code in flash at 168 MHz, behind a call in another state.
+    /// Code in flash at 168 MHz, in calls after the first.
     pub(super) flash: Cycles,
     /// Code in SRAM.
     pub(super) sram: Cycles,
@@ -50,16 +50,16 @@ struct Entry {
     task: Computation,
     build: String,
     symbol: String,
-    /// Part of the name of the function with the arithmetic, for compilers that do not inline it.
+    /// Part of the symbol of the function with the arithmetic, for compilers that do not inline it.
     kernel: Option<String>,
 }
 
-/// Largest difference of f32 torques from our recursion in f64, relative to the largest of the state.
+/// Largest allowed difference of f32 torques from our recursion in f64, relative to the largest torque of the state.
 const ERROR_MAX: f64 = 1e-5;
 
 const MACHINE: &str = "-mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16 -w";
 
-/// The compilers, and their options beside [`MACHINE`]. The generators write their numbers without a suffix; they are meant as
+/// The compilers, and their options in addition to [`MACHINE`]. Generated code has floating-point constants without a suffix, which are meant as
 /// single precision.
 const COMPILERS: [(&str, &str); 2] = [
     (GCC, "-fsingle-precision-constant"),
@@ -68,8 +68,8 @@ const COMPILERS: [(&str, &str); 2] = [
 
 const GCC: &str = "arm-none-eabi-gcc";
 
-/// Name of a set of options in words and in symbols; the options. Joined multiplications and additions save instructions
-/// and cost cycles, so each set is there without them too.
+/// Sets of compiler options: name for reports, name for symbols, options. Contraction to fused multiply-add saves instructions but costs cycles, so
+/// each set also exists without it.
 const OPTIONS: [(&str, &str, &str); 8] = [
     ("-Os", "os", "-Os"),
     ("-O2", "o2", "-O2"),
@@ -81,13 +81,13 @@ const OPTIONS: [(&str, &str, &str); 8] = [
     ("-O3, fast-math, no FMA", "o3fast_apart", "-O3 -ffast-math -ffp-contract=off"),
 ];
 
-/// The function of `chip.c` that all contestants are called from.
+/// The function of `chip.c` that calls all contestants.
 const COUNTER: &str = "counted_call";
 
-/// States of `chip.h`.
+/// Number of states in `chip.h`.
 const STATES: usize = 64;
 
-/// Tasks of generated C on the chip; the file of their source; the switches of `generated_chip.c`.
+/// Tasks of generated C on the chip: the source file's name, and the switches for `generated_chip.c`.
 const TASKS: [(Computation, &str, &str); 3] = [
     (Computation::Inverse, "inverse", ""),
     (Computation::Kernel, "kernel", "-DKERNEL"),
@@ -127,7 +127,7 @@ fn cycles(elf: &Path, program: &Program, entries: &[Entry]) -> Result<Vec<[Cycle
         let unknown: u64 = calls.iter().flatten().map(|estimate| estimate.unknown).sum();
         ensure!(unknown == 0, "{}: {unknown} instructions that the decoder does not know", entry.symbol);
         Ok([0, 1].map(|memory| {
-            // The first call finds empty caches.
+            // Leave out the first call, whose caches are empty.
             let later = || calls.iter().skip(1).map(move |call| call[memory].cycles);
             let mean = |of: fn(Range) -> u64| later().map(of).sum::<u64>() as f64 / later().count() as f64;
             Cycles { low: mean(|all| all.low), likely: mean(|all| all.likely), high: mean(|all| all.high) }
@@ -170,9 +170,10 @@ impl Entry {
     }
 }
 
-/// The largest difference, relative to the largest torque of its state; infinite if a torque is missing or NaN.
+/// Largest difference, relative to the largest torque of its state; infinite if a torque is missing, or if one is NaN.
 fn error(found: &[f64], wanted: &[Torques]) -> f64 {
-    let mut error: f64 = if found.is_empty() { f64::INFINITY } else { 0.0 };
+    let complete = !found.is_empty() && found.len() == wanted.len() * JOINTS;
+    let mut error: f64 = if complete { 0.0 } else { f64::INFINITY };
     for (found, wanted) in found.chunks(JOINTS).zip(wanted) {
         let size = wanted.iter().fold(0.0, |size: f64, torque| size.max(torque.abs()));
         let differences = found.iter().zip(wanted).map(|(found, wanted)| (found - wanted).abs() / size);
@@ -182,7 +183,7 @@ fn error(found: &[f64], wanted: &[Torques]) -> f64 {
     error
 }
 
-/// The program with all contestants.
+/// Builds the program with all contestants.
 fn build(arm: &str, ours: &Ours) -> Result<(Vec<Entry>, PathBuf)> {
     let mut entries = Vec::new();
     let mut jobs = Vec::new();
@@ -242,7 +243,7 @@ fn build(arm: &str, ours: &Ours) -> Result<(Vec<Entry>, PathBuf)> {
     Ok((entries, elf))
 }
 
-/// Folder of newlib's headers, for the compiler that does not come with them.
+/// Folder of newlib's headers, for clang, which has no C library of its own.
 fn headers() -> Result<PathBuf> {
     let said = output(Command::new(GCC).args(["-M", "-x", "c", "-include", "math.h", "/dev/null"]));
     let said = said.with_context(|| format!("{GCC} does not find math.h"))?;

@@ -36,8 +36,8 @@ pub struct Instructions {
     pub mean: f64,
 }
 
-/// Cycles of the ticks that drive: the likely number by `cargo xtask firmware cost`, with the core's caches as the
-/// earlier ticks left them.
+/// Estimated cycles of the ticks after the run-up that did not brake, by `cargo xtask firmware cost`. The core's caches are as the earlier
+/// ticks left them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Cycles {
     /// Most in a tick.
@@ -65,11 +65,10 @@ impl Braked {
     }
 }
 
-/// Place of the tick in the measuring program.
+/// Location of the tick's function in the measuring program.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tick {
-    /// The function's symbol. A tick begins at its first instruction and ends where it returns to, behind the calling
-    /// instruction.
+    /// The function's symbol. A tick begins at the function's first instruction and ends at its return address.
     pub symbol: String,
     /// Address of its first instruction.
     pub address: u64,
@@ -84,7 +83,7 @@ pub struct Tick {
 pub struct Cost {
     /// Instructions, over the counted ticks.
     pub instructions: Instructions,
-    /// Cycles from flash, over the same ticks: an estimate.
+    /// Cycles from flash, over the ticks after the run-up that did not brake: an estimate.
     pub cycles: Cycles,
     /// Bytes of the tick, its callees and the constants that they read. A part that several scenes share counts in full
     /// for each.
@@ -93,13 +92,13 @@ pub struct Cost {
     pub ram_bytes: u64,
     /// True if every command equals the desk's, bit by bit.
     pub matches_desk: bool,
-    /// The first tick that braked, if one did. Ticks that braked are not counted.
+    /// The first tick that braked, if one did. Ticks that braked count in neither `instructions` nor `cycles`.
     pub fault: Option<Braked>,
-    /// Place of the tick.
+    /// Location of the tick's function.
     pub tick: Tick,
 }
 
-/// Measure a tick of each scene, in the order of the files.
+/// Measures a tick of each scene. The results are in the order of the files.
 ///
 /// # Errors
 /// [`Failure::Input`] for a scene that cannot be read or moved, with its file and line. Also for scenes that differ in
@@ -117,7 +116,7 @@ pub fn measure(scenes: &[PathBuf], stop: &AtomicBool, progress: &ProgressBar) ->
             return Err(Failure::Interrupted);
         }
         costs.extend(measure_batch(batch).map_err(|failure| {
-            // Ctrl-C reaches the compiler too.
+            // Ctrl-C interrupts the compiler too.
             if stop.load(Ordering::Relaxed) { Failure::Interrupted } else { failure }
         })?);
         progress.inc(batch.len() as u64);
@@ -240,17 +239,17 @@ fn cost(measured: Measured, desk: &[String]) -> miette::Result<Cost> {
     if ticks.len() != desk.len() {
         return Err(miette::miette!("{} ticks were measured; expected {}", ticks.len(), desk.len()));
     }
-    let mut counts = Vec::new();
+    let (mut counts, mut cycles) = (Vec::new(), Vec::new());
     let mut fault = None;
     for (at, ticked) in ticks.iter().enumerate() {
         if let Some(reason) = ticked.command.strip_prefix("brake,") {
             fault = fault.or(Some(braked(at, reason)?));
         } else if at >= RUN_UP {
             counts.push(ticked.instructions);
+            cycles.push(ticked.cycles);
         }
     }
     let mean = |all: &[u64]| all.iter().sum::<u64>() as f64 / all.len().max(1) as f64;
-    let cycles: Vec<u64> = ticks.iter().skip(RUN_UP).map(|ticked| ticked.cycles).collect();
     Ok(Cost {
         instructions: Instructions {
             min: counts.iter().copied().min().unwrap_or_default(),
@@ -266,7 +265,7 @@ fn cost(measured: Measured, desk: &[String]) -> miette::Result<Cost> {
     })
 }
 
-/// Parse `CODE,JOINT`.
+/// Parses `CODE,JOINT`.
 fn braked(tick: usize, reason: &str) -> miette::Result<Braked> {
     let fields = reason.split_once(',').and_then(|(code, joint)| Some((code.parse().ok()?, joint)));
     let (code, joint) = fields.ok_or_else(|| miette::miette!("tick {tick} braked for {reason:?}"))?;

@@ -21,11 +21,13 @@
 
 pub mod cost;
 mod emulator;
+mod emulator_process;
 mod error;
 mod hello;
 pub mod interrupt;
 pub mod on_chip;
 mod program;
+mod timed;
 
 #[cfg(test)]
 mod attack_tests;
@@ -47,19 +49,15 @@ use crate::key;
 use dynamics_core::{Command, Live, Measurement, Reference};
 use link::codec::{FrameTooLong, Received};
 use link::seal::SealKey;
-use link::{Cost, Encoder, Frame, Hello, HostChannel, Pacing, Packet};
+use link::{Cost, Encoder, Frame, Hello, HostChannel, Packet};
 use std::path::Path;
-
-/// Step between the tick numbers of [`Chip::push`]: more than the chip's timer can count while a measurement is on its
-/// way.
-const PUSH_STRIDE: u32 = 10_000;
 
 /// Answer of the chip to one measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChipReply<const N: usize> {
     /// The command, with the exact bits of the chip.
     pub command: Command<f32, N>,
-    /// Instructions that the controller took, if the emulator counts them.
+    /// Instructions that the controller executed, if the emulator counts them.
     pub instructions: Option<u32>,
 }
 
@@ -72,13 +70,13 @@ pub struct Chip {
     /// The last frames sent, whose values the chip keeps until it gets new ones.
     reference: Option<Frame>,
     live: Option<Frame>,
-    /// All bytes sent, for who replays them.
+    /// All bytes sent, for tests that replay them.
     #[cfg(test)]
     sent: Vec<u8>,
 }
 
 impl Chip {
-    /// Start the emulator on a program and exchange hellos in lock step.
+    /// Starts the emulator on a program and exchanges hellos in lock step.
     ///
     /// # Errors
     /// The emulator cannot be started, or the program does not answer in time or was not built for `expect`.
@@ -86,7 +84,7 @@ impl Chip {
         Self::over(Emulator::start("qemu-system-arm".as_ref(), elf, Timeouts::default())?, expect)
     }
 
-    /// Exchange hellos with a running emulator.
+    /// Exchanges hellos with a running emulator.
     ///
     /// # Errors
     /// As [`Chip::start`].
@@ -101,8 +99,7 @@ impl Chip {
             #[cfg(test)]
             sent: Vec::new(),
         };
-        // The chip sends its first hello by itself. A packet sent before it may be lost, because the chip's receiver
-        // may still be off.
+        // The chip sends its first hello without a request. A packet sent before it may be lost, because the chip's receiver may still be off.
         chip.agree("the chip's hello", expect)?;
         chip.join()?;
         chip.send(&Frame::Hello(expect))?;
@@ -110,7 +107,7 @@ impl Chip {
         Ok(chip)
     }
 
-    /// The handshake behind which all packets are sealed, where the chip has a key.
+    /// Performs the handshake after which all packets are sealed, if the chip has a key.
     fn join(&mut self) -> Result<(), ChipError> {
         let packet = self.channel.join(key::random()?)?;
         self.write(&packet)?;
@@ -124,14 +121,14 @@ impl Chip {
         }
     }
 
-    /// Begin a new session, whatever bytes came before. Returns the key of its packets, for a host that makes them itself.
+    /// Begins a new session, whatever bytes came before. Returns the key of its packets, for a host that seals them itself.
     pub fn join_anew(&mut self) -> Result<Option<SealKey>, ChipError> {
         self.write(&[0])?;
         let packet = self.channel.join(key::random()?)?;
         self.write(&packet)?;
         loop {
             let byte = self.emulator.read_byte("the chip's challenge")?;
-            // Whatever else comes was for the session before.
+            // All other packets belong to the previous session.
             if let Some(Ok(Received { frame: Frame::Challenge(challenge), .. })) = self.channel.push(byte) {
                 if let Some(packet) = self.channel.answer(&challenge)? {
                     self.write(&packet)?;
@@ -149,7 +146,7 @@ impl Chip {
         }
     }
 
-    /// Set the live inputs, which act on the arm from the next tick until the next call. Unchanged inputs cost nothing.
+    /// Sets the live inputs, which act on the arm from the next tick until the next call. Unchanged inputs are not sent again.
     ///
     /// If the chip refuses the inputs, the next tick returns the error.
     ///
@@ -164,17 +161,16 @@ impl Chip {
         Ok(())
     }
 
-    /// Run one tick of the chip's controller.
+    /// Runs one tick of the chip's controller.
     ///
     /// # Errors
-    /// The chip refuses, is silent, died, or answers another tick. After an error the chip cannot be used: drop it.
+    /// The chip refuses, is silent, died, or answers another tick. After an error the chip cannot be used any more.
     pub fn tick<const N: usize>(
         &mut self,
         reference: &Reference<f32, N>,
         measurement: &Measurement<f32, N>,
     ) -> Result<ChipReply<N>, ChipError> {
-        // The chip keeps a reference until the next one, so an unchanged one is not sent: bytes take most of a tick's
-        // time.
+        // The chip keeps a reference until the next one, so an unchanged one is not sent: sending takes most of a tick's time.
         let reference = Frame::Reference(link::Reference::new(reference));
         if differs(self.reference.as_ref(), &reference)? {
             self.send(&reference)?;
@@ -184,63 +180,6 @@ impl Chip {
         self.send(&Frame::Measurement(link::Measurement::new(self.tick, measurement)))?;
         let answer = self.receive("the answer to a measurement")?;
         self.reply(answer, self.tick)
-    }
-
-    /// The next answer of a chip paced by its own timer, with the number of its tick. See [`Chip::start_timer`].
-    ///
-    /// # Errors
-    /// As [`Chip::tick`].
-    pub fn next_timed<const N: usize>(&mut self) -> Result<(u32, ChipReply<N>), ChipError> {
-        let answer = self.receive("an answer in the timer's pace")?;
-        let tick = match &answer {
-            Frame::Command(command) => command.tick,
-            Frame::Fault(fault) => fault.tick,
-            _ => self.tick,
-        };
-        Ok((tick, self.reply(answer, tick)?))
-    }
-
-    /// Let the chip's timer set the pace. Sends one reference and one measurement to start from, and the current live
-    /// inputs.
-    ///
-    /// # Errors
-    /// As [`Chip::start`].
-    pub fn start_timer<const N: usize>(
-        &mut self,
-        expect: Hello,
-        reference: &Reference<f32, N>,
-        measurement: &Measurement<f32, N>,
-    ) -> Result<(), ChipError> {
-        let timed = Hello { pacing: Pacing::Timer, ..expect };
-        self.send(&Frame::Hello(timed))?;
-        self.agree("the chip's answer to a hello", timed)?;
-        // The hello has made the chip forget its live inputs.
-        if let Some(live) = self.live.clone() {
-            self.send(&live)?;
-        }
-        self.send(&Frame::Reference(link::Reference::new(reference)))?;
-        self.send(&Frame::Measurement(link::Measurement::new(0, measurement)))
-    }
-
-    /// Send live inputs, reference and measurement to a chip paced by its own timer, without waiting for an answer.
-    /// Returns the number of the tick that takes them. An answer for this tick or a later one confirms that the chip
-    /// took all of them.
-    ///
-    /// # Errors
-    /// A payload that a frame cannot carry, or a chip that died.
-    pub fn push<const N: usize>(
-        &mut self,
-        live: &Live<f32, N>,
-        reference: &Reference<f32, N>,
-        measurement: &Measurement<f32, N>,
-    ) -> Result<u32, ChipError> {
-        // The timer counts on from a measurement's number: the next number lies beyond any that the timer reaches
-        // meanwhile.
-        self.tick = self.tick.wrapping_add(PUSH_STRIDE);
-        self.send(&Frame::Live(link::Live::new(live)?))?;
-        self.send(&Frame::Reference(link::Reference::new(reference)))?;
-        self.send(&Frame::Measurement(link::Measurement::new(self.tick, measurement)))?;
-        Ok(self.tick)
     }
 
     /// Bytes that the link has carried since the emulator's start.
@@ -268,29 +207,19 @@ impl Chip {
         Ok(ChipReply { command, instructions })
     }
 
-    /// Restart with another pacing; both sides forget the live inputs and the reference.
-    ///
-    /// # Errors
-    /// As [`Chip::start`].
-    pub(crate) fn change_pacing(&mut self, hello: Hello) -> Result<(), ChipError> {
-        (self.reference, self.live) = (None, None);
-        self.send(&Frame::Hello(hello))?;
-        self.agree("the chip's answer to a hello", hello)
-    }
-
     pub(crate) fn send(&mut self, frame: &Frame) -> Result<(), ChipError> {
         let packet = self.channel.encode(frame)?;
         self.write(&packet)
     }
 
-    /// Send raw bytes, valid or not.
+    /// Sends raw bytes, valid or not.
     pub fn write(&mut self, bytes: &[u8]) -> Result<(), ChipError> {
         #[cfg(test)]
         self.sent.extend_from_slice(bytes);
         self.emulator.write(bytes)
     }
 
-    /// Returns the next frame; waits for it no longer than the chip's timeout.
+    /// Returns the next frame. Waits no longer than the chip's timeout.
     ///
     /// # Errors
     /// Silence, or bytes that are no frame.
@@ -307,8 +236,7 @@ impl Chip {
     }
 }
 
-/// Returns whether a frame differs from the last one sent. Compares the bits, because `==` takes -0 for 0 and NaN never
-/// equals NaN.
+/// True if a frame differs from the last one sent. Compares the bits, because `==` treats -0 and 0 as equal, and NaN never equals NaN.
 fn differs(before: Option<&Frame>, now: &Frame) -> Result<bool, FrameTooLong> {
     let packet = |frame: &Frame| Encoder::new().encode(frame);
     let before: Option<Packet> = before.map(packet).transpose()?;

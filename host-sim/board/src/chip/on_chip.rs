@@ -1,4 +1,4 @@
-//! A run with the chip in the loop, and with the desk's own controller beside it on the same inputs.
+//! A run with the chip in the loop. The desk's controller computes the same ticks from the same inputs, for comparison.
 
 use crate::chip::{Chip, build_firmware_with, hello};
 use dynamics_core::{Live, Measurement, Reference};
@@ -9,8 +9,9 @@ use robot_compiler::SceneFile;
 use robot_compiler::emit::Choices;
 use robot_compiler::scene::ScalarChoice;
 use sim::failure::Failure;
+use sim::run::scene_world;
 use sim::run::simulate::{self, Run};
-use sim::run::summary::Instructions;
+use sim::run::summary_parts::Instructions;
 use sim::run::target::{CommandComparison, Ticked, Torques};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -30,10 +31,10 @@ impl<const N: usize> Torques<f32, N> for Chip {
     }
 }
 
-/// Build the firmware for a scene, start it in the emulator, and close the loop through it.
+/// Builds the firmware of a scene, starts it in the emulator, and runs the closed loop with it.
 ///
-/// The firmware is built from the scene's file, with the law and the sine and cosine method of `scene`. No other
-/// setting of a tick may have changed since the file was read; the exchanged hellos would reveal such a change.
+/// The firmware is built from the scene's file, with the control law and the sine and cosine method of `scene`. No other setting of a tick may have
+/// changed since the file was read. The hellos contain a hash that would reveal such a change.
 ///
 /// # Errors
 /// A scene that cannot be run; a firmware that cannot be built; an emulator that cannot be started or does not agree.
@@ -42,11 +43,11 @@ pub fn run<const N: usize>(scene: &SceneFile, stop: &AtomicBool, progress: &Prog
     scene.control.scalar = ScalarChoice::F32;
     let model = scene.robot.model::<N>().map_err(Failure::input)?;
     // Report an impossible motion before the compiler starts.
-    simulate::world::<N>(&scene)?;
+    scene_world::world::<N>(&scene)?;
     let target = |error| Failure::Target(miette::Report::from_err(error));
     progress.set_message("building the firmware");
     let program = build(&scene).map_err(|failure| {
-        // Ctrl-C reaches the compiler too.
+        // Ctrl-C interrupts the compiler too.
         if stop.load(Ordering::Relaxed) { Failure::Interrupted } else { failure }
     })?;
     progress.set_message("");
@@ -58,7 +59,7 @@ pub fn run<const N: usize>(scene: &SceneFile, stop: &AtomicBool, progress: &Prog
     Ok(run)
 }
 
-/// Build the firmware of the scene's file, with the law and the sine and cosine method of `scene` if they were changed.
+/// Builds the firmware of the scene's file, with the law and the sine and cosine method of `scene` if they were changed.
 fn build(scene: &SceneFile) -> Result<PathBuf, Failure> {
     let file = SceneFile::load(&scene.path).map_err(Failure::input)?;
     let ((law, trig), (law_there, trig_there)) = (scene.control.names(), file.control.names());

@@ -6,38 +6,42 @@
 //!                          `-> report
 //! ```
 //!
-//! A request is sent again until its answer has come (`requests`). Of other frames every status holds the number that had been taken
-//! before its tick, or were lost before one that was taken. The room for points is the room in the last status less the points that are
-//! still under way.
+//! A request is sent again until its answer has come (`requests`). Other frames have no answer. Instead, every status reports how many frames the
+//! board had taken or missed before its tick. The free capacity for points is the capacity in the last status, less the points that are still on
+//! their way.
 //!
 //! | module | holds |
 //! |---|---|
 //! | [`device`] | interface of a board or a dry run |
-//! | [`dry_run_device`], [`on_wire`], [`simulated_board`] | its implementations; [`wire`] loses frames |
+//! | [`dry_run_device`], [`on_wire`], [`simulated_board`] | its implementations; [`wire`] simulates a link that loses frames |
 //! | [`command`] | the commands that an operator types |
 //! | [`console`], `keys` | the source of the commands: a script, a pipe or a terminal; the stop key |
 //! | `reason` | the reasons why a command was not completed |
 //! | `converse` | the loop that executes them line by line |
 //! | `rejection` | the reason why a request had no effect |
-//! | `greeting` | hellos: a session that begins, or one that is continued |
+//! | `greeting` | hellos: starting a session or continuing one |
 //! | `obey` | execution of a command, and its files |
-//! | `requests` | requests until their answers, and frames that were lost |
+//! | `requests` | repetition of requests until they are answered, and lost frames |
 //! | `moment` | the time of a stop |
 //! | `stop` | the stop key and the command `stop` |
 //! | `ending` | the end of torque: which joints sink, consent, parking |
-//! | `arm` | the parts that depend on the arm, and on the number of its joints |
-//! | `course` | a motion of an arm with any number of joints |
-//! | [`motion_queue`] | motions as points, waiting to be sent |
+//! | `arm`, `scene_arm` | data of the scene's arm; the operations that depend on the number of its joints |
+//! | `step` | passing of time: points are sent, frames received |
+//! | `planned_motion` | a motion of an arm with any number of joints |
+//! | [`motion_queue`] | motions as points that wait to be sent |
+//! | `moves` | motions from the arm's present position |
+//! | `receive` | frames of the board, and their effects |
+//! | `session` | time and requests of a session: reporting interval, waiting, arming, disarming |
 //! | [`parameters`] | parameters by name: reading and changing them |
-//! | `observed` | what was seen of the arm since homing |
+//! | `observed` | observations of the arm since homing |
 //! | `first_motion` | limits of the first motion after homing |
 //! | `heat` | heat of the motors, as last reported |
-//! | `motor_heat` | heat of the motors, asked for in the background |
-//! | `feel` | law, stiffness and payload of an armed arm, changed without a jump of torque |
+//! | `motor_heat` | requests for the heat of the motors, in the background |
+//! | `feel` | changes of control law, stiffness and payload of an armed arm, without a jump of torque |
 //! | `samples` | positions and torques of the last ticks |
 //! | `torque_check` | comparison of the drives' torque with the commanded torque |
 //! | `torque_cause` | the likely cause of a difference |
-//! | `weigh` | what the arm holds, from slow motions |
+//! | `weigh` | estimate of the payload from slow motions |
 //! | [`messages`] | messages for the protocol's numbers |
 //! | [`report`], [`table`] | output for the operator |
 
@@ -73,7 +77,9 @@ mod receive;
 mod rejection;
 mod requests;
 mod samples;
+mod scene_arm;
 mod session;
+mod step;
 mod stop;
 mod torque_cause;
 mod torque_check;
@@ -82,12 +88,12 @@ mod weigh;
 use crate::session::frame_log::Head;
 use ::session::trajectory::WAYS;
 use arm::Arm;
-use device::{Device, DeviceError, SILENCE};
+use device::Device;
 use dynamics_core::Model;
 use heat::MotorHeat;
 pub use keys::Presses;
 use link::StateCode;
-use link::{Frame, Lines, Pacing, Refusal, Status, Value, Verdict};
+use link::{Lines, Pacing, Refusal, Status, Value, Verdict};
 use moment::Moment;
 use motion_queue::MotionQueue;
 use observed::FirstMotion;
@@ -106,26 +112,27 @@ pub struct Operator {
     arm: Arm,
     report: Report,
     presses: Presses,
-    /// Number of presses already handled.
+    /// Number of presses of Ctrl-C already handled.
     seen: u32,
-    /// Counter of presses of the stop key, if a user sits at a terminal, and the number already handled.
+    /// Counter of presses of the stop key, if a user sits at a terminal, and the number of presses already handled.
     stops: Option<Presses>,
     stops_seen: u32,
-    /// The stop key is being handled, and does not interrupt its own handling.
+    /// True while the stop key is being handled, so that it does not interrupt its own handling.
     deaf: bool,
-    /// The last stop, and true if a stop came since the last motion began.
+    /// Time of the last stop.
     stopped_at: Option<Moment>,
     /// Text to be shown once the request has been sent.
     announcement: Option<&'static str>,
+    /// True if a stop came since the last motion began.
     stopped: bool,
     status: Option<Status>,
-    /// Time since which the board has to be heard: of the last status, of a hello, or of a cable that was cut or plugged in.
+    /// Time from which the board's silence is counted: of the last status, of a hello, or of a cable that was cut or plugged in.
     heard: Duration,
     /// Time of the last status.
     reported: Duration,
     /// Statuses received.
     statuses: u64,
-    /// Time when the live inputs were sent last by the clock.
+    /// Time when the live inputs were last sent by the timer.
     live_sent: Duration,
     q: Option<Vec<f64>>,
     feed: MotionQueue,
@@ -133,7 +140,7 @@ pub struct Operator {
     under_way: VecDeque<u16>,
     /// Position of the arm after all requested motions.
     goal: Option<Vec<f64>>,
-    /// Interval of the board's reports now, in ticks.
+    /// Interval of the board's reports that is set now, in ticks.
     watched: u16,
     /// Interval of the printed statuses, in ticks, and the tick of the last printed one.
     print: (u64, u32),
@@ -145,29 +152,29 @@ pub struct Operator {
     whole: Option<Vec<Status>>,
     /// Answers received so far to questions that expect a value or a refusal; `None` while no question is pending.
     expected: Option<Vec<Result<Value, Refusal>>>,
-    /// A request is under way: a change of state is its answer.
+    /// True if a request is under way: a change of state is then its answer.
     asking: bool,
     /// Number of the last request, and of the one whose answer is awaited.
     number: u8,
     awaited: u8,
     /// The board's verdict on it, and the number of statuses received before.
     verdict: Option<(Verdict, u64)>,
-    /// A hold that is sent again and again until the arm no longer runs: its number, and the time when it was sent last.
+    /// A hold that is repeated until the arm no longer runs: its number, and the time when it was sent last.
     urgent: Option<(u8, Duration)>,
     /// True if anything was refused.
     refused: bool,
     agreed: bool,
-    /// The board continues the session of an earlier host, and the payload that it holds has not been read yet.
+    /// True if the board continues the session of an earlier host and its payload has not been read yet.
     resumed: bool,
-    /// The board was driving the arm when this program came.
+    /// True if the board was driving the arm when this program connected.
     found_driven: bool,
-    /// Replies of each joint's drive that were too old in a status, and the statuses with readings.
+    /// For each joint, the number of statuses in which its drive's reply was too old; and the number of statuses with readings.
     stale: (Vec<u64>, u64),
     /// Smallest age of each joint's reading, ticks.
     age_min: Vec<u16>,
     /// The last ticks in which torque acted.
     samples: Samples,
-    /// The torques of this arming have been judged.
+    /// True if the torques since this arming have been checked.
     judged: bool,
     first_motion: FirstMotion,
     heat: MotorHeat,
@@ -176,7 +183,7 @@ pub struct Operator {
 }
 
 impl Operator {
-    /// An operator that has not sent anything yet. The second scene has the motion of `run`.
+    /// An operator that has not sent anything yet. `run` follows the motion of the second scene.
     ///
     /// # Errors
     /// A scene whose motion or payload is not possible.
@@ -247,7 +254,7 @@ impl Operator {
         !self.refused && self.state() != Some(StateCode::Fault)
     }
 
-    /// True if time passes by itself, as it does on a real board.
+    /// True if the board's own timer paces the ticks, as on a real board.
     pub fn is_live(&self) -> bool {
         self.device.pacing() == Pacing::Live
     }
@@ -270,49 +277,5 @@ impl Operator {
     /// True if the drives apply torque.
     fn drives(&self) -> bool {
         self.state().is_some_and(StateCode::has_torque)
-    }
-
-    /// Let time pass: send points, and receive frames of the board.
-    ///
-    /// # Errors
-    /// The board can no longer be used; Ctrl-C.
-    pub fn step(&mut self) -> Result<(), Stop> {
-        self.unless_interrupted()?;
-        self.pass()
-    }
-
-    /// As [`Operator::step`], regardless of Ctrl-C, but not of the stop key.
-    fn pass(&mut self) -> Result<(), Stop> {
-        if self.stop_pressed() {
-            return Err(Stop::Pressed);
-        }
-        self.fill()?;
-        self.renew_live()?;
-        self.ask_for_heat()?;
-        for frame in self.device.pass()? {
-            self.take(frame)?;
-        }
-        self.hold_urgently()?;
-        if self.silent_for(self.heard) > SILENCE && !self.device.is_cut() {
-            return Err(DeviceError::Silent { what: "status", time: SILENCE }.into());
-        }
-        match self.seen_now().as_ref().filter(|_| self.is_moving()) {
-            Some(seen) => self.report.live(seen),
-            None => self.report.still(),
-        }
-        Ok(())
-    }
-
-    /// Time since a moment of the device's clock.
-    fn silent_for(&self, since: Duration) -> Duration {
-        self.device.now().saturating_sub(since)
-    }
-
-    fn say(&self, about: &str, text: &str) -> Result<(), Stop> {
-        Ok(self.report.say(about, text, self.seen_now().as_ref())?)
-    }
-
-    fn send(&mut self, frame: &Frame) -> Result<(), Stop> {
-        Ok(self.device.send(frame)?)
     }
 }

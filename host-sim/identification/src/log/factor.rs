@@ -1,8 +1,8 @@
-//! Units of the columns that are read.
+//! Units and conversion factors of the columns.
 
 use super::grid::Problem;
 use super::header::Finder;
-use super::name::bracket;
+use super::heading_words::bracket;
 use super::spec::{Key, KeyColumns};
 use super::unit::{self, Kind, Unit};
 use super::vocabulary::Quantity;
@@ -11,13 +11,13 @@ const ALL: &[Kind] =
     &[Kind::Time, Kind::Angle, Kind::Length, Kind::AngularSpeed, Kind::Speed, Kind::Torque, Kind::Force, Kind::Current];
 
 impl Finder<'_> {
-    /// Unit of a column: in its heading, in the row below, or by hand.
+    /// Unit of a column: from its heading, from the row of units, or from the user.
     pub(super) fn unit(&self, place: usize, given: Option<&KeyColumns>) -> Result<Option<Unit>, Problem> {
         let name = &self.grid.head[place];
         let by_hand = given.and_then(|given| given.unit);
         let (heading, loose, unknown) = match self.sets.columns.iter().find(|column| column.place == place) {
             Some(column) => (column.meaning.unit, column.meaning.loose, column.meaning.unknown_unit.clone()),
-            // A column by hand may have a name that means nothing.
+            // A column that the user names may have a heading without a meaning.
             None => match bracket(name) {
                 Some((_, inner, _)) => {
                     let unit = Unit::parse(inner);
@@ -31,7 +31,7 @@ impl Finder<'_> {
             return Err((format!("the unit {unknown:?} of {name:?}"), expected));
         }
         let row = Unit::parse(self.grid.units.get(place).map_or("", |text| text.trim_matches(['[', ']', '{', '}'])));
-        // A word of the name that looks like a unit gives way to a unit by hand.
+        // A word of the heading that only looks like a unit yields to the user's unit.
         let mut unit = heading.filter(|_| !(loose && by_hand.is_some())).or(row);
         for other in [row, by_hand].into_iter().flatten() {
             if let Some(known) = unit.filter(|known| *known != other) {
@@ -52,7 +52,7 @@ impl Finder<'_> {
         let kinds: &[Kind] = match (quantity, turns) {
             (Quantity::Position, true) => &[Kind::Angle],
             (Quantity::Position, false) => &[Kind::Length],
-            // "qd [deg]" is loose, and clear.
+            // `qd [deg]` is not strictly a velocity unit, but clear.
             (Quantity::Velocity, true) => &[Kind::AngularSpeed, Kind::Angle],
             (Quantity::Velocity, false) => &[Kind::Speed, Kind::Length],
             (Quantity::Current, _) => &[Kind::Current],
@@ -79,7 +79,7 @@ impl Finder<'_> {
         Ok(unit.factor)
     }
 
-    /// True if the position of a joint is in degrees by its heading: its velocity without a unit is then in degrees too.
+    /// True if the heading gives the position of a joint in degrees. Its velocity without a unit is then in degrees per second.
     fn angles_in_degrees(&self, joint: usize) -> bool {
         let place = match self.by_hand(Key::Position) {
             Ok(Some(places)) => places.get(joint).copied(),
@@ -89,7 +89,7 @@ impl Finder<'_> {
         unit.is_some_and(|unit| unit.name == "deg")
     }
 
-    /// Names the units that were converted.
+    /// Adds a remark that names the units that were converted.
     pub(super) fn note_units(&mut self, places: &[usize]) {
         let mut said: Vec<(&str, Vec<usize>)> = Vec::new();
         for place in places {

@@ -1,16 +1,17 @@
-//! Meaning of a column's name.
+//! Parsing of column names.
 
+use super::heading_words::{any, bracket, found, without, words};
 use super::unit::{Kind, Unit};
 use super::vocabulary::{
     ACTUAL, COMMANDED, DERIVED, FILLERS, MOTOR, OTHER, Quantity, STAMP_NANOSECONDS, STAMP_SECONDS, TIME, WORDS,
 };
 
-/// Who says the value: the better to identify from, the earlier.
+/// Origin of a value. Earlier variants are better for identification.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Role {
     /// Named as measured.
     Actual,
-    /// Named neither way.
+    /// Not marked as measured or commanded.
     Plain,
     /// Filtered or estimated.
     Derived,
@@ -18,14 +19,14 @@ pub(super) enum Role {
     Commanded,
 }
 
-/// Joint of a column.
+/// Joint that a column belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Id {
-    /// A joint of the robot, from 0, by its name.
+    /// A joint of the robot, found by its name; counted from 0.
     Joint(usize),
-    /// A number, from 0 or from 1.
+    /// A number in the heading; the log may count from 0 or from 1.
     Number(u32),
-    /// None: a column that is not of a joint.
+    /// No joint.
     None,
 }
 
@@ -33,18 +34,18 @@ pub(super) enum Id {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Meaning {
     pub(super) quantity: Quantity,
-    /// The word for the quantity; empty if the column has the joint's name only.
+    /// Word for the quantity; empty if the heading is only a joint's name.
     pub(super) word: String,
     pub(super) role: Role,
-    /// The value is said to be the motor's.
+    /// True if the heading names the motor.
     pub(super) motor: bool,
     pub(super) id: Id,
-    /// Prefix: topic, device.
+    /// Prefix, such as a topic or a device.
     pub(super) group: String,
     pub(super) unit: Option<Unit>,
-    /// The unit is a word of the name, not in brackets: `q_1_m` may mean something else.
+    /// True if the unit is a word of the name, not in brackets: `q_1_m` may mean something else.
     pub(super) loose: bool,
-    /// Brackets with a word that is no unit.
+    /// Text in brackets that is not a known unit.
     pub(super) unknown_unit: Option<String>,
 }
 
@@ -65,42 +66,10 @@ impl Meaning {
     }
 }
 
-/// Words of a name: parts of it between other characters, digits and letters, and at the humps of camel case. In lower case.
-pub(super) fn words(text: &str) -> Vec<String> {
-    let mut words: Vec<String> = Vec::new();
-    let mut last: Option<char> = None;
-    for c in text.chars() {
-        if c.is_alphanumeric() {
-            let begins = last
-                .is_none_or(|last| last.is_numeric() != c.is_numeric() || (last.is_lowercase() && c.is_uppercase()));
-            if begins {
-                words.push(String::new());
-            }
-            if let Some(word) = words.last_mut() {
-                word.extend(c.to_lowercase());
-            }
-        }
-        last = c.is_alphanumeric().then_some(c);
-    }
-    words
-}
-
-fn without(words: &[String], begin: usize, length: usize) -> Vec<String> {
-    [&words[..begin], &words[begin + length..]].concat()
-}
-
-fn found(words: &[String], part: &[String]) -> Option<usize> {
-    (!part.is_empty()).then(|| words.windows(part.len()).position(|window| window == part)).flatten()
-}
-
-fn any(words: &[String], of: &[&str]) -> bool {
-    words.iter().any(|word| of.contains(&word.as_str()))
-}
-
-/// Words of the joints' names.
+/// Joint names split into words.
 pub(super) struct Names {
     joints: Vec<Vec<String>>,
-    /// Without the word "joint", if more than a number is left.
+    /// Names without the word "joint", if more than a number remains.
     short: Vec<Vec<String>>,
 }
 
@@ -116,14 +85,14 @@ impl Names {
         Self { joints, short }
     }
 
-    /// The joint that a whole text names.
+    /// Joint that a whole text names.
     pub(super) fn of(&self, text: &str) -> Option<usize> {
         let words = words(text);
         let by = |names: &[Vec<String>]| names.iter().position(|name| !name.is_empty() && *name == words);
         by(&self.joints).or_else(|| by(&self.short))
     }
 
-    /// A joint named within words, and what is left of them.
+    /// Joint named within words, and the remaining words.
     fn within(&self, words: &[String]) -> Option<(usize, Vec<String>)> {
         [&self.joints, &self.short].into_iter().find_map(|names| {
             let places = names.iter().enumerate().filter_map(|(k, name)| Some((k, name.len(), found(words, name)?)));
@@ -132,7 +101,7 @@ impl Names {
         })
     }
 
-    /// The joint of these words, and what is left of them: by name, or by the only number.
+    /// Possible joints in these words, with the remaining words: by name, or by the only number.
     fn split(&self, words: &[String]) -> Vec<(Id, Vec<String>)> {
         let by_name = self.within(words).map(|(joint, left)| (Id::Joint(joint), left));
         let digits: Vec<usize> = (0..words.len()).filter(|k| words[*k].parse::<u32>().is_ok()).collect();
@@ -143,7 +112,7 @@ impl Names {
         by_name.into_iter().chain(by_number).chain([(Id::None, words.to_vec())]).collect()
     }
 
-    /// The meaning of a heading, and of the unit in it.
+    /// Meaning of a heading, including its unit.
     pub(super) fn meaning(&self, heading: &str) -> Option<Meaning> {
         let heading = heading.trim();
         if heading.starts_with('#') && heading[1..].parse::<u32>().is_ok() {
@@ -166,7 +135,7 @@ impl Names {
             .or_else(|| self.with_unit_inside(heading))
     }
 
-    /// `q1_deg`, `q1 / rad`, `time in ms`.
+    /// Parses headings such as `q1_deg`, `q1 / rad`, `time in ms`.
     fn with_unit_at_end(&self, heading: &str) -> Option<Meaning> {
         let ends = heading.char_indices().filter(|(_, c)| matches!(c, '/' | '_' | ' ' | '.' | '-'));
         let splits = ends.map(|(k, c)| (&heading[..k], &heading[k + c.len_utf8()..]));
@@ -179,7 +148,7 @@ impl Names {
         })
     }
 
-    /// `q_deg_1`, `speed_rad_s_2`.
+    /// Parses headings such as `q_deg_1`, `speed_rad_s_2`.
     fn with_unit_inside(&self, heading: &str) -> Option<Meaning> {
         let parts: Vec<&str> = heading.split(['_', ' ']).collect();
         let spans = (1..parts.len()).flat_map(|begin| [2, 1].map(|length| (begin, begin + length)));
@@ -191,10 +160,10 @@ impl Names {
         })
     }
 
-    /// The meaning of a name without its unit. The last parts of a path hold quantity and joint.
+    /// Meaning of a name without its unit. The last parts of a path contain quantity and joint.
     fn of_name(&self, name: &str, unit: Option<Unit>) -> Option<Meaning> {
         let parts: Vec<&str> = name.split(['/', '.', ':']).filter(|part| !part.trim().is_empty()).collect();
-        // A stamp is the longest end that names one: seconds and nanoseconds are then of one group.
+        // The longest ending that names a stamp is used, so that seconds and nanoseconds share a group.
         let stamp = (1..=parts.len()).rev().find_map(|count| {
             let (group, core) = parts.split_at(parts.len() - count);
             let text = words(&core.join(" ")).join(" ");
@@ -223,7 +192,7 @@ impl Names {
                     Role::Plain
                 };
             }
-            // A quantity of joints needs a joint; its name may be in the part before.
+            // A joint quantity needs a joint, whose name may be in the part before.
             let whole = meaning.id != Id::None
                 || !matches!(
                     meaning.quantity,
@@ -260,23 +229,23 @@ impl Names {
             let known =
                 |text: &str| WORDS.iter().find(|(_, words)| words.contains(&text)).map(|(quantity, _)| *quantity);
             let (quantity, word, role) = match rest.as_slice() {
-                // "sensed_1" is a position that was measured.
+                // `sensed_1` is a measured position.
                 [] if named || left.iter().any(|word| word == "sensed") => (of_unit(unit), String::new(), role),
-                // The current position: an adjective.
+                // In `current position`, "current" is an adjective.
                 ["current", other] if known(other).is_some() => (known(other)?, (*other).to_owned(), Role::Actual),
                 rest => {
                     let word = rest.join(" ");
                     (known(&word)?, word, role)
                 }
             };
-            // The d-axis current makes no torque.
+            // The d-axis current produces no torque.
             let other = quantity == Quantity::Current && left.iter().any(|word| word == "d");
             (!other).then(|| Meaning { role, motor, id, ..Meaning::plain(quantity, word) })
         })
     }
 }
 
-/// The quantity of a column that has a joint's name only.
+/// Quantity of a column whose heading is only a joint's name, from its unit.
 fn of_unit(unit: Option<Unit>) -> Quantity {
     match unit.map(|unit| unit.kind) {
         Some(Kind::AngularSpeed | Kind::Speed) => Quantity::Velocity,
@@ -284,17 +253,6 @@ fn of_unit(unit: Option<Unit>) -> Quantity {
         Some(Kind::Current) => Quantity::Current,
         _ => Quantity::Position,
     }
-}
-
-/// The last bracket that holds more than a number: what is before, in and after it.
-pub(super) fn bracket(heading: &str) -> Option<(&str, &str, &str)> {
-    let open = heading.rfind(['[', '(', '{'])?;
-    let close = open + heading[open..].find([']', ')', '}'])?;
-    // "qd / (rad/s)" and "[N m]" are units; "[0]" and "[1, 2]" are indices.
-    let inner = heading[open + 1..close].trim();
-    let name = heading[..open].trim_end_matches([' ', '/', '_']);
-    let says = inner.chars().any(|c| !c.is_numeric() && !c.is_whitespace() && c != ',');
-    (says && !name.trim().is_empty()).then_some((name, inner, &heading[close + 1..]))
 }
 
 #[cfg(test)]

@@ -1,14 +1,13 @@
-//! Columns named by hand.
+//! Columns that the user names.
 
 use super::grid::Problem;
-use super::name::{bracket, words};
+use super::heading_words::{bracket, words};
 use super::unit::Unit;
 
 /// Columns of a log by name, as `--columns` gives them: `q=pos_{},tau=effort_{},t=stamp`.
 ///
-/// Keys are `t`, `q`, `qd`, `tau` and `i` (currents); a key may bear a unit, `tau[mNm]=..`. A key of joints takes one name for each joint,
-/// base first, or one pattern, in which `{}` stands for a joint's number, from 0 or from 1, or for its name. `#3` is the third column,
-/// `#2-#7` the second to the seventh.
+/// Keys are `t`, `q`, `qd`, `tau` and `i` (currents). A key may have a unit: `tau[mNm]=..`. A key of joints has one name for each joint, base first,
+/// or one pattern. In a pattern `{}` is a joint's number, from 0 or from 1, or its name. `#3` is the third column, `#2-#7` the second to the seventh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ColumnNames(Vec<KeyColumns>);
 
@@ -36,7 +35,7 @@ impl ColumnNames {
     /// Reads `KEY=NAME,NAME,..,KEY=..`.
     ///
     /// # Errors
-    /// A description: an unknown key, a key twice, an unknown unit, a key without names, torques and currents both.
+    /// A description of: an unknown key, a key given twice, an unknown unit, a key without names, or both torques and currents.
     pub fn parse(text: &str) -> Result<Self, String> {
         let mut all: Vec<KeyColumns> = Vec::new();
         for part in text.split(',') {
@@ -74,10 +73,10 @@ impl ColumnNames {
 }
 
 impl KeyColumns {
-    /// The columns of `count` joints of these names, or of time.
+    /// Indices of the columns: one per joint of `joints`, or one for time.
     ///
     /// # Errors
-    /// A name that no column has, or as many columns as there are no joints.
+    /// A name that no column has, or a number of columns that is not the number of joints.
     pub(super) fn places(&self, head: &[String], joints: &[String]) -> Result<Vec<usize>, Problem> {
         let count = if self.key == Key::Time { 1 } else { joints.len() };
         let key = KEYS.iter().find(|(_, key)| *key == self.key).map_or("", |(word, _)| word);
@@ -123,11 +122,11 @@ fn index(text: &str) -> Option<usize> {
     text.trim().strip_prefix('#')?.parse::<usize>().ok()?.checked_sub(1)
 }
 
-/// The column of this name: as it is, in another case, or without its unit.
+/// Index of the column with this name: exact, ignoring case, or without its unit.
 fn place(name: &str, head: &[String]) -> Option<usize> {
     let same = |plain: fn(&str) -> String| {
         let mut found = (0..head.len()).filter(|k| plain(&head[*k]) == plain(name));
-        // Two of one name are none.
+        // An ambiguous name matches no column.
         found.next().filter(|_| found.next().is_none())
     };
     let bare = |text: &str| bracket(text).map_or(text, |(name, ..)| name).trim().to_lowercase();
@@ -146,7 +145,7 @@ fn by_pattern(pattern: &str, head: &[String], joints: &[String]) -> Result<Vec<u
         fill(&|joint| joints[joint].clone()),
         fill(&|joint| words(&joints[joint]).into_iter().filter(|word| word != "joint").collect::<Vec<_>>().join("_")),
     ];
-    // From 0 where column 0 is there.
+    // Count from 0 if a column with number 0 exists.
     if let Some(whole) = ways.iter().find(|way| way.iter().all(Option::is_some)) {
         return Ok(whole.iter().flatten().copied().collect());
     }
@@ -154,7 +153,7 @@ fn by_pattern(pattern: &str, head: &[String], joints: &[String]) -> Result<Vec<u
     Err((found, format!("a pattern of the {} joints' columns, of {}", joints.len(), listed(head))))
 }
 
-/// The columns, for a message.
+/// List of the columns for a message.
 pub(super) fn listed(head: &[String]) -> String {
     const MOST: usize = 24;
     let names: Vec<&str> = head.iter().take(MOST).map(String::as_str).collect();

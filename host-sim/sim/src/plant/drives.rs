@@ -4,89 +4,40 @@
 //! tick k:  measure: replies to the commands of tick k-1 | controller | commands arrive, actuators measure and reply | the arm moves
 //! ```
 //!
-//! Commands arrive in the instant in which the tick begins, so a measurement is one period old when the controller gets it. The
-//! actuator's shaft is the joint, through the gearing: `p = ratio q + zero`, `v = ratio qd`, `tau = ratio tau_shaft`, here in the robot
-//! file's double precision. The controller's side has the chip's numbers. An actuator renews the torque of its own position
-//! and velocity loop several times a tick; without stiffness and damping it is constant from frame to frame.
+//! Commands arrive at the instant at which the tick begins, so a measurement is one period old when the controller gets it. The gearing relates the
+//! actuator's shaft to the joint: `p = ratio q + zero`, `v = ratio qd`, `tau = ratio tau_shaft`. Here it is computed in double precision, with the
+//! robot file's numbers; the controller uses the chip's. An actuator updates the torque of its own position and velocity loop several times a tick.
+//! Without stiffness and damping, the torque is constant from frame to frame.
 
+use super::drive_wiring::{Joints, Line};
 use super::{Clock, State};
 use actuator_model::bus::{Bus, Fate};
-use actuator_model::frame::Frame;
 use actuator_model::mit::{Actuator, Electronics, Language, Ranges, Shaft};
-use core::convert::Infallible;
 use dynamics_core::control::Spring;
 use dynamics_core::drive::MitDrive;
 use dynamics_core::safety::SafeAction;
-use dynamics_core::with_drive_kinds;
-use embedded_can::ErrorKind;
-use embedded_can::nb::Can;
-use embedded_hal::digital::{ErrorType, OutputPin};
 use joint_io::JointIo;
-use joint_io::can::{BUSES, CanJoints};
-use joint_io::can_bus::CanBus;
-use joint_io::queued::Queued;
+use joint_io::can::BUSES;
 use robot_compiler::drive::{MitSpec, Protocol};
 use robot_compiler::scene::{DriveFailure, FailureKind};
 use session::readings::Readings;
 
-/// Temperature of a drive that is well, degrees Celsius.
+/// Temperature of a healthy drive, degrees Celsius.
 const TEMPERATURE: f64 = 25.0;
 
-/// Supply voltage of every drive, V, and the lowest that it works with: numbers of a drive for 24 V.
+/// Supply voltage of every drive, and the lowest at which it works, V: typical of a 24 V drive.
 const SUPPLY: f64 = 24.0;
 const SUPPLY_MIN: f64 = 15.0;
 
-/// Exchanges until drives are on, at most: three about each drive's timeout, one drive at a time, and three until it is on.
+/// Limit on the exchanges until all drives are on: for each drive in turn, three about its timeout, and three until it is on.
 const ENABLING_MAX: u32 = 100;
-
-/// The joints of an arm whose drives are of the kind `K`.
-type JointsOf<K, const N: usize> = CanJoints<K, Queued<Line>, Queued<Line>, Queued<Line>, BrakeLine, N>;
-
-macro_rules! joints_of {
-    ($($kind:ident)*) => {
-        /// The board's access to the joints, for each kind of drive.
-        #[derive(Clone, Debug)]
-        enum Joints<const N: usize> {
-            $($kind(JointsOf<dynamics_core::drive::$kind, N>),)*
-        }
-
-        impl<const N: usize> Joints<N> {
-            fn new(protocol: Protocol, lines: [Line; BUSES], wires: [MitDrive; N]) -> Self {
-                let buses = lines.map(Queued::new).into();
-                match protocol {
-                    $(Protocol::$kind => Self::$kind(CanJoints::new(buses, BrakeLine::default(), wires)),)*
-                }
-            }
-
-            fn io(&mut self) -> &mut dyn JointIo<N> {
-                match self {
-                    $(Self::$kind(joints) => joints,)*
-                }
-            }
-
-            fn buses(&mut self) -> (&mut Queued<Line>, &mut Queued<Line>, &mut Queued<Line>) {
-                match self {
-                    $(Self::$kind(joints) => joints.buses(),)*
-                }
-            }
-
-            fn brake(&self) -> &BrakeLine {
-                match self {
-                    $(Self::$kind(joints) => joints.brake(),)*
-                }
-            }
-        }
-    };
-}
-
-with_drive_kinds!(joints_of);
 
 /// The drives of an arm.
 #[derive(Clone, Debug)]
 pub struct Drives<const N: usize> {
     joints: Joints<N>,
     seats: [JointMount; N],
-    /// Turns of the actuators' own loop in a tick.
+    /// Updates of the actuators' own loop in a tick.
     turns: u32,
     period: f64,
     failure: Option<DriveFailure>,
@@ -94,14 +45,14 @@ pub struct Drives<const N: usize> {
     ticks: u64,
 }
 
-/// Place of a joint's actuator, and the joint's gearing.
+/// Location of a joint's actuator, and the joint's gearing.
 #[derive(Clone, Copy, Debug)]
 struct JointMount {
     bus: usize,
     place: usize,
     ratio: f64,
     zero: f64,
-    /// True torque, as a multiple of what the frames say.
+    /// True torque over the torque in the frames.
     factor: f64,
 }
 
@@ -110,7 +61,7 @@ struct JointMount {
 pub enum Order<const N: usize> {
     /// These torques or forces, N m or N, and springs for the drives' own loops.
     Torque([f64; N], Option<[Spring<f32>; N]>),
-    /// The drives are enabled with engaged brakes; where the action is a damped stop, those that are on damp.
+    /// Enable the drives with engaged brakes. If the action is a damped stop, the drives that are already on damp.
     Enable(SafeAction),
     /// These torques or forces, N m or N, with engaged brakes.
     Preload([f64; N]),
@@ -119,8 +70,8 @@ pub enum Order<const N: usize> {
 }
 
 impl<const N: usize> Drives<N> {
-    /// Drives that are off: as the robot file has them, and as the chip has them. `loop_rate` is that of their own loop, Hz; a tick
-    /// holds the nearest whole number of its turns.
+    /// Drives that are off, with the robot file's numbers (`specs`) and the chip's (`wires`). `loop_rate` is the rate of their own loop, Hz; a tick
+    /// contains the nearest whole number of its updates.
     #[must_use]
     pub fn new(specs: &[MitSpec; N], wires: [MitDrive; N], clock: Clock, loop_rate: f64) -> Self {
         let mut actuators = [const { Vec::new() }; BUSES];
@@ -144,32 +95,32 @@ impl<const N: usize> Drives<N> {
         }
     }
 
-    /// The same drives, of which one fails at some time.
+    /// The same drives, with one that fails at some time.
     #[must_use]
     pub fn with_failure(self, failure: Option<DriveFailure>) -> Self {
         Self { failure, ..self }
     }
 
-    /// The same drives, whose true torques are so many times what their frames say; no factors: once.
+    /// The same drives, whose true torques are multiples of the torques in their frames by these factors, base first. Joints without a factor keep 1.
     #[must_use]
     pub fn with_torque_factors(mut self, factors: &[f64]) -> Self {
         self.seats.iter_mut().zip(factors).for_each(|(seat, factor)| seat.factor = *factor);
         self
     }
 
-    /// Electronics of a joint's actuator, to look at or to break.
+    /// A joint's simulated drive electronics, for inspection and fault injection.
     pub fn electronics(&mut self, joint: usize) -> Option<&mut Electronics> {
         let JointMount { bus, place, .. } = *self.seats.get(joint)?;
         Some(&mut self.bus(bus).actuators.get_mut(place)?.electronics)
     }
 
-    /// Torque that a joint's drive gave last, at the joint, N m or N.
+    /// Torque that a joint's drive last produced, at the joint, N m or N.
     pub fn given(&mut self, joint: usize) -> f64 {
         let factor = self.seats.get(joint).map_or(0.0, |seat| seat.ratio * seat.factor);
         self.electronics(joint).map_or(0.0, |electronics| factor * electronics.torque())
     }
 
-    /// Bus of a joint's drive, and the drive's identifier there.
+    /// Index of the bus of a joint's drive, and the drive's identifier on it.
     pub fn address(&mut self, joint: usize) -> Option<(usize, u16)> {
         let bus = self.seats.get(joint)?.bus;
         Some((bus, self.electronics(joint)?.id))
@@ -186,8 +137,8 @@ impl<const N: usize> Drives<N> {
         &mut queued.bus().0
     }
 
-    /// Disturbs the frames of a joint's drive until the next call: a deaf drive hears nothing and says nothing. `replies` are the
-    /// fates of its next reply; the first that is true counts.
+    /// Disturbs the frames of a joint's drive until the next call. A deaf drive receives nothing and sends nothing. `replies` are possible fates of
+    /// its next reply; the first one whose flag is true applies.
     pub fn disturb(&mut self, joint: usize, deaf: bool, replies: [(bool, Fate); 2]) {
         let Some(JointMount { bus, place, .. }) = self.seats.get(joint).copied() else { return };
         let bus = self.bus(bus);
@@ -206,13 +157,13 @@ impl<const N: usize> Drives<N> {
         !self.joints.brake().open
     }
 
-    /// Readings of the replies since the last call, and their highest temperature, degrees Celsius.
+    /// Readings from the replies since the last call, and the drives' highest temperature, degrees Celsius.
     pub fn measure(&mut self) -> (Option<Readings<N>>, Option<f32>) {
         (self.joints.io().measure(), self.joints.io().temperature())
     }
 
-    /// Enables the drives while something else holds the arm, without any time: exchanges until each has shown that it is on, or
-    /// [`ENABLING_MAX`] of them.
+    /// Enables the drives while something else holds the arm, in no simulated time. Frames are exchanged until each drive has reported that it is on,
+    /// at most [`ENABLING_MAX`] times.
     pub(crate) fn enable(&mut self, action: SafeAction, measured: &State<N>) {
         for _ in 0..ENABLING_MAX {
             let (readings, _) = self.measure();
@@ -228,12 +179,12 @@ impl<const N: usize> Drives<N> {
         self.joints.io().clear();
     }
 
-    /// The board's way to the joints. What it sends arrives with [`Drives::serve`].
+    /// The board's interface to the joints. Frames sent through it arrive with [`Drives::serve`].
     pub fn board(&mut self) -> &mut dyn JointIo<N> {
         self.joints.io()
     }
 
-    /// Send a tick's commands. The actuators take them at once, and reply with the state that they measure.
+    /// Sends a tick's commands. The actuators receive them at once, and reply with the state that they measure.
     pub(crate) fn send(&mut self, order: &Order<N>, measured: &State<N>) {
         match order {
             Order::Torque(torque, springs) => {
@@ -246,7 +197,7 @@ impl<const N: usize> Drives<N> {
         self.serve(measured);
     }
 
-    /// Let the commands of a tick arrive, and the actuators measure and reply.
+    /// Lets the commands of a tick arrive, and the actuators measure and reply.
     pub fn serve(&mut self, measured: &State<N>) {
         for joint in 0..N {
             let JointMount { bus, place, .. } = self.seats[joint];
@@ -255,25 +206,25 @@ impl<const N: usize> Drives<N> {
                 actuator.shaft = shaft;
             }
         }
-        // Each interrupt takes what has come, and hands on the next three commands: two are all six.
+        // Each interrupt handles the received frames and sends the next three commands: two interrupts handle all six.
         (0..BUSES).for_each(|bus| self.bus(bus).serve());
         self.joints.io().interrupt();
         (0..BUSES).for_each(|bus| self.bus(bus).exchange());
         self.joints.io().interrupt();
     }
 
-    /// Shaft of a joint's actuator at this state of the arm.
+    /// Position and velocity of a joint's actuator shaft at this state of the arm.
     pub fn shaft(&self, state: &State<N>, joint: usize) -> Shaft {
         self.seats.get(joint).map_or(Shaft::default(), |seat| seat.shaft(state, joint))
     }
 
-    /// Number of times that the drives renew their torque in this tick.
+    /// Number of times that the drives update their torque in this tick.
     pub fn turns(&mut self) -> u32 {
         let follows = |joint| self.electronics(joint).is_some_and(|electronics| electronics.follows_the_shaft());
         if (0..N).any(follows) { self.turns } else { 1 }
     }
 
-    /// Torques on the joints for the next `dt` (s), N m or N, at this state.
+    /// Torques on the joints for the next `dt` (s), N m or N, at this state of the arm.
     pub fn torque(&mut self, state: &State<N>, dt: f64) -> [f64; N] {
         core::array::from_fn(|joint| {
             let seat = &self.seats[joint];
@@ -285,16 +236,16 @@ impl<const N: usize> Drives<N> {
         })
     }
 
-    /// Let a period pass while the brakes hold the arm.
+    /// Advances the drives by a control period while the brakes hold the arm.
     pub fn rest(&mut self, state: &State<N>) {
         self.torque(state, self.period);
     }
 
-    /// Count a tick, and let a drive fail when its time has come.
+    /// Counts a tick, and makes a drive fail at its time.
     pub(crate) fn begin_tick(&mut self) {
         let time = self.ticks as f64 * self.period;
         self.ticks += 1;
-        // A rounding error of the sum of ticks is no tick.
+        // The tolerance prevents a rounding error of the time from delaying the failure by a tick.
         let Some(DriveFailure { joint, kind, .. }) = self.failure.filter(|it| time >= it.at - 1e-9) else { return };
         let bus = self.seats.get(joint).map_or(0, |seat| seat.bus);
         let Some(electronics) = self.electronics(joint) else { return };
@@ -304,7 +255,10 @@ impl<const N: usize> Drives<N> {
             FailureKind::UnderVoltage => electronics.supply = 0.0,
             FailureKind::Unplugged => {
                 let id = electronics.id;
-                self.bus(bus).unplugged = vec![id];
+                let unplugged = &mut self.bus(bus).unplugged;
+                if !unplugged.contains(&id) {
+                    unplugged.push(id);
+                }
             }
         }
     }
@@ -317,7 +271,7 @@ impl JointMount {
     }
 }
 
-/// The actuator of a joint, well and off.
+/// The actuator of a joint, without a fault and off.
 fn actuator(spec: &MitSpec) -> Actuator {
     let MitSpec { id, reply_id, reply_bytes, temperature_offset, position, velocity, kp, kd, torque, .. } = *spec;
     let mut actuator = Actuator::new(u16::from(id), Ranges { position, velocity, kp, kd, torque });
@@ -329,53 +283,4 @@ fn actuator(spec: &MitSpec) -> Actuator {
     electronics.temperature = (TEMPERATURE - temperature_offset.unwrap_or(0.0)).round() as u8;
     (electronics.supply, electronics.supply_range) = (SUPPLY, (SUPPLY_MIN, f64::INFINITY));
     actuator
-}
-
-/// The line to the brakes: high opens them.
-#[derive(Clone, Copy, Debug, Default)]
-struct BrakeLine {
-    open: bool,
-}
-
-impl ErrorType for BrakeLine {
-    type Error = Infallible;
-}
-
-impl OutputPin for BrakeLine {
-    fn set_low(&mut self) -> Result<(), Infallible> {
-        self.open = false;
-        Ok(())
-    }
-
-    fn set_high(&mut self) -> Result<(), Infallible> {
-        self.open = true;
-        Ok(())
-    }
-}
-
-/// A bus as the board's driver has it.
-#[derive(Clone, Debug)]
-struct Line(Bus);
-
-impl Can for Line {
-    type Frame = Frame;
-    type Error = ErrorKind;
-
-    fn transmit(&mut self, frame: &Frame) -> nb::Result<Option<Frame>, ErrorKind> {
-        Can::transmit(&mut self.0, frame)
-    }
-
-    fn receive(&mut self) -> nb::Result<Frame, ErrorKind> {
-        Can::receive(&mut self.0)
-    }
-}
-
-impl CanBus for Line {
-    fn is_off(&mut self) -> bool {
-        self.0.off
-    }
-
-    fn abandon(&mut self) {
-        self.0.abandon();
-    }
 }

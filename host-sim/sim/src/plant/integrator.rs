@@ -1,18 +1,18 @@
 //! Integrators: they advance the simulated arm from one instant to the next.
 //!
-//! The torque is constant over a tick, so the right-hand side jumps between ticks. Every method therefore restarts at
-//! each tick, and also inside a tick if a jitter moves the jump there: no step crosses a jump. Dry friction jumps too, where a joint comes
-//! to rest or breaks loose; `stiction` ends a step there.
+//! The torque is constant over a tick, so the right-hand side jumps between ticks. Every method therefore restarts at each tick, and also inside a
+//! tick if jitter moves the jump there: no step crosses a jump. Dry friction also jumps, when a joint comes to rest or breaks loose; `stiction` ends
+//! a step there.
 //!
-//! Several arms may go side by side, one a lane. Each has its own time, step, method and end; a lane that has arrived waits and keeps its
-//! state. The operations of a lane are those of an arm alone.
+//! Several arms can be integrated together, one per lane. Each has its own time, step, method and end; a lane that has arrived waits and keeps its
+//! state. The operations in a lane are the same as those for a single arm.
 //!
-//! The embedded pair is our own. Two crates, `ode_solvers` 0.6 (another nalgebra, a vector of results allocated in
-//! every tick) and `differential-equations` 0.7, accept no right-hand side that can fail. They also compute powers with
-//! the platform's library, so that a run would not have the same bits on every machine. A third, `diffsol` 0.18, is
-//! made for stiff systems and brings a matrix library.
+//! The embedded pair is implemented here, because no crate fits. `ode_solvers` 0.6 (which uses another nalgebra and allocates a vector of results in
+//! every tick) and `differential-equations` 0.7 accept no right-hand side that can fail. They also compute powers with the platform's library, so a
+//! run would not have the same bits on every machine. `diffsol` 0.18 is made for stiff systems and brings a matrix library.
 
 use super::curve::Curve;
+use super::dormand_prince::{EmbeddedPair, along, dormand_prince, factor};
 use super::flow::{Dry, Flow};
 use super::state::{Diverged, Lanes, Point};
 use super::stiction::EVENTS_MAX;
@@ -21,7 +21,7 @@ use robot_compiler::scene::Integrator;
 /// Limit on the adaptive method's steps in a tick, accepted or not.
 const ATTEMPTS_MAX: u32 = 100_000;
 
-/// A part of a tick without a jump, s, and its number of steps.
+/// A part of a tick without a jump, with its limits in s and its number of steps.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stretch {
     pub(super) from: f64,
@@ -42,12 +42,12 @@ pub(super) struct Step<'a, Y> {
 pub(super) struct Plan {
     pub(super) integrator: Integrator,
     pub(super) stretch: Stretch,
-    /// The adaptive method's next step, s.
+    /// Next step of the adaptive method, s.
     pub(super) next: f64,
 }
 
-/// Advance every lane with a plan along its stretch and call `each` after every step of a lane. Returns why a lane could not be
-/// continued; `point` then holds its last good state. The plans' next steps are renewed.
+/// Integrates every lane with a plan along its interval, and calls `each` after every step of a lane. Returns for each lane the error that stopped
+/// it, if any; `point` then holds its last good state. Updates the plans' next steps.
 #[inline(always)]
 pub(super) fn advance<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L: usize>(
     flow: &F,
@@ -81,8 +81,8 @@ enum Fixed {
     SemiImplicitEuler,
 }
 
-/// Advance the lanes of a mask in steps of the length that their plans say. A step that ends early, by an event, is one step more; those
-/// that follow are evenly shorter.
+/// Integrates the lanes of a mask with the step lengths of their plans. A step that an event ends early adds one step; the steps that follow are
+/// shortened evenly.
 #[inline(always)]
 fn fixed<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L: usize>(
     method: Fixed,
@@ -95,7 +95,7 @@ fn fixed<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L: usize>(
 ) {
     let stretch = plans.map(|plan| plan.map_or(Stretch { from: 0.0, to: 0.0, steps: 1 }, |plan| plan.stretch));
     let whole = stretch.map(|stretch| (stretch.to - stretch.from) / f64::from(stretch.steps));
-    // Steps of one length from an instant on: their start, length, number, and how many of them are over.
+    // Equal steps from an instant on: their start, length and number, and how many of them are done.
     let (mut from, mut h) = (stretch.map(|stretch| stretch.from), whole);
     let (mut steps, mut over) = (stretch.map(|stretch| stretch.steps), [0; L]);
     let mut events_left = [EVENTS_MAX; L];
@@ -126,7 +126,7 @@ fn fixed<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L: usize>(
                 events_left[lane] -= 1;
                 from[lane] = t[lane] + passed;
                 let left = stretch[lane].to - from[lane];
-                // A rounding error gets no step of its own.
+                // A remainder of the size of a rounding error gets no step.
                 (steps[lane], over[lane]) = (libm::ceil(left / whole[lane] - 1e-9).max(0.0) as u32, 0);
                 h[lane] = left / f64::from(steps[lane].max(1));
             }
@@ -135,14 +135,8 @@ fn fixed<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L: usize>(
     }
 }
 
-/// `start + slope * h`.
-#[inline(always)]
-fn along<Y: Point<N, L>, const N: usize, const L: usize>(start: &Y, slope: &Y, h: &[f64; L]) -> Y {
-    start.combine([slope], |lane, x, [k]| x + k * h[lane])
-}
-
-/// One classical fourth-order step from `t` (s into the tick), of length `h`, or as far as to the first event. Returns the points there, and
-/// the parts of the step that were passed if an event ended the step of a lane.
+/// One classical fourth-order Runge-Kutta step from `t` (s into the tick), of length `h`, or up to the first event. Returns the points there. If an
+/// event ended a lane's step, also returns the fractions of the step that were completed.
 #[inline(always)]
 fn runge_kutta<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L: usize>(
     flow: &F,
@@ -176,7 +170,7 @@ fn runge_kutta<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L: usize>
     shortened(dry, &Curve { start, end: &end, first: &k[0], last: Some(&k[3]), fourth: None, h }, among)
 }
 
-/// The end of a step, brought to the first event of each of these lanes, and the parts of the step up to it if there is any.
+/// Ends the step of each of these lanes at its first event. Returns the points and, if there was any event, the fractions of the step.
 #[inline(always)]
 fn shortened<Y: Point<N, L>, const N: usize, const L: usize>(
     dry: &Dry<N, L>,
@@ -189,7 +183,7 @@ fn shortened<Y: Point<N, L>, const N: usize, const L: usize>(
     }
 }
 
-/// One step of first order, symplectic for a free arm of constant inertia, as [`runge_kutta`] otherwise.
+/// One first-order step, with results as in [`runge_kutta`]. Symplectic for a free arm of constant inertia.
 #[inline(always)]
 fn semi_implicit_euler<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L: usize>(
     flow: &F,
@@ -208,80 +202,7 @@ fn semi_implicit_euler<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L
     shortened(dry, &Curve { start, end: &end, first: &slope, last: None, fourth: None, h }, among)
 }
 
-/// `sum a_i k_i`.
-#[inline(always)]
-fn sum<const K: usize>(a: [f64; K], k: [f64; K]) -> f64 {
-    a.into_iter().zip(k).fold(0.0, |sum, (a, k)| sum + a * k)
-}
-
-/// A step of the embedded pair: the points of fifth order, their slopes, and the errors of the points of fourth order relative to the
-/// tolerances. The points are those of the first event in the step, if there is any; then the parts of the step are given.
-struct EmbeddedPair<Y, const L: usize> {
-    end: Y,
-    slope: Y,
-    error: [f64; L],
-    part: Option<[f64; L]>,
-}
-
-/// One step of Dormand and Prince's pair from `t` of length `h`. (J. R. Dormand, P. J. Prince, A family of embedded Runge-Kutta
-/// formulae, 1980.)
-#[inline(always)]
-fn dormand_prince<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L: usize>(
-    flow: &F,
-    (start, k1): (&Y, &Y),
-    (t, h): (&[f64; L], &[f64; L]),
-    tolerance: &[f64; L],
-    (dry, among): (&mut Dry<N, L>, [bool; L]),
-    lanes: &mut Lanes<L>,
-) -> EmbeddedPair<Y, L> {
-    // Every slope is written before it is read.
-    let [mut k2, mut k3, mut k4, mut k5, mut k6, mut k7] = [*k1; 6];
-    let mut slope = |c: f64, at: &Y, k: &mut Y| {
-        if !lanes.over() {
-            flow.slope(at, &flow.input(&core::array::from_fn(|lane| t[lane] + c * h[lane])), dry, k, lanes);
-        }
-    };
-    slope(1.0 / 5.0, &along(start, k1, &h.map(|h| h / 5.0)), &mut k2);
-    let at = start.combine([k1, &k2], |lane, x, k| x + h[lane] * sum([3.0 / 40.0, 9.0 / 40.0], k));
-    slope(3.0 / 10.0, &at, &mut k3);
-    const A4: [f64; 3] = [44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0];
-    slope(4.0 / 5.0, &start.combine([k1, &k2, &k3], |lane, x, k| x + h[lane] * sum(A4, k)), &mut k4);
-    const A5: [f64; 4] = [19_372.0 / 6561.0, -25_360.0 / 2187.0, 64_448.0 / 6561.0, -212.0 / 729.0];
-    slope(8.0 / 9.0, &start.combine([k1, &k2, &k3, &k4], |lane, x, k| x + h[lane] * sum(A5, k)), &mut k5);
-    const A6: [f64; 5] = [9017.0 / 3168.0, -355.0 / 33.0, 46_732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18_656.0];
-    slope(1.0, &start.combine([k1, &k2, &k3, &k4, &k5], |lane, x, k| x + h[lane] * sum(A6, k)), &mut k6);
-    const B5: [f64; 5] = [35.0 / 384.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0];
-    let end = start.combine([k1, &k3, &k4, &k5, &k6], |lane, x, k| x + h[lane] * sum(B5, k));
-    slope(1.0, &end, &mut k7);
-    // The weights of fifth order less the weights of fourth.
-    const E: [f64; 6] =
-        [71.0 / 57_600.0, -71.0 / 16_695.0, 71.0 / 1920.0, -17_253.0 / 339_200.0, 22.0 / 525.0, -1.0 / 40.0];
-    let error = start.combine([&end, k1, &k3, &k4, &k5, &k6, &k7], |lane, x, [end, k @ ..]| {
-        // As `f64::max` of a number and anything, which a vector has no instruction for.
-        let size = if end.abs() > x.abs() { end.abs() } else { x.abs() };
-        h[lane] * sum(E, k) / (tolerance[lane] * (1.0 + size))
-    });
-    let error = error.largest();
-    let curve = Curve { start, end: &end, first: k1, last: Some(&k7), fourth: None, h };
-    let Some(events) = flow.rough().and_then(|_| dry.events(&curve, among)) else {
-        return EmbeddedPair { end, slope: k7, error, part: None };
-    };
-    // The interpolant of fourth order (L. F. Shampine, Some practical Runge-Kutta formulas, 1986).
-    const D: [f64; 6] = [
-        -12_715_105_075.0 / 11_282_082_432.0,
-        87_487_479_700.0 / 32_700_410_799.0,
-        -10_690_763_975.0 / 1_880_347_072.0,
-        701_980_252_875.0 / 199_316_789_632.0,
-        -1_453_857_185.0 / 822_651_844.0,
-        69_997_945.0 / 29_380_423.0,
-    ];
-    let fourth = start.combine([k1, &k3, &k4, &k5, &k6, &k7], |lane, _, k| h[lane] * sum(D, k));
-    let curve = Curve { fourth: Some(&fourth), ..curve };
-    let events = dry.events(&curve, among).unwrap_or(events);
-    EmbeddedPair { end: events.cut(&curve), slope: k7, error, part: Some(events.part) }
-}
-
-/// Advance the lanes of a mask in steps as long as their tolerances allow.
+/// Integrates the lanes of a mask with steps as long as their tolerances allow.
 #[inline(always)]
 fn adapt<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L: usize>(
     flow: &F,
@@ -308,7 +229,7 @@ fn adapt<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L: usize>(
             break;
         }
         let left: [f64; L] = core::array::from_fn(|lane| to[lane] - t[lane]);
-        // A remainder of the size of a rounding error gets no step of its own.
+        // A remainder of the size of a rounding error gets no step.
         let last: [bool; L] = core::array::from_fn(|lane| next[lane] >= left[lane] * (1.0 - 1e-9));
         let h = core::array::from_fn(|lane| if last[lane] { left[lane] } else { next[lane] });
         let among = core::array::from_fn(|lane| lanes.active[lane] && events_left[lane] > 0);
@@ -319,7 +240,7 @@ fn adapt<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L: usize>(
         for lane in (0..L).filter(|&lane| live[lane]) {
             let error = match tried.failed[lane] {
                 None => error[lane],
-                // A stage can be so far out that it has no sine: the step is too long, so try a shorter one.
+                // A stage can be so far out that its position has no sine. Then the step is too long, and a shorter one is tried.
                 Some(Diverged::NotFinite) => f64::INFINITY,
                 Some(why) => {
                     lanes.fail(lane, why);
@@ -331,7 +252,7 @@ fn adapt<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L: usize>(
             if done[lane] {
                 let part = part.map_or(1.0, |part| part[lane]);
                 cut[lane] = part < 1.0;
-                // The end of the stretch may have cut the last step short; then keep the longer one.
+                // The end of the interval may have shortened the last step. Then the longer next step is kept.
                 next[lane] = if last[lane] { next[lane].max(h[lane] * factor) } else { h[lane] * factor };
                 let passed = part * h[lane];
                 each(&Step { t: t[lane], h: passed, before: point, after: &end });
@@ -356,19 +277,6 @@ fn adapt<Y: Point<N, L>, F: Flow<Y, N, L>, const N: usize, const L: usize>(
         if let Some(plan) = plans[lane].as_mut().filter(|_| mask[lane]) {
             plan.next = next[lane];
         }
-    }
-}
-
-/// Ratio of the next step to this one: `0.9 error^(-1/5)`, from a fifth to five.
-fn factor(error: f64) -> f64 {
-    // Below, the power is beyond the bound and needs no computing.
-    const SURELY_FIVE: f64 = 1.8e-4;
-    if error < SURELY_FIVE {
-        5.0
-    } else if error.is_finite() {
-        (0.9 * libm::pow(error, -0.2)).clamp(0.2, 5.0)
-    } else {
-        0.2
     }
 }
 

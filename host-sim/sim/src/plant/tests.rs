@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 use super::calls::{self, Effect};
-use crate::run::simulate;
+use crate::run::scene_world;
 use crate::run::simulation;
 use dynamics_core::{Term, Wrench};
 use indicatif::ProgressBar;
@@ -54,7 +54,7 @@ fn elastic(scene: &mut SceneFile, backlash: Option<Vec<f64>>) {
     scene.plant.elasticity = Some(ElasticitySpec { stiffness, damping, backlash });
 }
 
-/// Change of a scene that asks for an effect.
+/// Change of a scene that switches an effect on.
 type Ask = fn(&mut SceneFile);
 
 #[test]
@@ -98,20 +98,20 @@ fn each_effect_that_is_asked_for_is_called_and_no_other() {
             assert_eq!(called.remove(0).0, Effect::Elasticity);
         }
         assert_eq!(called.iter().map(|(effect, _)| *effect).collect::<Vec<_>>(), [effect]);
-        // Every joint in each of four slopes of each of four steps of a tick, or once a tick.
+        // Every joint, in each of four slopes, in each of four steps of a tick.
         let times = match effect {
             Effect::Friction | Effect::Breakaway => 100 * 4 * 4 * 6,
             Effect::TipWrench | Effect::Ripple | Effect::RotorCoupling => 100 * 4 * 4,
             Effect::Noise | Effect::Encoder => 100 * 6,
             Effect::SensorDelay | Effect::ActuatorDelay | Effect::Saturation => 100,
-            // At the begin, the middle and the end of each step, and at the end of the tick.
+            // At the start, the middle and the end of each step, and at the end of the tick.
             Effect::Lag => 100 * (4 * 3 + 1),
             // In each of four slopes of each of sixteen steps of a tick.
             Effect::Elasticity => 100 * 4 * 16,
             Effect::Backlash => 100 * 4 * 16 * 6,
             Effect::SensorJitter | Effect::ActuatorJitter => 100,
         };
-        // An instant at which joints break loose, or come to rest, asks for some slopes more: at least one does, the start.
+        // Each instant at which joints break loose or come to rest needs some more slopes. There is at least one: the start.
         let more = match effect {
             Effect::Friction | Effect::Breakaway => 1..=times / 50,
             _ => 0..=0,
@@ -138,14 +138,14 @@ fn a_step_that_would_hide_breakaway_is_refused_with_one_that_would_not() {
     let breakaway = Some(Breakaway { torque: 30.0, speed: 0.02, load: 0.0 });
     scene.plant.friction = true;
     scene.plant.friction_law = Some(vec![JointFriction { coulomb: 1.0, breakaway, ..JointFriction::default() }; 6]);
-    let Err(failure) = simulate::world::<6>(&scene) else { unreachable!("a step of {} s", scene.plant.step) };
+    let Err(failure) = scene_world::world::<6>(&scene) else { unreachable!("a step of {} s", scene.plant.step) };
     let report = failure.report();
     assert!(report.to_string().contains("is too long for breakaway"), "{report}");
     let help = report.help().unwrap().to_string();
     let step: f64 = help.split(' ').find_map(|word| word.strip_suffix('`').map_or(word, |w| w).parse().ok()).unwrap();
     assert!(step < scene.plant.step, "{help}");
     scene.plant.step = 0.99 * step;
-    assert!(simulate::world::<6>(&scene).is_ok(), "{help}");
+    assert!(scene_world::world::<6>(&scene).is_ok(), "{help}");
 }
 
 #[test]
@@ -154,22 +154,22 @@ fn a_step_too_long_for_the_springs_is_refused_with_one_that_is_not() {
     let mut scene = bare(&puma);
     let (stiffness, damping) = (vec![1e3; 6], vec![0.0; 6]);
     scene.plant.elasticity = Some(ElasticitySpec { stiffness, damping, backlash: None });
-    let Err(failure) = simulate::world::<6>(&scene) else { unreachable!("a step of {} s", scene.plant.step) };
+    let Err(failure) = scene_world::world::<6>(&scene) else { unreachable!("a step of {} s", scene.plant.step) };
     let report = failure.report();
     assert!(report.to_string().contains("is too long for the springs"), "{report}");
     let help = report.help().unwrap().to_string();
     let step: f64 = help.split(' ').find_map(|word| word.parse().ok()).unwrap();
     assert!(step < scene.plant.step, "{help}");
-    // The adaptive integrator finds its own steps.
+    // The adaptive integrator chooses its own steps.
     let mut adaptive = scene.clone();
     adaptive.plant.integrator = Integrator::Adaptive { tolerance: 1e-6 };
-    assert!(simulate::world::<6>(&adaptive).is_ok());
-    // Half of the allowed step, because the period may have to be cut into slightly longer steps.
+    assert!(scene_world::world::<6>(&adaptive).is_ok());
+    // Half of the allowed step, because the steps may become slightly longer when the period is divided.
     scene.plant.step = 0.5 * step;
-    assert!(simulate::world::<6>(&scene).is_ok(), "{help}");
-    // A damper can ask for a shorter step than its spring.
+    assert!(scene_world::world::<6>(&scene).is_ok(), "{help}");
+    // A damper can require a shorter step than its spring.
     if let Some(springs) = &mut scene.plant.elasticity {
         springs.damping = vec![10.0; 6];
     }
-    assert!(simulate::world::<6>(&scene).is_err());
+    assert!(scene_world::world::<6>(&scene).is_err());
 }

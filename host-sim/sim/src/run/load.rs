@@ -12,14 +12,14 @@ pub struct ClosestLimit {
     pub joint: usize,
     /// `position`, `velocity` or `torque`.
     pub limit: &'static str,
-    /// Greatest share of the limit that was used; 1 at the limit. Of position: the distance from the middle of the range over half of it.
+    /// Greatest used share of the limit; 1 at the limit. For a position: distance from the middle of the range over half of the range.
     pub used: f64,
-    /// Tick in which that was, counted from 0.
+    /// Tick of the greatest share, counted from 0.
     pub tick: usize,
 }
 
-/// Mechanical work of the commanded torques per joint, J: `sum tau_k (q_{k+1} - q_k)` by its sign in each tick, which is exact where the
-/// torque stands still over a tick, as ideal drives hold it.
+/// Mechanical work of the commanded torques per joint, J: in each tick, `sum tau_k (q_{k+1} - q_k)` is added to the positive or negative work by its
+/// sign. This is exact if the torque is constant over a tick, as with ideal drives.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Work {
     /// Positive work.
@@ -35,9 +35,9 @@ pub(super) fn closest_limit(record: &Record, driven: usize, robot: &Robot) -> Op
         let limits = joint.spec.limits;
         let (low, high) = limits.position;
         let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-        // Without a limit a share is zero, or NaN of two infinite ends.
+        // Without a limit the share is zero, or NaN if both ends are infinite.
         let wholes = [("position", half), ("velocity", limits.velocity), ("torque", limits.torque)];
-        // Greatest parts so far: a smaller one has no greater share, and most need no division.
+        // Greatest values so far: a smaller value has no greater share, so most ticks need no division.
         let mut greatest = wholes.map(|(_, whole)| if whole.is_finite() { -1.0 } else { f64::INFINITY });
         for (tick, sample) in record.joint(index).take(driven).enumerate() {
             let parts = [(sample.q - middle).abs(), sample.qd.abs(), sample.torque.abs()];
@@ -75,13 +75,13 @@ pub(super) fn work(record: &Record, driven: usize) -> Work {
 pub struct MotorLoad {
     /// Continuous torque of the motor, N m or N.
     pub rated: f64,
-    /// Root mean square of the commanded torque as a share of it: above 1 the motor overheats if the run goes on for long.
+    /// Root mean square of the commanded torque, as a share of the rated torque. Above 1, the motor overheats if the run goes on for long.
     pub continuous: f64,
-    /// Greatest heat of a motor that was cold at the start, 1 at the continuous limit; `None` if its time constant is not known.
+    /// Greatest heat of a motor that was cold at the start; 1 at the continuous limit. `None` if its time constant is not known.
     pub heat: Option<f64>,
 }
 
-/// Loads of the motors over the ticks before a fault, a joint each; `None` where the continuous torque is not known.
+/// Loads of the motors over the ticks before a fault, one per joint; `None` if the continuous torque is not known.
 pub(super) fn motor_loads(record: &Record, driven: usize, robot: &Robot, period: f64) -> Vec<Option<MotorLoad>> {
     let of = |(index, joint): (usize, &RobotJoint)| {
         let rated = joint.heat.rated?;
@@ -102,7 +102,8 @@ pub(super) fn motor_loads(record: &Record, driven: usize, robot: &Robot, period:
 #[allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 mod tests {
     use super::{closest_limit, motor_loads, work};
-    use crate::run::record::{JointLabel, JointSample, Record};
+    use crate::run::joint_label::JointLabel;
+    use crate::run::record::{JointSample, Record};
     use dynamics_core::JointKind;
     use dynamics_core::control::LimitFlags;
     use robot_compiler::Robot;
@@ -149,7 +150,7 @@ mod tests {
         assert_eq!(of(""), [None], "no rating is made up");
         let known = of("heat = { rated = 5.0, time_constant = 4.0 }")[0].clone().unwrap();
         assert!((known.continuous - 1.2).abs() < 1e-12);
-        // 2 s of a time constant of 4 s.
+        // 2 s with a time constant of 4 s.
         assert!((known.heat.unwrap() - 1.44 * (1.0 - (-0.5_f64).exp())).abs() < 1e-9, "{known:?}");
         assert_eq!(of("heat = { rated = 5.0 }")[0].clone().unwrap().heat, None);
     }

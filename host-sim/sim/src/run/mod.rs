@@ -2,25 +2,27 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`target`] | the targets that compute the torques: the desk, the chip, or both beside each other |
+//! | [`target`] | the targets that compute the torques: the desk, the chip, or both for comparison |
 //! | [`world`] | everything in the loop but the controller: arm, sensors, drives, motion |
 //! | [`closed_loop`] | the loop itself, once per control period |
-//! | [`batch`] | runs side by side, their arms' equations solved together |
+//! | [`batch`] | several runs together, with their arms' equations solved in lanes |
+//! | [`scene_world`] | the simulated world of a scene |
 //! | [`simulate`] | from a scene to a finished run |
-//! | [`record`] | the record of every tick, and its CSV |
+//! | [`record`], [`joint_label`] | the record of every tick, and its CSV; names and units of joints |
 //! | [`load`] | the nearest limit, the work of the torques |
 //! | [`quality`] | chatter, the error at rest, the distance from the reference |
 //! | [`numbers`] | numbers of a series, and their text |
-//! | [`summary`] | a run in a few numbers |
+//! | [`summary`], [`summary_parts`] | a run in a few numbers |
 //! | [`marks`] | waypoints and limits, for the charts of the report |
 //! | [`mcap_file`] | a run, or a session, as a file for viewers |
 //! | [`report`] | a run as a page |
-//! | `wrench` | from torques of the joints to a wrench at the tip |
-//! | `files` | all of these as files |
+//! | `wrench` | from joint torques to an equivalent wrench at the tip |
+//! | `files` | log, summary and report as files |
 
 pub mod batch;
 pub mod closed_loop;
 pub mod files;
+pub mod joint_label;
 pub mod load;
 pub mod marks;
 pub mod mcap_file;
@@ -28,9 +30,11 @@ pub mod numbers;
 pub mod quality;
 pub mod record;
 pub mod report;
+pub mod scene_world;
 pub mod simulate;
 pub mod simulation;
 pub mod summary;
+pub mod summary_parts;
 pub mod target;
 pub mod world;
 pub mod wrench;

@@ -1,17 +1,16 @@
-//! Figures of a run besides its tracking error: chatter of the torque, the error at rest, the distance from the reference.
+//! Quality of a run apart from its tracking error: chatter of the torque, the error at rest, the distance from the reference.
 
 use crate::run::record::Record;
 use robot_compiler::scene::SafetySpec;
 use serde::Serialize;
 use std::ops::Range;
 
-/// Where a run stands beside the firmware's safety state machine, which it does not have.
+/// Result of a run with regard to the firmware's safety state machine, which a run does not include.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Supervision {
-    /// True if the safety state machine was in the loop: never in a run, where faults of the controller alone brake the arm.
+    /// True if the safety state machine was in the loop. Always false for a run, in which only faults of the controller or of a drive stop the arm.
     pub state_machine: bool,
-    /// The first tick in which a joint was farther from its reference than `reach` of the scene's `[safety]`, which the state
-    /// machine answers with a hold.
+    /// The first tick in which a joint was farther from its reference than `reach` of the scene's `[safety]`. The state machine would hold the arm.
     pub out_of_reach: Option<OutOfReach>,
 }
 
@@ -24,40 +23,40 @@ pub struct OutOfReach {
     pub joint: usize,
 }
 
-/// Joints at the end of a stretch in which every reference stands still.
+/// A joint at the end of an interval in which all references are at rest.
 pub(super) struct AtRest {
-    /// Reference less actual position in the last tick, rad or m.
+    /// Reference minus actual position in the last tick, rad or m.
     pub(super) error: f64,
     /// Error within which the joint counts as settled, rad or m.
     pub(super) band: f64,
-    /// Settling time: from the start of the stretch until the error stays within the band to its end, s; `None` if it does not.
+    /// Settling time, s: from the start of the interval until the error is within the band and stays there to the end; `None` if it does not.
     pub(super) settled: Option<f64>,
 }
 
-/// Share of a joint's last move within which its error has settled: 2 %, the usual band.
+/// Settling band as a share of a joint's last move: 2 %, as usual.
 const SETTLED: f64 = 0.02;
 
 impl Supervision {
-    /// Judge the ticks before a fault.
+    /// Judges the ticks before a fault.
     pub(super) fn of(record: &Record, driven: usize, safety: &SafetySpec) -> Self {
         let far = |joint: usize| {
             let reach = safety.reach.get(joint).copied().unwrap_or(f64::INFINITY);
             let tick = record.joint(joint).take(driven).position(|sample| sample.error().abs() > reach)?;
             Some(OutOfReach { tick, joint: joint + 1 })
         };
-        // The first joint, where several leave in one tick: the state machine names that one.
+        // If several joints leave in one tick, the first one is reported, as by the state machine.
         let out_of_reach = (0..record.joints().len()).filter_map(far).min_by_key(|far| far.tick);
         Self { state_machine: false, out_of_reach }
     }
 }
 
-/// Chatter: `sqrt(mean((tau_k - tau_{k-1})^2))`, root mean square of the change from one tick to the next.
+/// Chatter, N m or N: `sqrt(mean((tau_k - tau_{k-1})^2))`, the root mean square of the change from one tick to the next.
 pub(super) fn chatter(torque: impl Iterator<Item = f64> + Clone) -> f64 {
     let next = torque.clone().skip(1);
     super::numbers::rms(torque.zip(next).map(|(before, now)| now - before).collect::<Vec<_>>().into_iter())
 }
 
-/// The last stretch of at least two ticks in which the reference of every joint stands still.
+/// The last interval of at least two ticks in which the reference of every joint is at rest.
 pub(super) fn last_rest(record: &Record, driven: usize) -> Option<Range<usize>> {
     let joints: Vec<Vec<bool>> = (0..record.joints().len())
         .map(|joint| record.joint(joint).take(driven).map(|sample| sample.qd_reference == 0.0).collect())
@@ -68,8 +67,8 @@ pub(super) fn last_rest(record: &Record, driven: usize) -> Option<Range<usize>> 
     Some(start..end)
 }
 
-/// A joint in such a stretch. Its band is 2 % of the joint's last move, and at least `resolution`, rad or m: a move of nothing, or of a few
-/// counts of an encoder, has no smaller error that could be seen.
+/// Evaluates a joint in such an interval. Its band is 2 % of the joint's last move, and at least `resolution`, rad or m: after a move of zero, or of
+/// a few encoder counts, a smaller error could not be measured.
 pub(super) fn at_rest(record: &Record, joint: usize, rest: &Range<usize>, resolution: f64, period: f64) -> AtRest {
     let errors: Vec<f64> = record.joint(joint).take(rest.end).skip(rest.start).map(|sample| sample.error()).collect();
     let error = errors.last().copied().unwrap_or(0.0);
@@ -79,8 +78,8 @@ pub(super) fn at_rest(record: &Record, joint: usize, rest: &Range<usize>, resolu
     AtRest { error, band, settled: (from < errors.len()).then_some(from as f64 * period) }
 }
 
-/// Range that a joint's reference covers in the move that ends with the stretch, rad or m: since every reference was last at rest for at
-/// least two ticks, or since the start of the run.
+/// Range that a joint's reference covers in the move that ends with this interval, rad or m. The move begins when all references were last at rest
+/// for at least two ticks, or at the start of the run.
 fn last_move(record: &Record, joint: usize, rest: &Range<usize>) -> f64 {
     let start = last_rest(record, rest.start).map_or(0, |before| before.end - 1);
     let places = record.joint(joint).take(rest.end).skip(start).map(|sample| sample.q_reference);
@@ -91,7 +90,8 @@ fn last_move(record: &Record, joint: usize, rest: &Range<usize>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::{Supervision, at_rest, chatter, last_rest};
-    use crate::run::record::{JointLabel, JointSample, Record};
+    use crate::run::joint_label::JointLabel;
+    use crate::run::record::{JointSample, Record};
     use dynamics_core::JointKind;
     use dynamics_core::control::LimitFlags;
     use robot_compiler::{Robot, SceneFile};
@@ -118,7 +118,7 @@ mod tests {
 
     #[test]
     fn the_last_rest_is_found_and_its_settling_timed() {
-        // Still for one tick, moving, still for four, moving again.
+        // At rest for one tick, moving, at rest for four, moving again.
         let ticks =
             [(0.0, 0.0, 0.0), (0.1, 1.0, 0.0), (1.0, 0.0, 0.7), (1.0, 0.0, 0.95), (1.0, 0.0, 1.2), (1.0, 0.0, 0.98)];
         let mut moving = ticks.to_vec();
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn a_joint_has_settled_when_its_error_stays_within_two_percent_of_its_move() {
-        // 2 % of 0.5 rad is 10 mrad, and 2 % of a move the other way too.
+        // 2 % of 0.5 rad is 10 mrad; a move in the other direction has the same band.
         for goal in [0.5, -0.5] {
             assert_eq!(settling(&moved(goal, &[0.02, 0.009, -0.011, 0.009, -0.009]), 1e-3), (0.01, Some(3e-3)));
             assert_eq!(settling(&moved(goal, &[0.009, -0.009]), 1e-3), (0.01, Some(0.0)));
@@ -167,12 +167,12 @@ mod tests {
 
     #[test]
     fn only_the_last_move_counts_and_back_and_forth_is_a_move() {
-        // 1 rad there, a rest, 0.1 rad back: 2 mrad, not 20.
+        // A move of 1 rad, a rest, and 0.1 rad back: the band is 2 mrad, not 20.
         let mut ticks = vec![(0.0, 1.0, 0.0), (0.5, 1.0, 0.5), (1.0, 0.0, 1.0), (1.0, 0.0, 1.0), (0.95, -1.0, 0.95)];
         ticks.extend([(0.9, 0.0, 0.895), (0.9, 0.0, 0.899)]);
         let (band, settled) = settling(&record(&ticks), 1e-4);
         assert!((band - 2e-3).abs() < 1e-15 && settled == Some(1e-3), "{band} {settled:?}");
-        // Without a rest between them both are one move, of 0.3 rad.
+        // Without a rest in between, both are one move, of 0.3 rad.
         let whole = [(0.0, 1.0, 0.0), (0.3, -1.0, 0.3), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)];
         let (band, _) = settling(&record(&whole), 1e-4);
         assert!((band - 6e-3).abs() < 1e-15, "{band}");

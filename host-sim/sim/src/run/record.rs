@@ -1,63 +1,10 @@
 //! Record of a run: a column for every quantity of every joint, a row for every tick.
 
+use crate::run::joint_label::JointLabel;
 use core::fmt::{self, Write as _};
+use dynamics_core::Fault;
 use dynamics_core::control::LimitFlags;
-use dynamics_core::{Fault, JointKind};
-use robot_compiler::RobotJoint;
 use std::io::{self, Write};
-
-/// Name and kind of a joint.
-#[derive(Clone, Debug, PartialEq)]
-pub struct JointLabel {
-    /// Its name in the robot file.
-    pub name: String,
-    /// Revolute or prismatic; decides the units.
-    pub kind: JointKind,
-}
-
-impl From<&RobotJoint> for JointLabel {
-    fn from(joint: &RobotJoint) -> Self {
-        Self { name: joint.name.clone(), kind: joint.spec.kind }
-    }
-}
-
-impl JointLabel {
-    /// Unit of its position.
-    #[must_use]
-    pub fn position_unit(&self) -> &'static str {
-        match self.kind {
-            JointKind::Revolute => "rad",
-            JointKind::Prismatic => "m",
-        }
-    }
-
-    /// Unit of its velocity.
-    #[must_use]
-    pub fn velocity_unit(&self) -> &'static str {
-        match self.kind {
-            JointKind::Revolute => "rad/s",
-            JointKind::Prismatic => "m/s",
-        }
-    }
-
-    /// Name of the actuator's output: torque or force.
-    #[must_use]
-    pub fn effort(&self) -> &'static str {
-        match self.kind {
-            JointKind::Revolute => "torque",
-            JointKind::Prismatic => "force",
-        }
-    }
-
-    /// Unit of its torque or force.
-    #[must_use]
-    pub fn torque_unit(&self) -> &'static str {
-        match self.kind {
-            JointKind::Revolute => "N m",
-            JointKind::Prismatic => "N",
-        }
-    }
-}
 
 /// One joint in one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,14 +24,14 @@ pub struct JointSample {
 }
 
 impl JointSample {
-    /// Reference less actual position, rad or m.
+    /// Reference minus actual position, rad or m.
     #[must_use]
     pub fn error(&self) -> f64 {
         self.q_reference - self.q
     }
 }
 
-/// One joint over all ticks: [`JointSample`]'s quantities, and the torque from outside, which is empty where nobody estimates it.
+/// One joint over all ticks: [`JointSample`]'s quantities, and the external torque, which is empty if it is not estimated.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Columns {
     q_reference: Vec<f64>,
@@ -154,14 +101,14 @@ pub struct Record {
     joints: Vec<JointLabel>,
     time: Vec<f64>,
     faults: Vec<Option<Fault>>,
-    /// Joint by joint.
+    /// Columns of each joint.
     columns: Vec<Columns>,
-    /// Wrenches at the tip equivalent to the torques from outside; empty if these are not estimated.
+    /// Wrenches at the tip that are equivalent to the external torques; empty if these are not estimated.
     wrenches: Vec<Option<[f64; 6]>>,
 }
 
 impl Record {
-    /// Empty record with room for `ticks`.
+    /// Empty record with capacity for `ticks`.
     #[must_use]
     pub fn new(joints: Vec<JointLabel>, ticks: usize) -> Self {
         let room = ticks.min(1 << 20);
@@ -170,7 +117,7 @@ impl Record {
         Self { joints, time, faults, columns, wrenches: Vec::new() }
     }
 
-    /// Add a tick at time `t` (s).
+    /// Adds a tick at time `t` (s).
     pub fn push<const N: usize>(&mut self, t: f64, samples: [JointSample; N], fault: Option<Fault>) {
         debug_assert_eq!(N, self.joints.len());
         self.time.push(t);
@@ -180,8 +127,7 @@ impl Record {
         }
     }
 
-    /// Add to the last tick the torque from outside on each joint, N m or N, and force (N) and moment (N m) at the tip that it stands
-    /// for, in base axes.
+    /// Adds to the last tick the external torque on each joint, N m or N, and the equivalent force (N) and moment (N m) at the tip, in base axes.
     pub fn push_external<const N: usize>(&mut self, external: [f64; N], wrench: Option<[f64; 6]>) {
         for (columns, external) in self.columns.iter_mut().zip(external) {
             columns.external.push(external);
@@ -189,19 +135,18 @@ impl Record {
         self.wrenches.push(wrench);
     }
 
-    /// Estimate of the torque from outside on one joint over all ticks, N m or N; empty where nobody estimates it.
+    /// Estimate of the external torque on one joint over all ticks, N m or N; empty if it is not estimated.
     pub fn external(&self, joint: usize) -> impl Iterator<Item = f64> + Clone {
         self.columns[joint].external.iter().copied()
     }
 
-    /// Estimate of force (N) and moment (N m) at the tip in each tick, in base axes; `None` where the arm is singular. Empty where
-    /// nobody estimates it.
+    /// Estimate of force (N) and moment (N m) at the tip in each tick, in base axes; `None` if the arm is singular. Empty if they are not estimated.
     #[must_use]
     pub fn wrenches(&self) -> &[Option<[f64; 6]>] {
         &self.wrenches
     }
 
-    /// True if torques from outside are estimated.
+    /// True if external torques are estimated.
     #[must_use]
     pub fn estimates(&self) -> bool {
         !self.wrenches.is_empty()
@@ -231,13 +176,13 @@ impl Record {
         &self.faults
     }
 
-    /// All joints in one tick; empty beyond the last one.
+    /// All joints in one tick; empty after the last tick.
     #[must_use]
     pub fn tick(&self, tick: usize) -> Vec<JointSample> {
         self.columns.iter().filter_map(|columns| columns.at(tick)).collect()
     }
 
-    /// Torques from outside in one tick, N m or N, and what they stand for at the tip; empty where nobody estimates them.
+    /// External torques in one tick, N m or N, and the equivalent wrench at the tip; empty if they are not estimated.
     #[must_use]
     pub fn outside(&self, tick: usize) -> (Vec<f64>, Option<[f64; 6]>) {
         let torques = self.columns.iter().filter_map(|columns| columns.external.get(tick).copied());
@@ -249,12 +194,11 @@ impl Record {
         self.columns[joint].samples()
     }
 
-    /// Write the run as CSV: one line per tick, numbers with as many digits as they need to be read back exactly.
+    /// Writes the run as CSV, a line per tick. Numbers have as many digits as are needed to read them back exactly.
     ///
-    /// Columns: `t`, then per joint `k` (counted from 1) `qk_reference, qk, qdk_reference, qdk, tauk, limitsk`, then
-    /// `fault` (0: none). SI units; `limits` is the sum of 1 position, 2 velocity, 4 torque, 8 torque rate,
-    /// 16 collision. Where torques from outside are estimated, `external1, ..` and the wrench at the tip in base axes, `tip_fx, .., tip_mz`
-    /// (empty where the arm is singular), stand behind them.
+    /// Columns: `t`, then per joint `k` (counted from 1) `qk_reference, qk, qdk_reference, qdk, tauk, limitsk`, then `fault` (0: none). SI units;
+    /// `limits` is the sum of 1 position, 2 velocity, 4 torque, 8 torque rate, 16 collision. If external torques are estimated, `external1, ..` and
+    /// the wrench at the tip in base axes, `tip_fx, .., tip_mz` (empty if the arm is singular), follow.
     ///
     /// # Errors
     /// Errors of the writer.
@@ -268,7 +212,7 @@ impl Record {
         let names: Vec<String> =
             std::iter::once("t".to_owned()).chain(names).chain(["fault".to_owned()]).chain(outside).collect();
         writeln!(to, "{}", names.join(","))?;
-        // Nothing in a line needs quotes. It is made in memory that every line uses again.
+        // No value in a line needs quotes. All lines use the same buffer.
         let mut line = String::new();
         for tick in 0..self.ticks() {
             line.clear();

@@ -1,8 +1,8 @@
-//! A run as a page: its arm, its curves, its numbers, words for all of them.
+//! A run as a page: its arm, its curves, its numbers, and a description in sentences.
 //!
 //! | module | holds |
 //! |---|---|
-//! | `rows` | the ticks that are kept, and how much room they take |
+//! | `rows` | the ticks that are kept, and their size |
 //! | `terms` | what each term of the controller's model contributes to the torque |
 //! | `events` | waypoints, limits, faults, pushes |
 //! | `words` | the run in sentences and tables |
@@ -13,7 +13,7 @@ mod terms;
 mod words;
 
 use crate::failure::Failure;
-use crate::run::record::JointLabel;
+use crate::run::joint_label::JointLabel;
 use crate::run::simulate::Run;
 use dynamics_core::{JointKind, Wrench};
 use nalgebra::{Matrix3, Vector3};
@@ -24,13 +24,13 @@ use serde_json::{Value, json};
 
 pub use words::keys;
 
-/// Id of the page's copy of `summary.json`, to the byte but for an escaped `<`.
+/// Id of the page's copy of `summary.json`, which is identical except for an escaped `<`.
 pub const SUMMARY: &str = "summary";
 
 /// The page of a run.
 ///
 /// # Errors
-/// [`Failure::Input`] for a robot that cannot be; a scene that has run has none.
+/// [`Failure::Input`] for an impossible robot; a scene that has run has none.
 pub fn page(run: &Run, scene: &SceneFile) -> Result<Page, Failure> {
     let view = with_dof!(scene.robot.dof(), N => view::<N>(run, scene))?;
     let summary = serde_json::to_string_pretty(&run.summary).map_err(|error| Failure::Output(error.into()))? + "\n";
@@ -58,7 +58,7 @@ pub fn page(run: &Run, scene: &SceneFile) -> Result<Page, Failure> {
     })
 }
 
-/// The run's part of the viewer's data.
+/// Data of the run for the page's viewer.
 fn view<const N: usize>(run: &Run, scene: &SceneFile) -> Result<Value, Failure> {
     let model = scene.robot.model::<N>().map_err(Failure::input)?;
     let (record, setting) = (&run.record, &run.summary.setting);
@@ -116,7 +116,7 @@ fn place(rotation: &Matrix3<f64>, origin: &Vector3<f64>) -> Vec<f64> {
     (0..3).flat_map(|row| [rotation[(row, 0)], rotation[(row, 1)], rotation[(row, 2)], origin[row]]).collect()
 }
 
-/// Wrenches that act on the tip of the simulated arm, and when.
+/// Wrenches that act on the tip of the simulated arm, and their times.
 fn wrenches(scene: &SceneFile, end: f64) -> Vec<Value> {
     let value = |name: &str, from: f64, to: f64, wrench: &Wrench<f64>| {
         let (force, moment) = (wrench.force.as_slice(), wrench.moment.as_slice());

@@ -1,6 +1,7 @@
-//! A simulation of a scene, whatever its number of joints and its precision: the one place that chooses both.
+//! A simulation of a scene with any number of joints and any precision. Only this module selects both at run time.
 
 use super::closed_loop::World;
+use super::scene_world;
 use super::simulate::{self, Run};
 use crate::failure::Failure;
 use crate::plant::solver::now;
@@ -12,7 +13,7 @@ use std::sync::atomic::AtomicBool;
 
 /// The world of a scene at its start, ready for a run.
 pub trait Simulation {
-    /// Runs the controller of a scene with the same robot in this world, along this world's motion: to the motion's end, or until `stop` is set.
+    /// Runs the controller of a scene with the same robot in this world, along this world's motion, until the motion's end or until `stop` is set.
     ///
     /// # Errors
     /// [`Failure::Input`] for a scene that cannot be run.
@@ -21,17 +22,17 @@ pub trait Simulation {
     /// Records the work on the arm during a run.
     fn record_work(&mut self);
 
-    /// Work on the arm, and its energy at the start and at the end, if [`Simulation::record_work`] came before the run.
+    /// Work on the arm, and its energy at the start and at the end, J. `None` unless [`Simulation::record_work`] was called before the run.
     fn work(&self) -> Option<Work>;
 
     /// Number of solutions of the equations of motion: the cost of the integration.
     fn accelerations(&self) -> u64;
 }
 
-/// Choices about a world that no scene makes.
+/// Options of a world that a scene does not specify.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Options {
-    /// Ideal drives and sensors, whatever the robot file describes.
+    /// Ideal drives and sensors, whatever drives the robot file describes.
     pub ideal_drives: bool,
 }
 
@@ -41,8 +42,8 @@ pub struct Options {
 /// [`Failure::Input`]: the motion is not possible, or the integrator's step is too long.
 pub fn simulation(scene: &SceneFile, options: Options) -> Result<Box<dyn Simulation>, Failure> {
     Ok(with_dof!(scene.robot.dof(), N => {
-        let world = if options.ideal_drives { simulate::ideal_world::<N>(scene)? } else { simulate::world::<N>(scene)? };
-        Box::new(Simulated { world, arm: simulate::arm::<N>(scene)? }) as Box<dyn Simulation>
+        let world = if options.ideal_drives { scene_world::ideal_world::<N>(scene)? } else { scene_world::world::<N>(scene)? };
+        Box::new(Simulated { world, arm: scene_world::arm::<N>(scene)? }) as Box<dyn Simulation>
     }))
 }
 
@@ -57,9 +58,9 @@ pub fn run(scene: &SceneFile, stop: &AtomicBool, progress: &ProgressBar) -> Resu
 /// Work of torques on the joints, J.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointWork {
-    /// Work given to the arm, by joint.
+    /// Positive work (given to the arm), by joint.
     pub positive: Vec<f64>,
-    /// Work taken from it, by joint; not above zero.
+    /// Negative work (taken from the arm), by joint; not above zero.
     pub negative: Vec<f64>,
 }
 
@@ -68,19 +69,19 @@ impl JointWork {
         Self { positive: meter.positive().to_vec(), negative: meter.negative().to_vec() }
     }
 
-    /// Work on a joint, given less taken.
+    /// Net work on a joint, J.
     #[must_use]
     pub fn total(&self, joint: usize) -> f64 {
         self.positive[joint] + self.negative[joint]
     }
 
-    /// Work on all joints.
+    /// Net work on all joints, J.
     #[must_use]
     pub fn sum(&self) -> f64 {
         (0..self.positive.len()).map(|joint| self.total(joint)).sum()
     }
 
-    /// Sizes of all parts together.
+    /// Sum of the magnitudes of all parts, J.
     #[must_use]
     pub fn turnover(&self) -> f64 {
         self.positive.iter().chain(&self.negative).map(|x| x.abs()).sum()

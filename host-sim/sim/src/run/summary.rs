@@ -1,106 +1,20 @@
-//! A run in a few numbers: a table for people, JSON for machines.
+//! A run in a few numbers: a table for people, JSON for programs.
 
 use crate::run::closed_loop::{End, Timing};
+use crate::run::joint_label::JointLabel;
 use crate::run::load::{ClosestLimit, MotorLoad, Work, closest_limit, motor_loads, work};
 use crate::run::numbers::{engineering, peak, ratio, rms};
 use crate::run::quality::{OutOfReach, Supervision, at_rest, chatter, last_rest};
-use crate::run::record::{JointLabel, Record};
+use crate::run::record::Record;
+use crate::run::summary_parts::{
+    FaultEvent, Instructions, LimitCounts, ModelTicks, Setting, SimulatedDrives, count_limits, fault_events,
+};
 use crate::run::target::Parity;
 use crate::table::table;
-use dynamics_core::control::LimitFlags;
 use robot_compiler::SceneFile;
 use serde::Serialize;
 
-/// Scene, robot, target and settings of a run.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Setting {
-    /// The scene's name.
-    pub scene: String,
-    /// The robot's name.
-    pub robot: String,
-    /// Target that computed the torques: `desk` or `qemu`.
-    pub target: String,
-    /// `f32` or `f64`.
-    pub scalar: String,
-    /// The control law.
-    pub law: String,
-    /// Method for sine and cosine.
-    pub trig: String,
-    /// Ticks in which the model is evaluated; `None` if in all.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub model: Option<ModelTicks>,
-    /// Control period, s.
-    pub period: f64,
-    /// Simulated drives; `None` where they are ideal.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub drives: Option<SimulatedDrives>,
-}
-
-/// Drives that a run simulates.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SimulatedDrives {
-    /// Their kind in the robot file.
-    pub kind: &'static str,
-    /// Rate of their own loop, Hz.
-    pub loop_rate: f64,
-    /// Their action after a fault.
-    #[serde(skip)]
-    pub after_fault: &'static str,
-}
-
-/// The ticks in which a model is evaluated.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ModelTicks {
-    /// Number of ticks from one evaluation to the next.
-    pub every: u32,
-    /// Model torque in the ticks between: `hold` or `extrapolate`.
-    pub between: String,
-}
-
-/// Ticks in which each limit acted on a joint.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize)]
-pub struct LimitCounts {
-    /// The reference was held at a position limit.
-    pub position: u64,
-    /// The reference was held at the velocity limit.
-    pub velocity: u64,
-    /// The torque was held at its limit.
-    pub torque: u64,
-    /// The change of torque was held at its limit.
-    pub torque_rate: u64,
-    /// The reference was not followed, because this joint had felt a collision.
-    #[serde(skip_serializing_if = "is_zero")]
-    pub collision: u64,
-}
-
-/// Returns whether the count is zero and may be left out.
-fn is_zero(count: &u64) -> bool {
-    *count == 0
-}
-
-/// A fault and the tick in which it came.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct FaultEvent {
-    /// Tick, counted from 0.
-    pub tick: usize,
-    /// The fault's stable number.
-    pub code: u8,
-    /// Joint, counted from 1, if the fault belongs to one joint.
-    pub joint: Option<u8>,
-    /// The fault in words.
-    pub message: String,
-}
-
-/// Fewest and most instructions in a tick.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Instructions {
-    /// Fewest.
-    pub min: u64,
-    /// Most.
-    pub max: u64,
-}
-
-/// A run in numbers. Errors and torques are over the ticks before a fault, because a braked arm follows no reference.
+/// A run in numbers. Errors and torques cover the ticks before a fault, because a braked arm follows no reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
     /// Scene, robot, target and settings.
@@ -110,9 +24,9 @@ pub struct Summary {
     pub ticks: usize,
     /// Simulated time, s.
     pub duration: f64,
-    /// Reason of an early end: `interrupted`, or why the plant or the target failed. `None` if the run was complete.
+    /// Reason for an early end: `interrupted`, or the failure of the plant or the target. `None` if the run was complete.
     pub stopped: Option<String>,
-    /// Per joint, root mean square of reference less actual position, rad or m.
+    /// Per joint, root mean square of reference minus actual position, rad or m.
     pub tracking_rms: Vec<f64>,
     /// Per joint, greatest magnitude of this error, rad or m.
     pub tracking_max: Vec<f64>,
@@ -120,40 +34,40 @@ pub struct Summary {
     pub torque_rms: Vec<f64>,
     /// Per joint, greatest magnitude of this torque, N m or N.
     pub torque_peak: Vec<f64>,
-    /// Per joint, chatter of the commanded torque: root mean square of its change from one tick to the next, N m or N. With
-    /// encoders most of it is the counts, which the velocity gain turns into torque.
+    /// Per joint, chatter of the commanded torque: root mean square of its change from one tick to the next, N m or N. With encoders, most of it
+    /// results from single counts, which the velocity gain turns into torque.
     pub torque_chatter: Vec<f64>,
-    /// Per joint, root mean square of the estimated torque from outside, N m or N: where nothing pushes, its noise and what the model
-    /// lacks. `None` where nobody estimates it.
+    /// Per joint, root mean square of the estimated external torque, N m or N. Without an external force it is noise and model error. `None` if it is
+    /// not estimated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub external_rms: Option<Vec<f64>>,
-    /// Per joint, rest error: reference less actual position in the last tick of the last stretch in which every reference stands
-    /// still, rad or m. `None` without such a stretch.
+    /// Per joint, rest error: reference minus actual position in the last tick of the last interval in which all references are at rest, rad or m.
+    /// `None` without such an interval.
     pub rest_error: Vec<Option<f64>>,
-    /// Length of that stretch, s. `None` without one.
+    /// Length of that interval, s. `None` without one.
     pub rest_time: Option<f64>,
-    /// Per joint, error within which it counts as settled, rad or m: 2 % of its last move, and at least its `resolution` of the scene's
-    /// `[safety]`. `None` without such a stretch.
+    /// Per joint, error within which it counts as settled, rad or m: 2 % of its last move, and at least its `resolution` in the scene's `[safety]`.
+    /// `None` without such an interval.
     pub settling_band: Vec<Option<f64>>,
-    /// Per joint, settling time: from the start of that stretch, the end of the motion, until the error is within the band and stays
-    /// there, s. `None` without such a stretch, or if the joint is outside its band at the end.
+    /// Per joint, settling time, s: from the start of that interval (the end of the motion) until the error is within the band and stays there.
+    /// `None` without such an interval, or if the joint is outside its band at the end.
     pub settling_time: Vec<Option<f64>>,
     /// Per joint, ticks in which each limit acted.
     pub limits: Vec<LimitCounts>,
-    /// The limit that any joint came nearest to, as a share of it; `None` without limits.
+    /// The limit that any joint came nearest to, and the used share of it; `None` without limits.
     pub closest_limit: Option<ClosestLimit>,
     /// Mechanical work of the commanded torques, J.
     pub work: Work,
-    /// Per joint, load of its motor; `None` where its continuous torque is not known, and no list where none is.
+    /// Per joint, load of its motor; `None` if its continuous torque is not known. The whole list is `None` if none is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub motors: Option<Vec<Option<MotorLoad>>>,
-    /// Each fault at the tick in which it came.
+    /// Each fault with the tick in which it occurred.
     pub faults: Vec<FaultEvent>,
-    /// Where the run stands beside the firmware's safety state machine.
+    /// Result with regard to the firmware's safety state machine.
     pub supervision: Supervision,
     /// Simulated time over wall-clock time.
     pub realtime_factor: f64,
-    /// Time of one controller tick, mean, s.
+    /// Mean wall-clock time of one controller tick, s.
     pub seconds_per_tick: f64,
     /// Bitwise comparison of desk and chip.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -166,7 +80,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Summarize a run of a scene, which holds the joints' limits, reach and resolution.
+    /// Summarises a run of a scene. The scene gives the joints' limits, reach and resolution.
     #[must_use]
     pub fn new(setting: Setting, scene: &SceneFile, record: &Record, end: End, timing: Timing) -> Self {
         let (ticks, safety) = (record.ticks(), &scene.safety);
@@ -215,7 +129,7 @@ impl Summary {
         }
     }
 
-    /// The table and the lines below it, as a person reads them.
+    /// The table and the lines below it, for people.
     #[must_use]
     pub fn table(&self) -> String {
         let columns = [
@@ -255,7 +169,7 @@ impl Summary {
         })
     }
 
-    /// Instead of a settling time: how long the arm rested without the joint settling.
+    /// Text in place of a settling time: how long the arm rested without the joint settling.
     pub(super) fn unsettled(&self) -> String {
         format!("not in {}", engineering(self.rest_time.unwrap_or(0.0), "s"))
     }
@@ -287,7 +201,7 @@ impl Summary {
         })
     }
 
-    /// Lines about the whole arm: a name and what is said of it.
+    /// Lines about the whole arm: name and text.
     pub(super) fn lines(&self) -> Vec<(&'static str, String)> {
         let period = self.setting.period;
         let ticks = format!("{} of {}: {}", self.ticks, engineering(period, "s"), engineering(self.duration, "s"));
@@ -334,43 +248,4 @@ impl Summary {
         );
         lines
     }
-}
-
-impl LimitCounts {
-    pub(super) fn describe(&self) -> String {
-        let named = [
-            ("position", self.position),
-            ("velocity", self.velocity),
-            ("torque", self.torque),
-            ("torque rate", self.torque_rate),
-            ("collision", self.collision),
-        ];
-        let acted: Vec<String> = named.iter().filter(|(_, n)| *n > 0).map(|(name, n)| format!("{name} {n}")).collect();
-        if acted.is_empty() { "none".to_owned() } else { acted.join(", ") }
-    }
-}
-
-fn count_limits(record: &Record, joint: usize) -> LimitCounts {
-    let count = |flag| record.joint(joint).filter(|s| s.limits.contains(flag)).count() as u64;
-    LimitCounts {
-        position: count(LimitFlags::POSITION),
-        velocity: count(LimitFlags::VELOCITY),
-        torque: count(LimitFlags::TORQUE),
-        torque_rate: count(LimitFlags::TORQUE_RATE),
-        collision: count(LimitFlags::COLLISION),
-    }
-}
-
-/// Each tick in which a new fault came.
-fn fault_events(record: &Record) -> Vec<FaultEvent> {
-    let mut last = None;
-    let mut events = Vec::new();
-    for (tick, fault) in record.faults().iter().enumerate() {
-        if let Some(new) = fault.filter(|_| *fault != last) {
-            let joint = new.joint().map(|joint| joint + 1);
-            events.push(FaultEvent { tick, code: new.code(), joint, message: new.to_string() });
-        }
-        last = *fault;
-    }
-    events
 }

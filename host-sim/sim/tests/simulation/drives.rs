@@ -1,4 +1,4 @@
-//! Simulated drives: what the frames do to a measurement and a torque, what fails, and what the loop makes of it.
+//! Simulated drives: the effect of the frames on measurement and torque, their failures, and their effect on the closed loop.
 
 use actuator_model::mit::Setpoint;
 use dynamics_core::Sensed;
@@ -10,6 +10,7 @@ use robot_compiler::scene::{DriveFailure, FailureKind};
 use sim::plant::drives::Drives;
 use sim::plant::{Clock, State};
 use sim::run::closed_loop::World;
+use sim::run::scene_world;
 use sim::run::simulate::{self, Run};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -25,7 +26,7 @@ fn run_in(world: &mut World<6>, scene: &SceneFile) -> Run {
 }
 
 fn run(scene: &SceneFile) -> Run {
-    run_in(&mut simulate::world::<6>(scene).unwrap(), scene)
+    run_in(&mut scene_world::world::<6>(scene).unwrap(), scene)
 }
 
 /// Root mean square of the tracking errors of all joints, rad.
@@ -36,7 +37,7 @@ fn rms(run: &Run) -> f64 {
 
 /// A world whose drives are on.
 fn running(scene: &SceneFile) -> World<6> {
-    let mut world = simulate::world::<6>(scene).unwrap();
+    let mut world = scene_world::world::<6>(scene).unwrap();
     world.switch_on();
     world
 }
@@ -60,7 +61,7 @@ fn the_first_measurement_is_the_start_cut_off_to_steps_of_the_frames() {
     assert_near(q[0], -0.5 * 25.0 / 65_535.0, 1e-6);
     // Shoulder: at -0.6 + 0.35 rad the shaft is 32,112.15 steps up; cutting 0.15 off moves it down, and the joint up.
     assert_near(q[1], 0.6 + 0.15 * 25.0 / 65_535.0, 2e-6);
-    // Rest is half a step of 16 / 4095 rad/s above a code; the shoulder turns against its shaft.
+    // Zero is half a step of 16 / 4095 rad/s above a code. The shoulder's shaft turns in the opposite direction.
     assert_near(qd[0], -0.5 * 16.0 / 4095.0, 1e-6);
     assert_near(qd[1], 0.5 * 16.0 / 4095.0, 1e-6);
 }
@@ -72,7 +73,7 @@ fn a_measurement_is_the_state_of_one_tick_before() {
     for tick in 0..100 {
         let read = sensed(&mut world);
         for i in 0..6 {
-            // Up to a step off, of 25 / 65,535 rad, and single precision.
+            // The error is at most one step, 25 / 65,535 rad, and the rounding of single precision.
             assert_near(read.q[i], before.q[i], 3.9e-4);
         }
         if tick > 60 {
@@ -120,7 +121,7 @@ fn ideal_drives_give_the_bits_that_they_gave_before_drives_were_simulated() {
     assert_eq!(hash, 0x46f4_75ca_7794_498d);
 }
 
-/// Scene whose drives say their temperature and their error, and of which the shoulder's fails at half a second.
+/// A scene whose drives report temperature and errors. The shoulder's drive fails at half a second.
 fn failing(kind: FailureKind) -> SceneFile {
     let mut scene = wave();
     for joint in &mut scene.robot.joints {
@@ -137,9 +138,9 @@ fn a_drive_that_fails_ends_in_the_fault_that_the_firmware_gives() {
     for (kind, code, joint, tick) in [
         (FailureKind::Error, 11, Some(2), 501),
         (FailureKind::Hot, 13, None, 501),
-        // The drive finds it in the tick, and says so in the next reply.
+        // The drive detects it in the tick, and reports it in the next reply.
         (FailureKind::UnderVoltage, 11, Some(2), 502),
-        // A measurement of three ticks is older than `age_max`.
+        // A measurement that is three ticks old exceeds `age_max`.
         (FailureKind::Unplugged, 3, None, 503),
     ] {
         let run = run(&failing(kind));
@@ -170,14 +171,14 @@ fn a_drive_that_hears_nothing_gives_its_last_torque_until_its_timeout() {
     let mut last = 0;
     for tick in 1..=150 {
         let age = world.sense::<f64>().measurement.age_ticks;
-        // The reply to the last command that arrived is still there.
+        // The reply to the last command that arrived is still the latest.
         assert_eq!(age, tick - 1);
         world.drive(&[1.0; 6]).unwrap();
         if world.drives.as_mut().unwrap().electronics(0).unwrap().torque() != 0.0 {
             last = tick;
         }
     }
-    // A tenth of a second after the last frame, which came a tick before the first of these.
+    // A tenth of a second after the last frame, which was sent a tick before the first of these ticks.
     assert!((98..=100).contains(&last), "{last}");
 }
 
@@ -198,7 +199,7 @@ fn a_damped_stop_is_the_actuators_own_and_a_finer_loop_damps_more_truly() {
         (speed, electronics.told(), electronics.torque(), world)
     };
     let (speed, told, torque, mut once) = stop(1000.0);
-    // No code is zero: velocity and torque are half a step off. Damping of 4 in 0 to 5 is a code: 3276.
+    // Zero is not a code: velocity and torque are half a step off. A damping of 4 in the range 0 to 5 is exactly code 3276.
     let expected =
         Setpoint { position: 12.5 / 65_535.0, velocity: 8.0 / 4095.0, kp: 0.0, kd: 4.0, torque: 60.0 / 4095.0 };
     for (found, expected) in [
@@ -245,7 +246,7 @@ fn an_actuator_that_turns_against_the_robot_file_does_not_go_unseen() {
         if mutant {
             specs[joint].ratio = -specs[joint].ratio;
         }
-        let mut world = simulate::world::<6>(&scene).unwrap();
+        let mut world = scene_world::world::<6>(&scene).unwrap();
         world.drives = Some(Drives::new(&specs, wires, clock, scene.actuators.loop_rate));
         let run = run_in(&mut world, &scene);
         let lost = !run.summary.faults.is_empty() || run.summary.tracking_max[joint] > 0.1;
@@ -263,11 +264,19 @@ fn six_drives_on_one_fd_bus_move_the_arm_as_on_two_classic_ones() {
         (0..6).map(|joint| run.record.joint(joint).map(|sample| sample.q).collect()).collect()
     };
     assert_eq!(moved(&fd), moved(&classic));
-    // Two on each of three.
+    // Two joints on each of three buses.
     let mut three = wave();
     for (index, joint) in three.robot.joints.iter_mut().enumerate() {
         let Some(JointDrive::Mit(spec)) = &mut joint.drive else { panic!("an MIT actuator") };
         spec.bus = index as u8 / 2 + 1;
     }
     assert_eq!(moved(&run(&three)), moved(&classic));
+}
+
+#[test]
+fn every_kind_of_drive_has_a_simulated_drive_of_its_own() {
+    for protocol in robot_compiler::drive::Protocol::ALL {
+        let name = protocol.facts().name;
+        assert!(actuator_model::mit::Language::named(name).is_some(), "{name} would be simulated as another kind");
+    }
 }

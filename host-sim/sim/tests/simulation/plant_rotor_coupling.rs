@@ -1,4 +1,4 @@
-//! The coupling of rotors with their links as a term of the plant, against the core's own formula and against energy.
+//! The coupling of rotors with their links as a term of the plant, compared with the core's own formula and with energy.
 
 use dynamics_core::chapter::posture::Chain;
 use dynamics_core::chapter::rotor_coupling::{Carried, Rotors};
@@ -9,7 +9,7 @@ use nalgebra::{SVector, Vector3};
 use robot_compiler::SceneFile;
 use sim::plant::actuator::ActuatorSettings;
 use sim::plant::{Arm, Clock, Plant};
-use sim::run::simulate;
+use sim::run::scene_world;
 use sim::run::simulation;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -22,14 +22,14 @@ fn puma() -> SceneFile {
 }
 
 fn arm() -> Arm<N> {
-    Arm { payload: None, tip_wrench: None, ..simulate::arm::<N>(&puma()).unwrap() }
+    Arm { payload: None, tip_wrench: None, ..scene_world::arm::<N>(&puma()).unwrap() }
 }
 
 fn rotors(joints: &[JointSpec; N]) -> Rotors<f64, N> {
     Rotors { inertia: joints.map(|joint| joint.rotor.inertia), gear: joints.map(|joint| joint.rotor.gear) }
 }
 
-/// Torques that the accelerations of the coupled plant take by the core's formula: those that it was driven with.
+/// The core's formula computes the torques for the coupled plant's accelerations: they equal the torques that drove the plant.
 #[test]
 fn the_coupled_plant_obeys_lagranges_equation_of_the_completed_energy() {
     let arm = arm();
@@ -56,7 +56,7 @@ fn the_coupled_plant_obeys_lagranges_equation_of_the_completed_energy() {
     assert!(worst < 1e-10 && without > 1e-2, "{worst:e} N m, without the coupling {without:e} N m");
 }
 
-/// Without gravity, torque and friction the completed energy stays; the usual one does not.
+/// Without gravity, torque and friction, the completed energy is constant; the usual energy is not.
 #[test]
 fn a_free_arm_keeps_the_completed_energy() {
     let arm = Arm { gravity: Vector3::zeros(), ..arm() };
@@ -64,7 +64,7 @@ fn a_free_arm_keeps_the_completed_energy() {
     let clock = Clock { period: 1e-3, steps_per_tick: 4 };
     let mut plant = Plant::new(&arm, None, ActuatorSettings::default(), clock, [0.3, 0.4, -1.2, 0.2, 0.5, 0.1])
         .with_rotor_coupling(&arm.joints);
-    // A push by torques for a while, then nothing.
+    // Torques for a while, then none.
     for _ in 0..100 {
         plant.drive(&[20.0, 15.0, -10.0, 1.0, -1.0, 1.0]).unwrap();
     }
@@ -73,7 +73,7 @@ fn a_free_arm_keeps_the_completed_energy() {
         let posture = Chain::new(&model, &Inertia::zero()).posture(&Libm.sin_cos_all(&state.q), &state.q);
         let usual = arm.kinetic(&state.q, &state.qd);
         let rotors = rotors(&arm.joints);
-        // Of the completed energy, what the link's tensor already has is taken off again.
+        // The completed energy, minus the part that the link's tensor already includes.
         let carried = Rotors { gear: [0.0; N], ..rotors }.complete_energy(&posture, &state.qd);
         let coupling = rotors.complete_energy(&posture, &state.qd) - rotors.reflected_energy(&state.qd) - carried;
         [usual + coupling, usual]
@@ -88,7 +88,7 @@ fn a_free_arm_keeps_the_completed_energy() {
     assert!(drift[0] < 1e-9 && drift[1] > 1e-5, "{drift:?}");
 }
 
-/// The scene's key acts, and leaves the run as it was where it is not given.
+/// The scene's key switches the coupling on. Without the key, the run is unchanged.
 #[test]
 fn the_key_of_the_scene_couples_the_rotors() {
     let run = |coupled: bool| {

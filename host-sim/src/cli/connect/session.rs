@@ -1,4 +1,4 @@
-//! `connect`: operate the arm of a scene, at a board on a serial port or in a dry run.
+//! `connect`: operates the arm of a scene, at a board on a serial port or in a dry run.
 
 use crate::cli::firmware::key;
 use crate::cli::force::ForceArgs;
@@ -22,7 +22,7 @@ use link::{Pacing, Trust};
 use robot_compiler::{SceneFile, with_dof};
 use sim::failure::{self, Failure, in_file};
 use sim::output::Output;
-use sim::run::simulate;
+use sim::run::scene_world;
 use std::path::{Path, PathBuf};
 
 const EXAMPLE: &str = "Example:\n  newtau connect scenes/planar2r_swing.toml --target desk";
@@ -83,11 +83,11 @@ impl ConnectArgs {
     }
 }
 
-/// Warning about a board that trusts anybody.
+/// Warning about a board that accepts any host.
 const INSECURE: &str =
     "INSECURE: this firmware was built with --insecure: whoever reaches the wire can drive the arm (docs/safety.md)";
 
-/// Said to a script that finds an arm that another session has left.
+/// Message to a script that connects to an arm that another session left driven.
 const HELD: &str = "the arm is driven in an earlier session, and this script did not arm it: nothing was done; the board holds the arm, and lowers it or does its safe \
                     action when no host is heard; `--take-over` lets a script go on with it";
 
@@ -97,19 +97,19 @@ const HELD: &str = "the arm is driven in an earlier session, and this script did
 pub struct ConnectArgs {
     /// The scene file (TOML) that the board's firmware was built from.
     pub scene: PathBuf,
-    /// The serial port that the board is on.
+    /// The serial port of the board.
     #[arg(long)]
     pub port: Option<String>,
-    /// Its speed, bits/s.
+    /// Baud rate of the port, bit/s.
     #[arg(long, default_value_t = BAUD, requires = "port")]
     pub baud: u32,
-    /// Let a script go on with an arm that an earlier session has left driven. A person at a terminal always may.
+    /// Allow a script to continue with an arm that an earlier session left driven. A user at a terminal is always allowed.
     #[arg(long, requires = "port")]
     pub take_over: bool,
-    /// The key file of the board (`newtau firmware key new`); one without a key, or with another, is not talked to.
+    /// The key file of the board (`newtau firmware key new`). A board without this key is rejected.
     #[arg(long, value_name = "FILE", requires = "port")]
     pub key: Option<PathBuf>,
-    /// A dry run in place of a board: the firmware in an emulated STM32F405, or its session in this program.
+    /// A dry run instead of a board: the firmware in an emulated STM32F405 (qemu), or the firmware's session in this program (desk).
     #[arg(long, value_enum)]
     pub target: Option<Target>,
     /// With `--target desk`: put simulated cables between host and board and between board and drives. They can lose frames, and `cut`
@@ -134,24 +134,25 @@ pub struct ConnectArgs {
     /// Read commands from this file, not from standard input.
     #[arg(long, value_name = "FILE")]
     pub script: Option<PathBuf>,
-    /// Keep every frame in this file, for `replay`; one that ends in `.mcap` is for viewers too.
+    /// Record every frame in this file, for `newtau connect replay`. A file that ends in `.mcap` can also be opened in viewers.
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
-    /// A file with another table `[motion]` for `run`, as `newtau model motion` and `excite` write it; the scene's otherwise.
+    /// A file with another table `[motion]` for the command `run`, such as `newtau model motion` and `excite` write. Without it, the scene's
+    /// motion.
     #[arg(long, value_name = "FILE")]
     pub motion: Option<PathBuf>,
     /// Overwriting.
     #[command(flatten)]
     pub force: ForceArgs,
-    /// Print a JSON object for everything that happens, one a line.
+    /// Print a JSON object for each event, one per line.
     #[arg(long)]
     pub json: bool,
 }
 
-/// Operate the arm; returns the exit code.
+/// Operates the arm. Returns the exit code.
 ///
 /// # Errors
-/// A scene or a command that is wrong, a board that is silent, dies or is another's, a record that cannot be written.
+/// A wrong scene or command; a board that is silent, dies or has other firmware; a record that cannot be written.
 pub fn run(args: &ConnectArgs, presses: Presses) -> Result<u8, Failure> {
     let scene = SceneFile::load(&args.scene).map_err(Failure::input)?;
     if scene.safety.bench_only {
@@ -188,7 +189,7 @@ fn run_arm<const N: usize>(
     let path = std::path::absolute(&args.scene).unwrap_or_else(|_| args.scene.clone());
     let head = Head { hash: scene.hash(&model), scene: path, text };
     let report = Report::new(args.json);
-    let world = || simulate::world::<N>(scene);
+    let world = || scene_world::world::<N>(scene);
     let pace = || Pace::new(console.is_a_person());
     let wrong = |stop| failure(stop, &args.scene.display().to_string());
     let disturbance = args.disturbance();
@@ -219,7 +220,7 @@ fn run_arm<const N: usize>(
         }
         (None, _, None) => Box::new(DryRunDevice::new(OnDesk::start(scene, &model), world()?, pace())),
     };
-    // The board was built from the scene's own motion; only `run` plays another.
+    // The board was built from the scene's own motion. Only `run` follows the other one.
     let mut plays = scene.clone();
     if let Some(motion) = &args.motion {
         plays.take_motion(motion).map_err(Failure::input)?;
@@ -228,7 +229,7 @@ fn run_arm<const N: usize>(
     operate(args, operator.with_outputs(outputs).with_stop_key(console.stops()), console)
 }
 
-/// Why it ended; `place` is where a wrong command stands.
+/// Converts the reason for the end to a failure; `place` is the position of a wrong command.
 fn failure(stop: Stop, place: &str) -> Failure {
     match stop {
         Stop::Board(DeviceError::Record(error)) | Stop::Output(error) => Failure::Output(error),
@@ -247,7 +248,7 @@ fn operate(args: &ConnectArgs, mut operator: Operator, mut console: Console) -> 
     }
     let begun = loop {
         match operator.begin() {
-            // Before the board has answered it is unknown whether the arm moves; a hello that comes again changes nothing.
+            // Until the board has answered, it is unknown if the arm moves. A repeated hello is harmless.
             Err(Stop::Pressed) => match operator.stop() {
                 Ok(()) => {}
                 Err(stop) => break Err(stop),
@@ -262,11 +263,12 @@ fn operate(args: &ConnectArgs, mut operator: Operator, mut console: Console) -> 
         return Ok(failure::FAULT);
     }
     let ended = begun.and_then(|()| converse(&mut operator, &mut console));
-    // A board that is gone cannot be asked to stop; its own heartbeat does that. A second Ctrl-C at a terminal leaves at once.
+    // A board that is gone cannot be requested to stop; its own heartbeat limit stops the arm. A second Ctrl-C at a terminal ends the program at
+    // once.
     let ended = match ended {
         Err(Stop::Interrupted) if console.is_a_person() => Err(Stop::Interrupted),
         Err(stop @ (Stop::Interrupted | Stop::Input(_))) => operator.end().and(Err(stop)),
-        // A full disk or a closed output is no reason to leave the arm to its heartbeat.
+        // Even with a full disk or a closed output, the arm is stopped here instead of being left to its heartbeat limit.
         Err(stop @ (Stop::Output(_) | Stop::Board(DeviceError::Record(_)))) => {
             operator.close().ok();
             operator.end().ok();

@@ -1,11 +1,11 @@
-//! `info`: what a robot file holds.
+//! `model info`: prints the contents of a robot file.
 
 use crate::cli::chain::ChainArgs;
 use clap::Args;
 use dynamics_core::JointKind;
 use robot_compiler::Robot;
 use sim::failure::Failure;
-use sim::run::record::JointLabel;
+use sim::run::joint_label::JointLabel;
 use sim::table::table;
 use sim::terminal::print;
 use std::path::PathBuf;
@@ -22,10 +22,10 @@ pub struct InfoArgs {
     pub chain: ChainArgs,
 }
 
-/// Print the robot as a table.
+/// Prints the robot as a table.
 ///
 /// # Errors
-/// A robot file that is wrong.
+/// A wrong robot file.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let robot = Robot::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
     say_mounting(&robot);

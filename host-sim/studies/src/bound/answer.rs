@@ -1,4 +1,4 @@
-//! Torque errors of an arm in a scene: found and proven.
+//! Torque errors of an arm in a scene: largest found error and proven upper bound.
 
 use super::{Effort, LargestError, Region, State, TorqueError, search};
 use crate::numbers::numbers;
@@ -11,21 +11,21 @@ use robot_compiler::kernel::Level;
 use robot_compiler::{Ends, Robot};
 use serde::Serialize;
 use sim::failure::Failure;
-use sim::run::record::JointLabel;
+use sim::run::joint_label::JointLabel;
 use std::path::Path;
 
 /// Number of climbs for every joint, and of steps in each climb.
 const CLIMBS: (usize, usize) = (32, 3000);
 
-/// Divisor of the effort for the largest bound of a single state: this function is smooth and has few maxima.
+/// Divisor of the effort in the search for the largest bound of a single state, because that function is smooth and has few maxima.
 const LESS: usize = 10;
 
 /// Input of an error bound.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoundRequest {
-    /// Level of the kernel: the deviation of its operations from the recursion's.
+    /// Level of the kernel; it determines how the operations differ from the recursion's.
     pub level: Level,
-    /// Number of random states; a tenth of that number again for the bound of a single state.
+    /// Number of random states. The search for the bound of a single state uses a tenth of this number in addition.
     pub samples: usize,
     /// Number of boxes to evaluate for each joint.
     pub boxes: usize,
@@ -87,7 +87,7 @@ pub struct JointErrorBound {
     pub proven: f64,
 }
 
-/// Load a robot or scene; its sine and cosine must have known errors.
+/// Loads a robot or a scene. Its sine and cosine must have known errors.
 pub fn load(path: &Path, ends: Ends<'_>) -> Result<RobotOrScene, Failure> {
     let subject = RobotOrScene::load(path, ends)?;
     if subject.file.control.trig != Method::Polynomial {
@@ -117,7 +117,7 @@ pub fn work(joints: usize, asked: &BoundRequest) -> u64 {
     (states + joints * asked.boxes) as u64
 }
 
-/// Compute the torque errors of an arm in a scene.
+/// Computes the torque errors of an arm in a scene.
 ///
 /// # Errors
 /// [`Failure::Input`]: missing limits, or limits without a finite bound.

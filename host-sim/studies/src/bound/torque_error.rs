@@ -6,7 +6,7 @@ use core::f64::consts::{FRAC_PI_4, TAU};
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{Dynamics, Field, InverseDynamics, JointKind, Live, Model, Scalar, Scene, SinCos, Trig};
 use indicatif::ProgressBar;
-use robot_compiler::kernel::functions::input_values;
+use robot_compiler::kernel::inputs::input_values;
 use robot_compiler::kernel::{Function, Level, Precision, Program, compile};
 use robot_compiler::precision::{Bounded, DoubleDouble, Rounding, Single};
 use sim::parallel::in_parallel;
@@ -17,10 +17,10 @@ use std::collections::BinaryHeap;
 pub const TRIG_ERROR: [(f64, f64, f64); 4] =
     [(FRAC_PI_4, 6.29e-8, 5.87e-8), (TAU, 8.20e-8, 7.80e-8), (100.0, 8.20e-8, 8.12e-8), (8192.0, 8.20e-8, 8.36e-8)];
 
-/// Slack for roundings: the reference of that test is rounded to f64, and ends of ranges are rounded to f32.
+/// Allowance for rounding: the test's reference is rounded to f64, and ends of ranges are rounded to f32.
 const TRIG_SLACK: f64 = 1e-15;
 
-/// An arm in a scene in one scalar.
+/// An arm in a scene, in one scalar type.
 #[derive(Clone, Debug)]
 struct Torques<S, const N: usize> {
     dynamics: Dynamics<S, N>,
@@ -43,7 +43,7 @@ impl<S: Field, const N: usize> Torques<S, N> {
     }
 }
 
-/// An arm in a scene: its torques in single precision, and the exact ones.
+/// An arm in a scene, with its torques in single precision and its exact ones.
 #[derive(Clone, Debug)]
 pub struct TorqueError<const N: usize> {
     kind: [JointKind; N],
@@ -70,7 +70,7 @@ impl<const N: usize> TorqueError<N> {
     #[must_use]
     pub fn new(model: &Model<f64, N>, scene: &Scene<f64, N>, live: &Live<f64, N>, level: Level) -> Self {
         let kernel = match level {
-            // The kernel's results equal the recursion's, so the recursion itself is run.
+            // The exact kernel's results equal the recursion's, so the recursion itself is evaluated.
             Level::Exact => None,
             Level::Regrouped => Some(compile(Function::InverseDynamics, model, scene, level, Precision::of::<f32>())),
         };
@@ -101,7 +101,7 @@ impl<const N: usize> TorqueError<N> {
         self.double.at(self.kernel.as_ref(), &turn, &inputs)
     }
 
-    /// Torques with 27 digits or more, N m or N.
+    /// Torques with at least 27 digits, N m or N.
     #[must_use]
     pub fn reference(&self, state: &State<N>) -> [DoubleDouble; N] {
         let inputs = inputs(state);
@@ -151,8 +151,7 @@ impl<R: Rounding, const N: usize> Bounds<'_, R, N> {
         self.torques.at(self.kernel, &turn, &inputs).map(|torque| torque.error())
     }
 
-    /// Bound for all states of the region after cutting it into smaller ones, N m or N: `boxes` are evaluated for every
-    /// joint.
+    /// Bound for all states of the region after it is cut into smaller ones, N m or N. `boxes` regions are evaluated for every joint.
     #[must_use]
     pub fn everywhere(&self, region: &Region<N>, boxes: usize, progress: &ProgressBar) -> [f64; N]
     where
@@ -164,12 +163,12 @@ impl<R: Rounding, const N: usize> Bounds<'_, R, N> {
 
     fn for_joint(&self, joint: usize, region: &Region<N>, boxes: usize, progress: &ProgressBar) -> f64 {
         let bound = |region: &Region<N>| self.over(region)[joint];
-        // Regions that wait to be cut, by their bounds.
+        // Regions that are still to be cut, ordered by their bounds.
         let mut heap = BinaryHeap::from([Ranked { rank: bound(region), item: *region }]);
         let mut looked_at = 1;
         while looked_at < boxes {
             let Some(worst) = heap.pop() else { break };
-            // The input with the best bound along one half; sign changes of velocities pay off only after two cuts.
+            // Cut the input that gives the best bound in one half, because sign changes of velocities pay off only after two cuts.
             let mut best: Option<(f64, [Region<N>; 2], f64)> = None;
             for input in 0..3 * N {
                 let (lo, hi) = worst.item.inputs[input / N][input % N];

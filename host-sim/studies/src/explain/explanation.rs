@@ -1,10 +1,10 @@
-//! Data of an explanation, term by term.
+//! Result of `explain`, term by term.
 
 use crate::trade::chip::{Cost, Load};
 use robot_compiler::choose::TorqueError;
 use robot_compiler::kernel::Operations;
 use serde::Serialize;
-use sim::run::record::JointLabel;
+use sim::run::joint_label::JointLabel;
 
 /// Terms of a scene's model: their cost and their benefit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -30,7 +30,7 @@ pub struct Explanation {
     pub tracking: Tracking,
     /// Report on each term.
     pub terms: Vec<TermReport>,
-    /// Terms of friction in addition to viscous and Coulomb friction; empty where no joint has any.
+    /// Terms of friction in addition to viscous and Coulomb friction; empty if no joint has any.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub friction: Vec<PartReport>,
     /// The smallest set of terms that keeps the tolerance.
@@ -108,12 +108,12 @@ pub struct Dropped {
     pub within_tolerance: bool,
     /// Least loop gain along the motion, relative to 1 for the full model.
     pub loop_gain: f64,
-    /// Joint that moves most in the mode of that loop gain; `None` if the loop gain is 1.
+    /// Joint that moves most in the mode with this loop gain; `None` if the loop gain is 1.
     pub weakest_joint: Option<usize>,
-    /// True if the closed loop follows well enough with the reduced model. Judged only where a joint has no torque limit,
-    /// because the torque error then is no share of what the drive can give.
+    /// True if the closed loop tracks well enough with the reduced model. Checked only if a joint has no torque limit, because the torque error
+    /// cannot then be compared with the drive's torque.
     pub follows: bool,
-    /// True if the torque error, the loop gain and the tracking allow dropping.
+    /// True if the torque error, the loop gain and the tracking allow dropping the term.
     pub may_go: bool,
 }
 
@@ -133,7 +133,7 @@ pub struct OnChip {
 pub struct ChipSaving {
     /// Mean number of instructions.
     pub instructions: f64,
-    /// Mean number of cycles: an estimate.
+    /// Mean number of cycles, estimated.
     pub cycles: f64,
     /// Code size of the tick and of everything it calls, bytes.
     pub flash: i64,
@@ -148,9 +148,9 @@ pub struct Error {
     pub max: Vec<f64>,
     /// Root mean square, N m or N.
     pub rms: Vec<f64>,
-    /// Greatest magnitude over the torque limit.
+    /// Greatest magnitude divided by the torque limit; `None` without a limit.
     pub of_limit: Vec<Option<f64>>,
-    /// Greatest magnitude over the torque limit, or over the greatest torque along the motion where there is no limit.
+    /// Greatest magnitude divided by the torque limit, or by the greatest torque along the motion if there is no limit.
     pub share: Vec<f64>,
 }
 

@@ -1,17 +1,17 @@
-//! The page that a person reads.
+//! The HTML report of an identification.
 
 use super::outcome::{JudgedLog, Outcome};
 use super::subject::{Subject, torque as friction_torque};
 use identification::friction::Direction;
 use report::{Block, Cell, Figure, Page, Series, Table};
 use sim::failure::{Failure, in_file};
-use sim::run::record::JointLabel;
+use sim::run::joint_label::JointLabel;
 use std::path::Path;
 
-/// Points of a friction curve to either side of rest.
+/// Points of a friction curve on each side of rest.
 const POINTS: usize = 120;
 
-/// Write `index.html`.
+/// Writes `index.html`.
 ///
 /// # Errors
 /// [`Failure::Output`]: the file cannot be written.
@@ -38,7 +38,7 @@ fn page(outcome: &Outcome, subject: &Subject, payload: Option<&str>) -> Page {
     Page { title: format!("{}: identified from logs", subject.robot.name), lead: lead(outcome, subject), blocks }
 }
 
-/// The joint whose torque is missed most, in a sentence.
+/// A sentence about the joint with the largest relative error.
 fn lead(outcome: &Outcome, subject: &Subject) -> Vec<String> {
     let errors = outcome.errors();
     let worst = errors.iter().enumerate().max_by(|a, b| a.1.relative.total_cmp(&b.1.relative));
@@ -68,7 +68,7 @@ fn torque(judged: &JudgedLog, subject: &Subject, joint: usize) -> Block {
     Block::Figure(figure.with(measured).with(line("predicted", &prediction.model[joint])))
 }
 
-/// Friction over speed, each way in steady motion without load, up to the greatest speed of the judged logs.
+/// Friction over speed, in steady motion in both directions without load, up to the greatest speed of the judged logs.
 fn friction(outcome: &Outcome, subject: &Subject, joint: usize) -> Block {
     let law_of = &outcome.found.laws[joint];
     let speeds = outcome.judged.iter().flat_map(|judged| &judged.prediction.qd[joint]);
@@ -76,7 +76,7 @@ fn friction(outcome: &Outcome, subject: &Subject, joint: usize) -> Block {
     let curve = |name: &str, tau: &dyn Fn(f64) -> f64| {
         let count = POINTS as i32;
         let speed = |k: i32| most * f64::from(k) / f64::from(count);
-        // At rest the direction is none: the line has a gap there.
+        // At rest there is no direction, so the line has a gap there.
         let point = |k: i32| (speed(k), if k == 0 { f64::NAN } else { tau(speed(k)) });
         Series::line(name, (-count..=count).map(point).collect::<Vec<_>>())
     };
@@ -114,7 +114,7 @@ fn summary(outcome: &Outcome) -> String {
     )
 }
 
-/// A table: the head, then rows of cells.
+/// Creates a table block from its head and rows of cells.
 fn table(title: &str, head: &[&str], rows: &[Vec<String>]) -> Block {
     let mut table = Table::new(title, head);
     for row in rows {

@@ -5,18 +5,19 @@ mod tables;
 use dynamics_core::{Model, Scene};
 use robot_compiler::SceneFile;
 use robot_compiler::emit::kernel::{Title, module};
-use robot_compiler::kernel::functions::{Springs, live_inputs};
+use robot_compiler::kernel::functions::Springs;
+use robot_compiler::kernel::inputs::live_inputs;
 use robot_compiler::kernel::{Function, Level, Precision, Program, compile};
 use robot_compiler::names::Named as _;
 use serde::Serialize;
 
 /// Options of the command.
 pub struct Asked {
-    /// Floating-point type; the scene's by default.
+    /// Floating-point type; by default the scene's.
     pub precision: Option<Precision>,
-    /// Function to compute.
+    /// Function to compute; by default inverse dynamics for the source, and all functions for the counts.
     pub function: Option<Function>,
-    /// Level of simplification.
+    /// Level of simplification; by default `exact` for the source, and all levels for the counts.
     pub level: Option<Level>,
 }
 
@@ -39,12 +40,12 @@ pub struct KernelCost {
     pub neg: usize,
     /// Number of live inputs that the kernel reads.
     pub live_inputs: usize,
-    /// Greatest number of computed values alive at once.
+    /// Largest number of computed values that are alive at the same time.
     pub max_live: usize,
 }
 
 impl KernelCost {
-    /// Count the operations of a kernel for an arm with `joints` joints.
+    /// Counts the operations of a kernel for an arm with `joints` joints.
     fn new(function: Function, level: Level, program: &Program, joints: usize) -> Self {
         let n = program.operations();
         Self {
@@ -71,7 +72,7 @@ pub struct Kernels<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> Kernels<'a, N> {
-    /// Select the requested kernels of an arm in a scene; all of them by default.
+    /// Selects the requested kernels of an arm in a scene; all of them by default.
     pub fn new(asked: &Asked, file: &SceneFile, model: &'a Model<f64, N>) -> Self {
         let springs = Springs::new(&file.controller_config(model).gains);
         let every = || Function::NAMES.iter().map(|(.., function)| function.with(springs)).collect();
@@ -97,7 +98,7 @@ impl<'a, const N: usize> Kernels<'a, N> {
         self.each(|function, level, program| KernelCost::new(function, level, program, N))
     }
 
-    /// Apply `about` to every requested kernel.
+    /// Applies `about` to every requested kernel.
     fn each<T>(&self, about: impl Fn(Function, Level, &Program) -> T) -> Vec<T> {
         let kernels = self.functions.iter().flat_map(|&f| self.levels.iter().map(move |&level| (f, level)));
         kernels.map(|(f, level)| about(f, level, &self.compile(f, &self.scene, level))).collect()

@@ -3,7 +3,7 @@
 use super::Kernels;
 use comfy_table::Table;
 use dynamics_core::{Scene, Term};
-use robot_compiler::kernel::functions::live_inputs;
+use robot_compiler::kernel::inputs::live_inputs;
 use robot_compiler::kernel::{Level, Program, RewriteRule, RuleSet, Step, compile_with, compile_without};
 use sim::table::table;
 
@@ -74,7 +74,7 @@ impl<const N: usize> Kernels<'_, N> {
     }
 }
 
-/// A row: the additional operations of one program over another.
+/// A row: the operations that one program has in excess of another.
 fn difference<const K: usize>(names: [&str; K], more: &Program, less: &Program, joints: usize) -> Vec<String> {
     let signed = |n: usize| i64::try_from(n).unwrap_or(i64::MAX);
     let counts = work(more, joints).into_iter().zip(work(less, joints));
@@ -97,7 +97,7 @@ fn work_of(names: &[&str]) -> Table {
     table(names.iter().chain(&WORK), names.len())
 }
 
-/// The scene without one of its terms, for each term it has.
+/// The scene without each one of its terms in turn.
 fn without_each_term<const N: usize>(scene: &Scene<f64, N>) -> Vec<(&'static str, Scene<f64, N>)> {
     fn present<T>(term: &Term<T>) -> bool {
         !matches!(term, Term::Absent)

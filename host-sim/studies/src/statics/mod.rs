@@ -1,4 +1,4 @@
-//! Torques that hold an arm at rest, and the posture that needs least.
+//! Torques that hold an arm at rest, and the posture that needs the smallest ones.
 
 mod report;
 mod search;
@@ -12,7 +12,7 @@ pub use search::Minimised;
 use search::{Target, search};
 use serde::Serialize;
 use sim::failure::Failure;
-use sim::run::record::JointLabel;
+use sim::run::joint_label::JointLabel;
 pub use still::{StaticsRequest, WrenchFrame};
 use still::{Still, wrong};
 pub use sweep::{LowestValue, Sweep, sweep};
@@ -32,7 +32,7 @@ pub struct StaticLoads {
     pub axes: &'static str,
     /// Every joint, base first.
     pub joints: Vec<JointLoad>,
-    /// Result of the search for the posture.
+    /// Result of the search for the posture, if one was requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub minimised: Option<Minimised>,
 }
@@ -44,7 +44,7 @@ pub struct JointLoad {
     pub name: String,
     /// Torque or force of the actuator, N m or N.
     pub actuator: f64,
-    /// Limit of the actuator; absent without a limit.
+    /// Limit of the actuator, N m or N; `None` without a limit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limit: Option<f64>,
     /// Force on the link from the previous link, N.
@@ -53,19 +53,19 @@ pub struct JointLoad {
     pub moment: [f64; 3],
     /// Bearing force across the axis, N.
     pub radial: f64,
-    /// Bearing force along the axis, N; absent if the actuator carries it.
+    /// Bearing force along the axis, N; `None` if the actuator carries it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub axial: Option<f64>,
     /// Bearing moment across the axis, N m.
     pub tilting: f64,
-    /// Bearing moment along the axis, N m; absent if the actuator carries it.
+    /// Bearing moment along the axis, N m; `None` if the actuator carries it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub twisting: Option<f64>,
     #[serde(skip)]
     label: JointLabel,
 }
 
-/// Compute the torques that hold the arm, after a search for the posture if requested.
+/// Computes the torques that hold the arm, after a search for the posture if requested.
 ///
 /// # Errors
 /// [`Failure::Input`]: a list of the wrong length, a posture outside the limits, an unknown joint, a search without
@@ -120,7 +120,7 @@ pub fn answer<const N: usize>(robot: &Robot, question: &StaticsRequest) -> Resul
     Ok(answer)
 }
 
-/// Check that a posture is inside the limits.
+/// Checks that a posture is within the limits.
 fn posture<const N: usize>(robot: &Robot, limits: &[Limits<f64>; N], q: &[f64]) -> Result<[f64; N], Failure> {
     let q = finite::<N>("--q", q, "one for each joint").map_err(wrong)?;
     for (i, joint) in robot.joints.iter().enumerate() {

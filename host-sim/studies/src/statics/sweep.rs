@@ -1,4 +1,4 @@
-//! Holding torques and potential energy over the range of one joint, the others standing still.
+//! Holding torques and potential energy over the range of one joint, while the others stay fixed.
 
 use super::still::{Still, wrong};
 use super::{StaticsRequest, posture, search};
@@ -7,11 +7,11 @@ use report::{Block, Figure, Page, Series};
 use robot_compiler::Robot;
 use serde::Serialize;
 use sim::failure::Failure;
+use sim::run::joint_label::JointLabel;
 use sim::run::numbers::engineering;
-use sim::run::record::JointLabel;
 use sim::table::table;
 
-/// Positions of the swept joint: half a degree over one turn.
+/// Number of positions of the swept joint: every half degree over one turn.
 const POSITIONS: usize = 721;
 
 /// Torques and energy over the range of a joint.
@@ -23,11 +23,11 @@ pub struct Sweep {
     pub joint: String,
     /// Its positions, rad or m.
     pub positions: Vec<f64>,
-    /// Holding torque of every joint at each of them, N m or N.
+    /// Holding torque of every joint at each position, N m or N.
     pub tau: Vec<Vec<f64>>,
-    /// Potential energy at each, J.
+    /// Potential energy at each position, J.
     pub potential: Vec<f64>,
-    /// Least value of every curve, signs counted: each joint's torque, their sum, the potential energy.
+    /// Smallest signed value of every curve: each joint's torque, their sum, the potential energy.
     pub least: Vec<LowestValue>,
     #[serde(skip)]
     labels: Vec<JointLabel>,
@@ -35,7 +35,7 @@ pub struct Sweep {
     swept: usize,
 }
 
-/// The least value of a curve, among the positions.
+/// The smallest value of a curve at the evaluated positions.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LowestValue {
     /// The joint, `sum` or `potential`.
@@ -46,10 +46,10 @@ pub struct LowestValue {
     pub value: f64,
 }
 
-/// Sweep one joint (its name or number) from limit to limit, over one turn where a revolute joint has a longer range.
+/// Sweeps one joint (its name or number) from limit to limit, or over one turn if a revolute joint has a longer range.
 ///
 /// # Errors
-/// [`Failure::Input`]: as [`super::answer`], an unknown joint, a prismatic joint without limits.
+/// [`Failure::Input`]: those of [`super::answer`], an unknown joint, or a prismatic joint without limits.
 pub fn sweep<const N: usize>(robot: &Robot, question: &StaticsRequest, joint: &str) -> Result<Sweep, Failure> {
     let still = Still::<N>::new(robot, question)?;
     let limits = robot.model::<N>().map_err(Failure::input)?.links().map(|link| link.limits);

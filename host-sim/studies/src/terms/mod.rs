@@ -13,7 +13,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 pub use report::describe;
 use robot_compiler::{Robot, SceneFile};
 use serde::Serialize;
-use sim::run::record::JointLabel;
+use sim::run::joint_label::JointLabel;
 
 /// Method for the terms of the equations of motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -33,11 +33,11 @@ pub struct TermsRequest {
     pub q: Vec<f64>,
     /// Joint velocity, rad/s or m/s; zero if not given.
     pub qd: Option<Vec<f64>>,
-    /// Gravitational acceleration in the base frame, m/s^2; the scene's otherwise.
+    /// Gravitational acceleration in the base frame, m/s^2; by default the scene's.
     pub gravity: Option<Vec<f64>>,
     /// Method of computation.
     pub method: Method,
-    /// True if the rotors count; the scene's otherwise.
+    /// True to include the rotors; by default as in the scene.
     pub rotor: Option<bool>,
 }
 
@@ -54,9 +54,9 @@ pub struct Terms {
     pub qd: Vec<f64>,
     /// Gravitational acceleration in the base frame, m/s^2.
     pub g: [f64; 3],
-    /// `D(q)`, rows, with the rotors; kg m^2, kg m, kg.
+    /// Rows of `D(q)`, including the rotors; kg m^2, kg m, kg.
     pub mass_matrix: Vec<Vec<f64>>,
-    /// `C(q, qd)`, rows: `C_ij = sum_k Gamma^i_jk qd_k`.
+    /// Rows of `C(q, qd)`: `C_ij = sum_k Gamma^i_jk qd_k`.
     pub coriolis_matrix: Vec<Vec<f64>>,
     /// `H = C qd`, N m or N.
     pub velocity_coupling: Vec<f64>,
@@ -66,10 +66,10 @@ pub struct Terms {
     pub christoffel: Vec<Vec<Vec<f64>>>,
 }
 
-/// Compute the terms at a posture.
+/// Computes the terms at a posture.
 ///
 /// # Errors
-/// A list of the wrong length, a posture outside the limits.
+/// A list has the wrong length, or the posture is outside the limits.
 pub fn terms<const N: usize>(asked: &TermsRequest, file: &SceneFile, model: &Model<f64, N>) -> miette::Result<Terms> {
     let (scene, live) = (file.scene(model), file.live(model));
     let q: [f64; N] = list("q", &asked.q, "one for each joint")?;
@@ -145,7 +145,7 @@ fn by_recursion<const N: usize>(
     let heavy = Dynamics::new(*model, Scene { gravity: Term::Constant(*g), ..afloat });
     let afloat = Dynamics::new(*model, afloat);
     let velocity_terms = |qd: &[f64; N]| afloat.inverse_dynamics(&turn, q, qd, &zero, &live);
-    // A quadratic form in the velocities: its values at pairs of unit speeds are its coefficients, and nothing is truncated.
+    // The velocity terms are a quadratic form: their values at pairs of unit speeds give its coefficients, without truncation error.
     let unit = |j: usize| std::array::from_fn::<f64, N, _>(|i| if i == j { 1.0 } else { 0.0 });
     let own: [[f64; N]; N] = std::array::from_fn(|j| velocity_terms(&unit(j)));
     let mut christoffel = [[[0.0; N]; N]; N];
@@ -168,7 +168,7 @@ fn by_recursion<const N: usize>(
     }
 }
 
-/// `C_ij = sum_k Gamma^i_jk qd_k`.
+/// Computes `C_ij = sum_k Gamma^i_jk qd_k`.
 fn contracted<const N: usize>(christoffel: &[[[f64; N]; N]; N], qd: &[f64; N]) -> SMatrix<f64, N, N> {
     SMatrix::from_fn(|i, j| christoffel[i][j].iter().zip(qd).map(|(symbol, speed)| symbol * speed).sum())
 }
@@ -207,14 +207,14 @@ impl<const N: usize> MethodResult<N> {
     }
 }
 
-/// Check a list of an option: finite numbers, of the required count.
+/// Checks a list of an option: finite numbers, of the required count.
 fn list<const K: usize>(option: &str, values: &[f64], meaning: &str) -> miette::Result<[f64; K]> {
     finite_entries(option, values).map_err(|problem| miette::miette!("{problem}"))?;
     numbers(option, values, meaning)
         .map_err(|problem| miette::miette!(help = "the numbers are divided by commas: --q 0.1,-0.2", "{problem}"))
 }
 
-/// Check that every joint is within its position limits.
+/// Checks that every joint is within its position limits.
 fn within_limits<const N: usize>(robot: &Robot, q: &[f64; N]) -> miette::Result<()> {
     for (index, (joint, q)) in robot.joints.iter().zip(q).enumerate() {
         let (lo, hi) = joint.spec.limits.position;

@@ -3,7 +3,7 @@
 use super::Terms;
 use comfy_table::Table;
 use robot_compiler::Robot;
-use sim::run::record::JointLabel;
+use sim::run::joint_label::JointLabel;
 use sim::table::table;
 
 /// Tables of the terms.

@@ -1,4 +1,4 @@
-//! Accuracy of a choice, measured on the desk: torques against a computation in 31 digits, and the closed loop.
+//! Accuracy of a choice, measured on the desk: torques compared with a computation in 31 digits, and the closed loop.
 
 use super::test_motions::TestMotion;
 use dynamics_core::control::ControllerConfig;
@@ -13,6 +13,7 @@ use robot_compiler::scene::{MotionSpec, ScalarChoice};
 use serde::{Deserialize, Serialize};
 use sim::failure::Failure;
 use sim::run::closed_loop::End;
+use sim::run::scene_world;
 use sim::run::simulate;
 use sim::run::target::Torques;
 use std::sync::atomic::AtomicBool;
@@ -20,9 +21,9 @@ use std::sync::atomic::AtomicBool;
 /// Error of each joint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
-    /// Greatest magnitude.
+    /// Greatest magnitude of each joint's error.
     pub max: Vec<f64>,
-    /// Root mean square.
+    /// Root mean square of each joint's error.
     pub rms: Vec<f64>,
 }
 
@@ -33,7 +34,7 @@ pub struct OnMotion {
     pub course: String,
     /// Torque error with the arm exactly on its reference, N m or N; `None` if the controller braked.
     pub torque: Option<Errors>,
-    /// Greatest torque error over its joint's limit, or over the joint's greatest torque if it has no limit.
+    /// Greatest torque error divided by its joint's limit, or by the joint's greatest torque if it has no limit.
     pub torque_of_limit: Option<f64>,
     /// Tracking error of the closed loop, rad or m.
     pub tracking: Errors,
@@ -51,8 +52,8 @@ pub struct Exact<const N: usize> {
 }
 
 impl<const N: usize> Exact<N> {
-    /// Compute exact torques along a test motion with this control period (s): the full model's recursion in
-    /// double-double arithmetic, sine and cosine to 30 digits, and the friction that the scene feeds forward.
+    /// Computes exact torques along a test motion with this control period (s): the full model's recursion in double-double arithmetic, sine and
+    /// cosine to 30 digits, and the friction that the scene feeds forward.
     #[must_use]
     pub fn new(file: &SceneFile, model: &Model<f64, N>, course: &TestMotion<N>, period: f64) -> Self {
         let full = file.model.full();
@@ -84,7 +85,7 @@ impl<const N: usize> Exact<N> {
     }
 }
 
-/// Measure a choice on one test motion.
+/// Measures a choice on one test motion.
 ///
 /// # Errors
 /// The scene cannot be run, or the measurement is interrupted.
@@ -123,8 +124,7 @@ fn without_limits<const N: usize>(config: ControllerConfig<f64, N>) -> Controlle
     ControllerConfig { limits, torque_step: [free; N], ..config }
 }
 
-/// Errors of a controller's torques against the exact ones, tick by tick with the arm exactly on the reference; `Err`
-/// names a fault.
+/// Errors of a controller's torques against the exact ones, tick by tick with the arm exactly on the reference; `Err` contains the fault.
 fn torque_errors<S: Real, const N: usize>(
     controller: &mut impl Torques<S, N>,
     live: &Live<f64, N>,
@@ -151,7 +151,7 @@ fn torque_errors<S: Real, const N: usize>(
     Ok(Errors { max: max.to_vec(), rms: squares.iter().map(|sum| libm::sqrt(sum / count)).collect() })
 }
 
-/// Run the closed loop along a test motion, in the scene's world.
+/// Runs the closed loop along a test motion, in the scene's world.
 fn tracking<const N: usize>(
     file: &SceneFile,
     model: &Model<f64, N>,
@@ -159,12 +159,12 @@ fn tracking<const N: usize>(
     stop: &AtomicBool,
 ) -> Result<(Errors, Option<String>), Failure> {
     let start = course.motion.sample(0.0).q;
-    // The world begins at the start of the test motion; the controller is the scene's.
+    // The simulated arm begins at the start of the test motion; the controller is the scene's.
     let mut scene = file.clone();
     scene.motion = MotionSpec::Hold { q: start.to_vec(), duration: 1.0 };
     scene.plant.start = start.to_vec();
     scene.duration = None;
-    let mut world = simulate::world::<N>(&scene)?;
+    let mut world = scene_world::world::<N>(&scene)?;
     world.motion = course.motion.clone();
     world.repeat = false;
     fn run<S: Real, const N: usize>(

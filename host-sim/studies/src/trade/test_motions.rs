@@ -10,15 +10,15 @@ use robot_compiler::SceneFile;
 use robot_compiler::scene::MotionSpec;
 use serde::Serialize;
 use sim::failure::Failure;
-use sim::run::simulate;
+use sim::run::scene_world;
 
-/// Share of the velocity limits during the slow motion.
+/// Share of the velocity limits that the slow motion uses.
 const SLOW: f64 = 0.1;
-/// Longest duration of the slow motion one way, s.
+/// Longest duration of the slow motion in one direction, s.
 const LONGEST: f64 = 6.0;
-/// Distance on either side of the posture with the nearly singular inertia matrix, rad or m.
+/// Distance to each side of the posture with the nearly singular inertia matrix, rad or m.
 const BESIDE: f64 = 0.3;
-/// Share of the torque limits for the fast motions: the rest is for friction and feedback.
+/// Share of the torque limits for the fast motions; the rest is left for friction and feedback.
 const TORQUE: f64 = 0.7;
 
 /// A motion on which points are measured.
@@ -45,15 +45,14 @@ pub struct TestMotionReport {
 
 /// The three test motions of a scene.
 ///
-/// - *Slow* and *fast*: from the start of the scene's motion to its farthest point and back. Distances are measured in
-///   shares of the joints' ranges. Slow moves at a tenth of the velocity limits, fast as velocity and torque limits
-///   allow.
-/// - *Singular*: as fast, through the posture in which the scaled mass matrix is nearest to singular.
+/// - *Slow* and *fast*: from the start of the scene's motion to its farthest point and back. Distances are measured in shares of the joints' ranges.
+///   Slow uses a tenth of the velocity limits; fast is as fast as velocity and torque limits allow.
+/// - *Singular*: as fast as the limits allow, through the posture in which the scaled mass matrix is nearest to singular.
 ///
 /// # Errors
 /// The scene's motion is invalid.
 pub fn test_motions<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> Result<[TestMotion<N>; 3], Failure> {
-    let own = simulate::world::<N>(file)?.motion;
+    let own = scene_world::world::<N>(file)?.motion;
     let ranges = ranges(model);
     let (near, far) = ends(file, &own, &ranges);
     let posture = nearly_singular(file, model, &ranges);
@@ -166,7 +165,7 @@ fn back_and_forth<const N: usize>(
 
 /// The posture in which the scaled mass matrix has its smallest eigenvalue.
 fn nearly_singular<const N: usize>(file: &SceneFile, model: &Model<f64, N>, ranges: &[(f64, f64); N]) -> [f64; N] {
-    // The motion extends to both sides of the posture and needs that room.
+    // The motion extends to both sides of the posture, so a margin is left at the ends.
     let inside = ranges.map(|(lo, hi)| if hi - lo > 2.0 * BESIDE { (lo + BESIDE, hi - BESIDE) } else { (lo, hi) });
     let middle = inside.map(|(lo, hi)| 0.5 * (lo + hi));
     minimise(&inside, &middle, |q| least_eigenvalue(file, model, q)).q

@@ -7,7 +7,9 @@ use robot_compiler::scene::{MotionSpec, ViaPoint};
 use robot_compiler::{Breakaway, JointFriction, RobotJoint, SceneFile};
 use sim::failure::Failure;
 use sim::run::closed_loop;
-use sim::run::record::{JointLabel, Record};
+use sim::run::joint_label::JointLabel;
+use sim::run::record::Record;
+use sim::run::scene_world;
 use sim::run::simulate;
 use sim::run::target::{Ticked, Torques};
 use std::sync::atomic::AtomicBool;
@@ -45,7 +47,7 @@ fn pick() -> Result<SceneFile, Failure> {
     Ok(scene)
 }
 
-/// A controller with drives that give `constant` times the commanded torque.
+/// A controller with drives that produce `constant` times the commanded torque.
 struct Drives<C> {
     controller: C,
     constant: f32,
@@ -70,9 +72,10 @@ impl<C: Torques<f32, 6>> Torques<f32, 6> for Drives<C> {
     }
 }
 
-/// Run a motion and `beyond` seconds after it. Returns the record, or the reason why the run ended early.
+/// Runs a motion and `beyond` seconds after it. Returns the record, or the reason why the run ended early. `told` is the controller's scene, `nature`
+/// the simulated one.
 fn follow(told: &SceneFile, nature: &SceneFile, constant: f32, beyond: f64) -> Result<Result<Record, String>, Failure> {
-    let mut world = simulate::world::<6>(nature)?;
+    let mut world = scene_world::world::<6>(nature)?;
     let model: Model<f64, 6> = told.robot.model().map_err(Failure::input)?;
     let mut controller = Drives { controller: simulate::desk::<f32, 6>(told, &model), constant };
     let ticks = libm::round((world.motion.duration() + beyond) / world.period) as u64;
@@ -168,9 +171,9 @@ pub(crate) fn cells() -> Result<Vec<Cell>, Failure> {
     Ok(cells)
 }
 
-/// Joints that break away at three times their sliding Coulomb torque. The controller models the Coulomb torque only.
+/// Cells of joints with a breakaway torque of three times their sliding Coulomb torque. The controller models only the Coulomb torque.
 ///
-/// Three motions: the pick, standing still for two seconds after it, and every joint creeping at 20 mrad/s.
+/// There are three motions: the pick, two seconds at rest after it, and every joint creeping at 20 mrad/s.
 fn breakaway_cells(cells: &mut Vec<Cell>, pick: &SceneFile) -> Result<(), Failure> {
     const STRIBECK: f64 = 0.05;
     const CREEP: f64 = 0.02;
@@ -220,7 +223,7 @@ fn breakaway_cells(cells: &mut Vec<Cell>, pick: &SceneFile) -> Result<(), Failur
     add("hunting at rest", what, last_second(|low, high, _| high - low), 1e-3, "rad", "the arm hunts");
     let what = "mean distance of the worst joint from its goal in that second: where it has stuck";
     add("stuck at rest", what, last_second(|_, _, mean| mean), 0.05, "rad", "the arm sticks far from its goal");
-    // The same joints with Coulomb friction alone, to compare with the stick-slip.
+    // The same joints with Coulomb friction alone, for comparison with the stick-slip motion.
     for (name, nature) in [("creeping", sticky(&creep)), ("creeping, Coulomb's friction alone", creep.clone())] {
         let run = follow(&creep, &nature, 1.0, 0.0)?;
         let what = "every joint at 20 mrad/s, fastest speed of any joint over that";
@@ -236,8 +239,7 @@ fn breakaway_cells(cells: &mut Vec<Cell>, pick: &SceneFile) -> Result<(), Failur
     Ok(())
 }
 
-/// Number of times that a standing joint (below a tenth of `speed`) breaks away and passes half of `speed`; the start
-/// counts as one.
+/// Number of times that a joint at rest (below a tenth of `speed`) breaks away and exceeds half of `speed`; the start counts as one.
 fn slips(record: &Record, joint: usize, speed: f64) -> usize {
     let (mut moving, mut slips) = (false, 0);
     for sample in record.joint(joint) {

@@ -1,8 +1,8 @@
 //! Extreme numbers as inputs of the real controller: it gives a correct torque or the documented fault.
 //!
-//! The arm is the shipped Puma, and also the UR5 for the region of small error. It has no limits, guards or friction,
-//! so that nothing stands between an input and the torque. The exact torque is that of the recursion in double-double
-//! arithmetic, at the state before rounding to the controller's scalar: the rounding of a large angle counts as error.
+//! The arm is the shipped Puma, and also the UR5 for the region of small error. It has no limits, guards or friction, so that nothing alters an input
+//! before the torque. The exact torque comes from the recursion in double-double arithmetic, at the state before rounding to the controller's scalar,
+//! so the rounding of a large angle counts as error.
 
 use super::{Cell, Outcome, ROUNDING_MOST, Random, joints, puma, scalar_name, unlimited, ur5};
 use dynamics_core::control::{ControllerOf, Guard};
@@ -21,12 +21,12 @@ const GROUP: &str = "inputs";
 
 /// Largest allowed error as a share of the torque limit.
 const SHARE: f64 = 1e-4;
-/// Number of states at each point of the region.
+/// Number of random states in each list of states.
 const STATES: usize = 24;
 
 type Loop<S> = ControllerOf<S, 6, Dynamics<S, 6>, Method>;
 
-/// The arm, its exact law, and its torque limits.
+/// The arm, its exact control law, and its torque limits.
 struct Bench {
     model: Model<f64, 6>,
     scene: Scene<f64, 6>,
@@ -109,7 +109,7 @@ impl Bench {
         }
     }
 
-    /// The law's torques in double-double arithmetic.
+    /// Torques of the control law in double-double arithmetic.
     fn wanted(&self, inputs: &Inputs) -> [DoubleDouble; 6] {
         let [reference_q, reference_qd, reference_qdd, q, qd] = inputs.map(|x| x.map(DoubleDouble::literal));
         let turn =
@@ -123,8 +123,7 @@ impl Bench {
         self.reference.inverse_dynamics(&turn, &q, &qd, &qdd, &Live::zero())
     }
 
-    /// Largest error relative to the joint's `scale`, over all states in which the controller drives; a fault ends the
-    /// search.
+    /// Largest error relative to the joint's `scale`, over all states in which the controller drives; a fault ends the search.
     fn error<S: Real>(&self, trig: Method, states: &[Inputs], scale: Scale) -> Result<f64, Fault>
     where
         Method: Trig<S>,
@@ -148,7 +147,7 @@ impl Bench {
     }
 }
 
-/// Scale of an error.
+/// Reference to which an error is relative.
 #[derive(Clone, Copy)]
 enum Scale {
     /// The joint's torque limit.
@@ -259,7 +258,7 @@ fn live_cells<S: Real>(bench: &Bench, cells: &mut Vec<Cell>, home: &Inputs)
 where
     Method: Trig<S>,
 {
-    // The six entries of the payload's tensor that the link carries.
+    // The six independent entries of the payload's inertia tensor.
     const TENSOR: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
     let inputs: [(&str, usize, LiveNumber<S>); 7] = [
         ("gravity", 3, |live, i| &mut live.gravity[i]),
@@ -391,7 +390,7 @@ where
     ));
 }
 
-/// Description of a command in words.
+/// Describes a command.
 fn describe(found: &Result<[f64; 6], Fault>) -> String {
     match found {
         Ok(torque) => {
@@ -432,7 +431,7 @@ fn angle_cell(cells: &mut Vec<Cell>, turns: f64, who: &str, found: Result<f64, F
     cells.push(Cell::new(
         GROUP,
         format!("angles of {}, {who}", turns_name(turns)),
-        "three quarters to all of it on each joint; error over the joint's torque limit",
+        "half to all of it on each joint; error over the joint's torque limit",
         outcome,
         "the angle itself is rounded to one part in 2^24 before the controller sees it",
     ));
@@ -475,7 +474,7 @@ where
 struct RegionArm {
     name: &'static str,
     bench: Bench,
-    /// Speed of its fastest joint, rad/s: the region must include it.
+    /// Speed of its fastest joint, rad/s; the region must include it.
     own_rate: f64,
 }
 
@@ -492,7 +491,7 @@ where
     Method: Trig<S>,
 {
     let rate = rate_max::<S>(&arm.bench, turns * TAU);
-    // Within a turn the arm's own range is required; beyond, nothing is.
+    // Within one turn the arm's own speed range is required; beyond one turn nothing is.
     let outcome = if turns <= 1.0 {
         Outcome::between(rate, arm.own_rate, f64::INFINITY, "rad/s")
     } else {

@@ -1,10 +1,9 @@
 //! Extreme masses and inertias: inverse dynamics at both kernel levels, and forward dynamics.
 //!
-//! Errors of inverse dynamics are those against the recursion in double-double arithmetic on the same inputs. They are
-//! taken joint by joint, relative to the largest torque of that joint in any of the states, so that a heavy base cannot
-//! hide a light tip. Errors of forward dynamics are taken on the torques: double-double inverse dynamics gives the
-//! torques for the computed accelerations, and the given torques are subtracted. The error of the accelerations is
-//! shown as well, because for a nearly singular `D` many accelerations give almost the same torques.
+//! Errors of inverse dynamics are differences from the recursion in double-double arithmetic on the same inputs. They are evaluated joint by joint,
+//! relative to the largest torque of that joint in any of the states, so that a heavy base cannot hide a light tip. Errors of forward dynamics are
+//! evaluated on the torques: double-double inverse dynamics gives the torques for the computed accelerations, and the given torques are subtracted.
+//! The error of the accelerations is shown as well, because for a nearly singular `D` many accelerations give almost the same torques.
 
 use super::{Cell, Outcome, ROUNDING_MOST, Random, scalar_name};
 use dynamics_core::forward_dynamics::forward_dynamics;
@@ -14,7 +13,7 @@ use dynamics_core::{
     SinCos, Singular, Tool, Trig,
 };
 use nalgebra::{Matrix3, Vector3};
-use robot_compiler::kernel::functions::input_values;
+use robot_compiler::kernel::inputs::input_values;
 use robot_compiler::kernel::{Function, Level, Precision, compile};
 use robot_compiler::precision::DoubleDouble;
 use std::f64::consts::FRAC_PI_2;
@@ -22,7 +21,7 @@ use std::f64::consts::FRAC_PI_2;
 const GROUP: &str = "masses";
 const STATES: usize = 40;
 
-/// A torque smaller than this share of the arm's largest is zero up to rounding.
+/// A torque smaller than this share of the arm's largest one counts as zero.
 const NOTHING: f64 = 1e-25;
 
 /// An arm with extreme masses.
@@ -57,7 +56,7 @@ fn spatial(masses: [f64; 6]) -> [JointSpec; 6] {
     })
 }
 
-/// Six joints with parallel level axes and rods of 0.3 m and 1 kg, so that the arm carries its weight.
+/// Six joints with parallel horizontal axes and rods of 0.3 m and 1 kg, so that gravity loads every joint.
 fn parallel() -> [JointSpec; 6] {
     core::array::from_fn(|i| {
         let row = if i == 0 { Dh { alpha: FRAC_PI_2, ..Dh::default() } } else { Dh { a: 0.3, ..Dh::default() } };
@@ -105,7 +104,7 @@ fn graded(first: f64, ratio: f64) -> [f64; 6] {
 }
 
 fn arms() -> Vec<Arm> {
-    /// `1e12^(1/5)`: ratio of six masses that span the whole range.
+    /// Ratio of six masses that span the whole range, `1e12^(1/5)`.
     const STEP: f64 = 251.188_643_150_958;
     let anywhere = ([0.0; 6], 3.0);
     let arm = |name, what, joints| Arm { name, what, joints, posture: anywhere, singular: None };
@@ -229,7 +228,7 @@ fn add<S: Real>(cells: &mut Vec<Cell>, arm: &Arm, precision: usize) {
     ));
 }
 
-/// A state that single precision holds exactly, so that only the error of the arithmetic is measured.
+/// A state that single precision represents exactly, so that only the error of the arithmetic is measured.
 struct State {
     q: [f64; 6],
     qd: [f64; 6],
@@ -253,7 +252,7 @@ fn turns<S: Real>(q: &[f64; 6]) -> ([SinCos<S>; 6], [SinCos<DoubleDouble>; 6]) {
     (turn, exact)
 }
 
-/// Largest error and largest torque of every joint, and the worst ratio of them.
+/// Largest error and largest torque of every joint, and their worst ratio.
 struct Worst {
     torque: [f64; 6],
     error: [f64; 6],
@@ -288,7 +287,7 @@ fn literal(x: &[f64; 6]) -> [DoubleDouble; 6] {
     x.map(DoubleDouble::literal)
 }
 
-/// Errors of inverse dynamics at each level.
+/// Errors of inverse dynamics at each kernel level.
 fn inverse_errors<S: Real>(model: &Model<f64, 6>, scene: &Scene<f64, 6>, posture: &([f64; 6], f64)) -> [f64; 2] {
     let reference = reference(model, scene);
     let kernel = |level| compile(Function::InverseDynamics, model, scene, level, Precision::of::<S>());
@@ -308,7 +307,7 @@ fn inverse_errors<S: Real>(model: &Model<f64, 6>, scene: &Scene<f64, 6>, posture
     worst.map(|worst| worst.relative())
 }
 
-/// Errors of the torques that the computed accelerations need, and of the accelerations.
+/// Errors of the torques for the computed accelerations, and errors of the accelerations.
 fn forward_errors<S: Real>(
     model: &Model<f64, 6>,
     scene: &Scene<f64, 6>,

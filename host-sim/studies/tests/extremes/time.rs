@@ -1,4 +1,4 @@
-//! Steps from a microsecond to 50 ms, a million ticks, a slow encoder, and a whole day.
+//! Steps from 1 us to 50 ms, a million ticks, a slow encoder, and a whole day.
 
 use super::{Cell, Outcome, planar, scalar_name};
 use dynamics_core::control::TrackingObserver;
@@ -9,6 +9,7 @@ use robot_compiler::scene::{MotionSpec, ViaPoint};
 use sim::failure::Failure;
 use sim::plant::sensor::Sample;
 use sim::run::closed_loop::World;
+use sim::run::scene_world;
 use sim::run::simulate;
 use std::f64::consts::TAU;
 
@@ -34,7 +35,7 @@ pub(crate) fn cells() -> Result<Vec<Cell>, Failure> {
     Ok(cells)
 }
 
-/// The planar arm in a vertical plane, swinging to one side and back in a repeated motion.
+/// The planar arm in a vertical plane, in a repeated back-and-forth motion.
 fn swing(period: f64) -> Result<SceneFile, Failure> {
     let mut scene = SceneFile::default_for(planar()?);
     let gravity = Vector3::new(0.0, -9.81, 0.0);
@@ -55,10 +56,10 @@ fn swing(period: f64) -> Result<SceneFile, Failure> {
 
 /// Cells that compare ticks with time, and the phase of a repeated motion.
 fn phase_cells(cells: &mut Vec<Cell>) -> Result<(), Failure> {
-    let world = simulate::world::<2>(&swing(1e-3)?)?;
+    let world = scene_world::world::<2>(&swing(1e-3)?)?;
     let (mut clock, mut summed, mut sum) = (0.0_f64, 0.0_f64, 0.0_f64);
     for tick in 0..=MANY {
-        // A thousand is exact, so this is the nearest floating-point number to the time.
+        // 1000 is exact, so this is the floating-point number nearest to the time.
         let exact = tick as f64 / 1000.0;
         clock = clock.max((tick as f64 * world.period - exact).abs());
         summed = summed.max((sum - exact).abs());
@@ -87,7 +88,7 @@ fn phase_cells(cells: &mut Vec<Cell>) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Run a loop; `each` receives the largest error of the state in every tick. Returns the reason if the run ended early.
+/// Runs a loop; `each` receives the largest error of the state in every tick. Returns the reason if the run ended early.
 fn run(
     world: &mut World<2>,
     scene: &SceneFile,
@@ -120,7 +121,7 @@ fn run(
 /// Cell of the closed loop at one period.
 fn loop_cell(cells: &mut Vec<Cell>, period: f64) -> Result<(), Failure> {
     let scene = swing(period)?;
-    let mut world = simulate::world::<2>(&scene)?;
+    let mut world = scene_world::world::<2>(&scene)?;
     // One cycle of the motion, or the part of it that the ticks cover.
     let ticks = libm::round(1.8 / period).min(4000.0) as u64;
     let mut worst = 0.0_f64;
@@ -139,12 +140,12 @@ fn loop_cell(cells: &mut Vec<Cell>, period: f64) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Cell of the observer at one period: the speed of a joint that moves steadily at 0.1 rad/s about 1 rad.
+/// Cell of the observer at one period: the estimated speed of a joint that moves steadily at 0.1 rad/s near 1 rad.
 fn observer_cell<S: Real>(cells: &mut Vec<Cell>, period: f64) {
     const SPEED: f64 = 0.1;
     const BANDWIDTH: f64 = 500.0;
     let observer = TrackingObserver::<S>::new(BANDWIDTH, period);
-    // Thirty time constants to settle, then two hundred ticks.
+    // 30 time constants to settle, then 200 ticks.
     let settle = libm::ceil(30.0 / (BANDWIDTH * period)) as u32 + 10;
     let position = |tick: u32| S::literal(1.0 + SPEED * period * f64::from(tick));
     let (mut x, mut v) = (position(0), S::literal(0.0));
@@ -165,7 +166,7 @@ fn observer_cell<S: Real>(cells: &mut Vec<Cell>, period: f64) {
     ));
 }
 
-/// Cells of an encoder with one count in a hundred ticks.
+/// Cells of an encoder that advances by one count in 100 ticks.
 fn slow_encoder_cells<S: Real>(cells: &mut Vec<Cell>) {
     const EVERY: u32 = 100;
     let (period, per_count) = (1e-3, TAU / 65_536.0);
@@ -208,14 +209,14 @@ fn slow_encoder_cells<S: Real>(cells: &mut Vec<Cell>) {
     );
 }
 
-/// Cells that take minutes: a million ticks of a microsecond, and `hours` of simulated time at 1 kHz.
+/// Cells that take minutes: a million ticks of 1 us, and `hours` of simulated time at 1 kHz.
 ///
 /// # Errors
 /// The shipped robot cannot be read.
 pub(crate) fn long_cells(hours: f64) -> Result<Vec<Cell>, Failure> {
     let mut cells = Vec::new();
     let scene = swing(1e-6)?;
-    let mut world = simulate::world::<2>(&scene)?;
+    let mut world = scene_world::world::<2>(&scene)?;
     let mut worst = 0.0_f64;
     let ended = run(&mut world, &scene, MANY, |error| worst = worst.max(error))?;
     let outcome = ended.map_or(Outcome::at_most(worst, 0.05, "rad"), |ended| Outcome::words(ended, "a million ticks"));
@@ -228,7 +229,7 @@ pub(crate) fn long_cells(hours: f64) -> Result<Vec<Cell>, Failure> {
 /// Cells of `hours` at 1 kHz, with an energy balance.
 fn hours_cells(cells: &mut Vec<Cell>, hours: f64) -> Result<(), Failure> {
     let scene = swing(1e-3)?;
-    let mut world = simulate::world::<2>(&scene)?;
+    let mut world = scene_world::world::<2>(&scene)?;
     world.plant.start_ledger();
     let ticks = libm::round(hours * 3600.0 / world.period) as u64;
     let (mut tick, mut first, mut last) = (0_u64, 0.0_f64, 0.0_f64);
@@ -241,7 +242,7 @@ fn hours_cells(cells: &mut Vec<Cell>, hours: f64) -> Result<(), Failure> {
         }
         tick += 1;
     })?;
-    let arm = simulate::arm::<2>(&scene)?;
+    let arm = scene_world::arm::<2>(&scene)?;
     let (Some(ledger), None) = (world.plant.ledger(), &ended) else {
         let outcome = Outcome::words(ended.unwrap_or_default(), "the motion to its end");
         cells.push(Cell::new(GROUP, format!("{hours} h at 1 kHz"), "planar 2R swinging", outcome, "the run ended"));

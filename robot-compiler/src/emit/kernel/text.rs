@@ -4,7 +4,7 @@ use super::phrases::{self, documentation, presence};
 use super::title::Title;
 use super::writer::Writer;
 use crate::emit::expression::{Item, list, record, word};
-use crate::kernel::functions::{argument, live_inputs};
+use crate::kernel::inputs::{argument, live_inputs};
 use crate::kernel::{Function, Level, Precision, Program};
 use dynamics_core::Scene;
 use std::collections::HashSet;
@@ -218,7 +218,7 @@ impl Text<'_> {
     }
 }
 
-/// The head of a function, indented, on one line where it fits.
+/// The head of a function, indented, on one line if it fits.
 fn signature(indent: usize, function: &str, parameters: &[String], result: &str) -> String {
     let pad = " ".repeat(indent);
     let flat = format!("{pad}{function}({}) -> {result} {{\n", parameters.join(", "));

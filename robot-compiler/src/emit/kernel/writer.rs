@@ -1,6 +1,6 @@
 //! The statements of a program as Rust.
 
-use crate::kernel::functions::input_name;
+use crate::kernel::inputs::input_name;
 use crate::kernel::{Precision, Program};
 
 use crate::kernel::tape::{Expr, Node};
@@ -10,16 +10,16 @@ use std::collections::{HashMap, HashSet};
 pub(super) struct Writer<'a> {
     program: &'a Program,
     names: HashMap<Expr, String>,
-    /// Numbers declared ahead, in order of their first use.
+    /// Numbers declared at the top, in order of their first use.
     hoisted: Vec<Expr>,
     joints: usize,
     precision: Precision,
 }
 
 impl<'a> Writer<'a> {
-    /// Names the values: a labelled value by its label, `w3_z`; any other by its place in the order, `t17`.
+    /// Names the values: a labelled value by its label, `w3_z`; any other by its position in the order, `t17`.
     ///
-    /// With `hoist`, numbers are declared ahead as `c3`, through `S::literal`, so that the statements stay readable.
+    /// With `hoist`, numbers are declared at the top as `c3`, through `S::literal`, so that the statements stay readable.
     pub(super) fn new(program: &'a Program, joints: usize, precision: Precision, hoist: bool) -> Self {
         let mut names = HashMap::new();
         let mut taken: HashMap<String, usize> = HashMap::new();
@@ -87,7 +87,7 @@ impl<'a> Writer<'a> {
         match self.program.node(expr) {
             Node::Constant(bits) => self.literal(f64::from_bits(bits)),
             Node::Input(number) => input_name(number, self.joints),
-            // Every statement has a name.
+            // Nodes that are statements have names.
             Node::Add(..) | Node::Sub(..) | Node::Mul(..) | Node::Div(..) | Node::Neg(_) => String::new(),
         }
     }
@@ -101,7 +101,7 @@ impl<'a> Writer<'a> {
     }
 
     /// The number as an argument of `S::literal`, which takes an f64. A short decimal of an f32 might be rounded to another
-    /// f32 on this path; it is then written in full.
+    /// f32 on this path; such a number is written with all digits.
     fn argument(&self, x: f64) -> String {
         let short = self.literal(x);
         let read = short.parse::<f64>().unwrap_or(x);

@@ -3,18 +3,13 @@
 use super::actuators;
 use crate::describe::diagnostics::{FileError, nearest};
 use crate::describe::drive::{Actuator, ENCODER_COUNTS, JointDrive, MitSpec, Protocol, PwmSpec};
-use crate::describe::robot::{JointEncoder, RobotJoint};
-use crate::read::table::{Table, Value, counted};
+use crate::describe::robot::JointEncoder;
+use crate::read::table::{Table, Value};
 use dynamics_core::drive::bus_time::Identifier;
 use dynamics_core::drive::{DataRate, DriveFacts};
 use dynamics_core::{Limits, Rotor};
 
-/// Most actuators on a bus with classic frames: a bxCAN has three mailboxes to send from, and a receiver holds three replies.
-const PER_BUS: usize = 3;
-/// Most with FD frames: an arm's.
-const PER_FD_BUS: usize = 6;
-
-/// Buses of a board, at most.
+/// Most buses of a board.
 const BUSES: u64 = 3;
 
 /// One joint's drive.
@@ -25,7 +20,7 @@ pub(super) fn read(
     encoder: Option<&JointEncoder>,
 ) -> Result<JointDrive, FileError> {
     let mut kinds: Vec<_> = Protocol::ALL.iter().map(|protocol| (protocol.facts().name, Some(*protocol))).collect();
-    // No frames are those of an H-bridge; the frames of the kind mit are the mini-cheetah's.
+    // Kinds without a protocol are H-bridges; the kind `mit` uses the mini-cheetah's frames.
     kinds.extend([("pwm", None), ("mini-cheetah", Some(Protocol::MiniCheetah))]);
     match table.require("kind", "mit, damiao, robstride or pwm")?.choice(&kinds)? {
         Some(protocol) => mit(table, protocol, limits).map(JointDrive::Mit),
@@ -33,7 +28,7 @@ pub(super) fn read(
     }
 }
 
-/// Identifier of the host that a RobStride replies to, unless the file says another: that of the maker's tools.
+/// Default identifier of the host to which a RobStride replies: that of the maker's tools.
 const HOST: u64 = 0xfd;
 
 fn mit(table: &Table<'_>, protocol: Protocol, limits: &Limits<f64>) -> Result<MitSpec, FileError> {
@@ -86,19 +81,25 @@ fn mit(table: &Table<'_>, protocol: Protocol, limits: &Limits<f64>) -> Result<Mi
             table,
             "position",
             symmetric(|a| a.position),
-            "[lowest, highest] in rad, with 0 inside",
+            "[lowest, highest] at the actuator's shaft in rad, with 0 inside",
             around,
         )?,
         velocity: span(
             table,
             "velocity",
             symmetric(|a| a.velocity),
-            "[lowest, highest] in rad/s, with 0 inside",
+            "[lowest, highest] at the actuator's shaft in rad/s, with 0 inside",
             around,
         )?,
-        kp: span(table, "kp", from_zero(|a| a.kp), "[0, highest] in N m/rad", above)?,
-        kd: span(table, "kd", from_zero(|a| a.kd), "[0, highest] in N m s/rad", above)?,
-        torque: span(table, "torque", symmetric(|a| a.torque), "[lowest, highest] in N m, with 0 inside", around)?,
+        kp: span(table, "kp", from_zero(|a| a.kp), "[0, highest] at the actuator's shaft in N m/rad", above)?,
+        kd: span(table, "kd", from_zero(|a| a.kd), "[0, highest] at the actuator's shaft in N m s/rad", above)?,
+        torque: span(
+            table,
+            "torque",
+            symmetric(|a| a.torque),
+            "[lowest, highest] at the actuator's shaft in N m, with 0 inside",
+            around,
+        )?,
         damping: {
             const EXPECTED: &str =
                 "damping of a damped stop at the actuator's shaft, N m s/rad, inside the range of kd";
@@ -113,7 +114,7 @@ fn mit(table: &Table<'_>, protocol: Protocol, limits: &Limits<f64>) -> Result<Mi
     Ok(spec)
 }
 
-/// The rate of the data of FD frames.
+/// The bit rate of the data of FD frames.
 fn data_rate(value: &Value<'_>) -> Result<DataRate, FileError> {
     const EXPECTED: &str = "bits per second of the data of FD frames, 2000000 or 5000000; no key for classic frames";
     let found = value.whole(u64::from(u32::MAX), EXPECTED)?;
@@ -121,7 +122,7 @@ fn data_rate(value: &Value<'_>) -> Result<DataRate, FileError> {
     rate.ok_or_else(|| value.error(format!("found {found}"), EXPECTED))
 }
 
-/// Makers count temperatures from different ones: without the offset a hot motor may look cool.
+/// Makers use different temperatures for code 0: without the offset a hot motor may look cool.
 fn temperature_offset(table: &Table<'_>, reply_bytes: u8) -> Result<Option<f64>, FileError> {
     const EXPECTED: &str = "the temperature of code 0 in its replies, degrees Celsius, -300 to 300";
     match table.get("temperature_offset") {
@@ -164,7 +165,8 @@ fn covers(table: &Table<'_>, limits: &Limits<f64>, spec: &MitSpec) -> Result<(),
 fn actuator(value: &Value<'_>, protocol: Protocol) -> Result<Actuator, FileError> {
     let of_kind = || actuators::all().iter().filter(|actuator| actuator.protocol == protocol);
     let names: Vec<&str> = of_kind().map(|actuator| actuator.name.as_str()).collect();
-    let expected = format!("{}; another one needs ranges of its own", names.join(", "));
+    let expected =
+        format!("{} for this kind of drive; another actuator needs its ranges in the robot file", names.join(", "));
     let name = value.string(&expected)?;
     match of_kind().find(|actuator| actuator.name == name) {
         Some(actuator) => Ok(actuator.clone()),
@@ -176,7 +178,7 @@ fn actuator(value: &Value<'_>, protocol: Protocol) -> Result<Actuator, FileError
     }
 }
 
-/// A range, or the actuator's where the file gives none.
+/// A range, or the actuator's if the file gives none.
 fn span(
     table: &Table<'_>,
     key: &str,
@@ -235,7 +237,7 @@ fn pwm(
             "`limits.velocity` beside a drive of the kind pwm: it bounds how far the encoder moves in a tick";
         return Err(table.error("kind", "the joint has no velocity limit", expected));
     }
-    // The motor is the rotor, so its gear is known where the rotor is.
+    // The rotor is part of the motor, so its gear is known if the rotor is.
     let geared = rotor.inertia > 0.0;
     let ratio = ratio(table, if geared { rotor.gear.abs() } else { 1.0 })?;
     if geared && (ratio.abs() / rotor.gear.abs() - 1.0).abs() > 1e-9 {
@@ -261,125 +263,5 @@ fn pwm(
         resistance: positive("resistance", "resistance of winding and bridge, ohm, above zero")?,
         supply: positive("supply", "supply voltage, V, above zero")?,
         current_max: positive("current_max", "greatest current, A, above zero")?,
-    })
-}
-
-/// Checks the drives of all joints together: all or none, of one kind, distinct on their buses.
-pub(super) fn check(joints: &[RobotJoint], tables: &[Table<'_>]) -> Result<(), FileError> {
-    let Some((first, kind)) = joints.iter().find_map(|joint| Some((joint, joint.drive?.kind()))) else { return Ok(()) };
-    for (index, (joint, table)) in joints.iter().zip(tables).enumerate() {
-        let Some(drive) = joint.drive else {
-            let problem = format!("missing, while {:?} has one", first.name);
-            return Err(table.error("drive", problem, "a drive for every joint, or for none"));
-        };
-        if drive.kind() != kind {
-            let problem = format!("of the kind {}, while {:?} has one of the kind {kind}", drive.kind(), first.name);
-            return Err(table.error("drive", problem, "drives of one kind"));
-        }
-        let before = joints.iter().take(index).filter_map(|other| Some((&other.name, other.drive?)));
-        match drive {
-            JointDrive::Mit(spec) => {
-                let beside: Vec<_> =
-                    before.filter(|(_, other)| matches!(other, JointDrive::Mit(o) if o.bus == spec.bus)).collect();
-                if let Some((name, _)) =
-                    beside.iter().find(|(_, other)| matches!(other, JointDrive::Mit(o) if o.id == spec.id))
-                {
-                    let problem = format!("identifier {} on bus {} is that of {name:?}", spec.id, spec.bus);
-                    return Err(table.error("drive", problem, "an identifier of its own on the bus"));
-                }
-                if let Some((name, _)) = beside
-                    .iter()
-                    .find(|(_, other)| matches!(other, JointDrive::Mit(o) if o.data_rate != spec.data_rate))
-                {
-                    let problem = format!("another `data_rate` than {name:?}, on bus {}", spec.bus);
-                    return Err(table.error("drive", problem, "one `data_rate` on a bus, or classic frames alone"));
-                }
-                let (most, expected) = match spec.data_rate {
-                    None => (PER_BUS, "at most three actuators on a bus with classic frames"),
-                    Some(_) => (PER_FD_BUS, "at most six actuators on a bus with FD frames"),
-                };
-                if beside.len() >= most {
-                    let problem =
-                        format!("bus {} has {} already", spec.bus, counted(beside.len(), "actuator", "actuators"));
-                    return Err(table.error("drive", problem, expected));
-                }
-                let on_bus = |id: u16| {
-                    joints.iter().any(|other| matches!(other.drive, Some(JointDrive::Mit(o)) if o.bus == spec.bus && u16::from(o.id) == id))
-                };
-                if let Some(other) = mistaken(&spec, &beside) {
-                    return Err(other.error(table));
-                }
-                if on_bus(spec.reply_id) {
-                    let (id, bus) = (spec.reply_id, spec.bus);
-                    let problem = match spec.protocol.facts().identifier {
-                        Identifier::Standard => {
-                            format!("replies with identifier {id}, which is a command's on bus {bus}")
-                        }
-                        // Its frames say what they are, but a request for a parameter and the answer are of one type.
-                        Identifier::Extended => format!("host identifier {id} is that of a drive on bus {bus}"),
-                    };
-                    return Err(table.error("drive", problem, "an identifier for replies that no command has"));
-                }
-            }
-            JointDrive::Pwm(spec) => {
-                let mut before = before;
-                if let Some((name, _)) =
-                    before.find(|(_, other)| matches!(other, JointDrive::Pwm(o) if o.channel == spec.channel))
-                {
-                    let problem = format!("channel {} is that of {name:?}", spec.channel);
-                    return Err(table.error("drive", problem, "a channel of its own"));
-                }
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Two drives of a bus of which one would take a frame that is meant for, or sent by, the other.
-struct Mistaken {
-    problem: String,
-    expected: String,
-}
-
-impl Mistaken {
-    fn error(self, table: &Table<'_>) -> FileError {
-        table.error("drive", self.problem, self.expected)
-    }
-}
-
-/// Frames of this drive that one before it on the bus would take for its own, or the other way round.
-///
-/// Where replies carry the whole identifier of their drive, distinct identifiers are enough.
-fn mistaken(spec: &MitSpec, beside: &[(&String, JointDrive)]) -> Option<Mistaken> {
-    let DriveFacts { name: kind, reply_id_bits, other_modes, settings_id, .. } = spec.protocol.facts();
-    if settings_id == Some(spec.reply_id) {
-        return Some(Mistaken {
-            problem: format!(
-                "replies with identifier {}, with which the settings of {kind} drives are written",
-                spec.reply_id
-            ),
-            expected: "another identifier for replies, such as that of the commands + 16".to_owned(),
-        });
-    }
-    beside.iter().filter_map(|(name, other)| Some((name, other.mit()?))).find_map(|(name, other)| {
-        let low = |id: u8| u32::from(id) & ((1 << reply_id_bits) - 1);
-        if reply_id_bits < u8::BITS && other.reply_id == spec.reply_id && low(other.id) == low(spec.id) {
-            let problem = format!(
-                "identifiers {} and {} (of {name:?}) on bus {} both end in {}, and both drives reply with identifier {}: a {kind} reply \
-                 carries the low {reply_id_bits} bits of the identifier alone",
-                spec.id, other.id, spec.bus, low(spec.id), spec.reply_id
-            );
-            let expected = "a `reply_id` for each drive, such as its identifier + 16, or identifiers that differ in these bits";
-            return Some(Mistaken { problem, expected: expected.to_owned() });
-        }
-        let command = |by: &MitSpec, of: &MitSpec| other_modes.iter().any(|mode| u16::from(of.id) + mode == by.reply_id);
-        (command(spec, &other) || command(&other, spec)).then(|| Mistaken {
-            problem: format!(
-                "replies of one of {} and {} (of {name:?}) on bus {} are commands of another mode for the other: these have its \
-                 identifier + 256, + 512 or + 768",
-                spec.id, other.id, spec.bus
-            ),
-            expected: "identifiers for replies below 256, such as those of the commands + 16".to_owned(),
-        })
     })
 }

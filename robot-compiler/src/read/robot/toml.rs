@@ -1,6 +1,7 @@
 //! The TOML form of a robot file.
 
-use super::{drive, heat, places};
+use super::refusals::{field_of, remedy};
+use super::{drive, drive_bus, heat, places};
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::draft::{Draft, FileKind, readable};
 use crate::describe::robot::{BuildError, DOF, JointEncoder, Robot, RobotJoint};
@@ -8,8 +9,9 @@ use crate::read::fields::{body, origin, placement, text};
 use crate::read::friction;
 use crate::read::linkage::refuse;
 use crate::read::rest;
-use crate::read::table::{Table, Value, counted, parse};
-use dynamics_core::model::{Impossible, Place};
+use crate::read::shown::counted;
+use crate::read::table::{Table, Value, parse};
+use dynamics_core::model::Place;
 use dynamics_core::{Dh, Frame, JointKind, JointSpec, Limits, ModelError, Rotor, Tool};
 use nalgebra::Matrix3;
 use std::path::PathBuf;
@@ -33,7 +35,7 @@ const JOINT_KEYS: [&str; 15] = [
     "heat",
 ];
 
-/// Reads an arm, and refuses one that is not possible.
+/// Reads an arm, and rejects an impossible one.
 pub(super) fn read(source: &Source) -> Result<Robot, FileError> {
     let document = parse(source)?;
     let stated = Stated::read(source, Table::root(source, &document))?;
@@ -41,7 +43,7 @@ pub(super) fn read(source: &Source) -> Result<Robot, FileError> {
     Ok(stated.robot)
 }
 
-/// Reads an arm as its file states it.
+/// Reads an arm as stated in its file.
 pub(super) fn draft(source: &Source) -> Result<Draft, FileError> {
     let document = parse(source)?;
     let stated = Stated::read(source, Table::root(source, &document))?;
@@ -57,7 +59,7 @@ pub(super) fn draft(source: &Source) -> Result<Draft, FileError> {
     })
 }
 
-/// An unchecked arm and the tables that it was read from.
+/// An unchecked arm and the tables from which it was read.
 struct Stated<'a> {
     robot: Robot,
     root: Table<'a>,
@@ -87,7 +89,7 @@ impl<'a> Stated<'a> {
                 return Err(table.error("name", problem, "a name of its own for every joint"));
             }
         }
-        drive::check(&joints, &tables)?;
+        drive_bus::check(&joints, &tables)?;
         let rest = root.get("rest").map(|value| rest::read(&value, &joints)).transpose()?;
         let tool = root.table("tool")?;
         let mounting = root.table("mounting")?.as_ref().map(mounting).transpose()?;
@@ -105,7 +107,7 @@ impl<'a> Stated<'a> {
         Ok(Self { robot, root, joints: tables, tool })
     }
 
-    /// The core's refusal, reported at the field that caused it.
+    /// The core's error, reported at the field that caused it.
     fn placed(&self, error: BuildError) -> FileError {
         placed(error, &self.robot, &self.joints, self.tool.as_ref().unwrap_or(&self.root))
     }
@@ -153,7 +155,7 @@ fn joint(table: &Table<'_>) -> Result<RobotJoint, FileError> {
     })
 }
 
-/// The joint's frame, from exactly one of the three ways to give it.
+/// The joint's frame, from exactly one of the three forms in which it can be given.
 fn frame(table: &Table<'_>) -> Result<Frame, FileError> {
     const EXPECTED: &str = "exactly one of `dh`, `mdh`, `placement`";
     let given: Vec<&str> = ["dh", "mdh", "placement"].into_iter().filter(|key| table.get(key).is_some()).collect();
@@ -266,36 +268,5 @@ fn placed(error: BuildError, robot: &Robot, joints: &[Table<'_>], tool: &Table<'
     match nested {
         Some((nested, inner)) => nested.error(inner, problem, expected),
         None => table.error(outer, problem, expected),
-    }
-}
-
-/// A remedy that a TOML file offers.
-fn remedy(what: &Impossible) -> &'static str {
-    match what {
-        Impossible::NegativeMass(_)
-        | Impossible::InertiaWithoutMass(_)
-        | Impossible::NegativePrincipalMoment(_)
-        | Impossible::TriangleInequality(_) => ", or `allow_unphysical = \"reason\"` for a published set of numbers",
-        Impossible::LimitNotPositive(..) => "; without the key there is none",
-        _ => "",
-    }
-}
-
-/// The key, and the key inside it, that a refusal concerns.
-fn field_of(what: &Impossible) -> (&'static str, Option<&'static str>) {
-    match what {
-        Impossible::NegativeMass(_) | Impossible::InertiaWithoutMass(_) => ("mass", None),
-        Impossible::AsymmetricInertia(_)
-        | Impossible::NegativePrincipalMoment(_)
-        | Impossible::TriangleInequality(_) => ("inertia", None),
-        Impossible::NonUnitAxis(_) => ("axis", None),
-        Impossible::NotARotation(_) => ("placement", None),
-        Impossible::PositionLimitsReversed(..) => ("limits", Some("position")),
-        Impossible::LimitNotPositive("velocity", _) => ("limits", Some("velocity")),
-        Impossible::LimitNotPositive("torque", _) => ("limits", Some("torque")),
-        Impossible::LimitNotPositive(..) => ("limits", Some("torque_rate")),
-        Impossible::NegativeRotorInertia(_) => ("rotor", Some("inertia")),
-        // The reader refuses NaN and infinity, but a product of two numbers may still overflow.
-        Impossible::NotFinite(_) => ("mass", None),
     }
 }

@@ -1,16 +1,18 @@
-//! Bounds of the numbers that the safety state machine relies on, each from what the arm can move or exert in that time.
+//! Bounds of the numbers on which the safety state machine relies, each from what the arm can move or exert in that time.
 //!
-//! A number that a file may set without a bound is no protection: with `age_max = 100000` a joint follows a measurement that is minutes
-//! old. Each bound names its reason, and the error says how it was computed.
+//! A number without a bound would give no protection: with `age_max = 100000` a joint would follow a measurement that is minutes
+//! old. Each bound names its reason, and the error explains how it was computed.
 
+use super::entries::{degrees, each, unit};
 use crate::describe::diagnostics::FileError;
 use crate::describe::robot::{Robot, RobotJoint};
 use crate::describe::scene::SceneFile;
-use crate::read::table::{Table, Value};
+use crate::read::shown::short;
+use crate::read::table::Table;
 use crate::with_dof;
 use dynamics_core::JointKind;
 
-/// Greatest age of a measurement without a velocity limit that would bound the motion, ticks: the default.
+/// Greatest age of a measurement, ticks, if no velocity limit bounds the motion: the default.
 const AGE_WITHOUT_LIMIT: u32 = 2;
 /// Longest silence of the host, s: in this time a person who walks towards the arm at 1.6 m/s (ISO 13855) gets 1.6 m closer.
 const HEARTBEAT_MAX: f64 = 1.0;
@@ -20,12 +22,12 @@ const VELOCITY_FACTOR_MAX: f64 = 3.0;
 const PAYLOAD_MAX: f64 = 10.0;
 /// Speed that may always count as rest, and its share of the velocity limit, rad/s or m/s.
 const REST_SPEED: (f64, f64) = (0.05, 0.1);
-/// Highest supply voltage, V: beyond it lies high voltage (1,500 V DC, IEC 61140).
+/// Highest supply voltage, V: above it begins high voltage (1,500 V DC, IEC 61140).
 const SUPPLY_MAX: f64 = 1500.0;
 /// Temperatures that a sensor in a motor can read, degrees Celsius: the hottest insulation class (C) begins at 180.
 const TEMPERATURES: (f64, f64) = (-100.0, 200.0);
 
-/// Farthest that a reference may be from its joint, and that the guard may let a joint go beyond its limit, rad or m.
+/// Farthest that a reference may be from its joint, and that a joint may be beyond its limit before the guard acts, rad or m.
 const fn far(kind: JointKind) -> f64 {
     match kind {
         JointKind::Revolute => 1.0,
@@ -33,7 +35,7 @@ const fn far(kind: JointKind) -> f64 {
     }
 }
 
-/// Checks the numbers that the file gives, and lowers the default of `control.age_max` where the joints are too fast for it.
+/// Checks the numbers in the file, and lowers the default of `control.age_max` if the joints are too fast for it.
 pub(super) fn check(root: &Table<'_>, scene: &mut SceneFile) -> Result<(), FileError> {
     let (empty_control, empty_safety) = (root.empty("control"), root.empty("safety"));
     let control = root.table("control")?.unwrap_or(empty_control);
@@ -50,16 +52,16 @@ pub(super) fn check(root: &Table<'_>, scene: &mut SceneFile) -> Result<(), FileE
 impl SceneFile {
     /// Greatest `control.age_max`, in ticks, and the joint that sets it, counted from 0.
     ///
-    /// A joint may go on at [`velocity_factor`](crate::scene::ControlSpec::velocity_factor) times its velocity limit while nothing
-    /// measures it. In `age_max` ticks it then moves by `age_max period factor velocity`, which must not exceed the reach: from there on
-    /// a joint does not follow its reference, and that must not go unseen. Without a velocity limit the bound is 2 ticks.
+    /// A joint may move at [`velocity_factor`](crate::scene::ControlSpec::velocity_factor) times its velocity limit without being
+    /// measured. In `age_max` ticks it then moves by `age_max period factor velocity`. This must not exceed `safety.reach`: a joint
+    /// that is farther from its reference counts as not following it, and old measurements must not hide that. Without a velocity limit the bound is 2 ticks.
     #[must_use]
     pub fn age_bound(&self) -> (u32, usize) {
         let bound = |(index, joint): (usize, &RobotJoint)| {
             let velocity = joint.spec.limits.velocity;
             let reach = self.safety.reach.get(index).copied().unwrap_or(0.0);
             let ticks = if velocity.is_finite() {
-                // The cast saturates. A product that is whole but for rounding is that whole number.
+                // The cast saturates. The small addition keeps a product whole that is whole except for rounding.
                 (reach / (self.control.velocity_factor * velocity * self.period()) + 1e-9) as u32
             } else {
                 AGE_WITHOUT_LIMIT
@@ -93,9 +95,11 @@ fn age(control: &Table<'_>, scene: &mut SceneFile) -> Result<(), FileError> {
         );
         let reach = scene.safety.reach.get(index).copied().unwrap_or(0.0);
         let expected = format!(
-            "at most {bound} ticks at {} Hz: {reach} {unit} (`safety.reach`) / ({speed} {unit}/s x {} s){bench}",
-            scene.control.rate,
-            scene.period()
+            "at most {bound} ticks at {} Hz: {} {unit} (`safety.reach`) / ({} {unit}/s x {} s){bench}",
+            short(scene.control.rate),
+            short(reach),
+            short(speed),
+            short(scene.period())
         );
         return Err(value.error(problem, expected));
     }
@@ -117,7 +121,7 @@ fn guard(control: &Table<'_>, scene: &SceneFile) -> Result<(), FileError> {
     }
     let Some(value) = guard.get("position_margin") else { return Ok(()) };
     let margin = scene.control.position_margin;
-    // One number for all joints: the smallest bound of their kinds.
+    // One number for all joints: the smallest bound over their kinds.
     let most = scene.robot.joints.iter().map(|joint| far(joint.spec.kind)).fold(f64::INFINITY, f64::min);
     if margin > most {
         let expected = format!(
@@ -136,7 +140,7 @@ fn times(safety: &Table<'_>, scene: &SceneFile) -> Result<(), FileError> {
         return Err(value.error(format!("found {} ms", 1e3 * spec.heartbeat), expected));
     }
     if let Some(value) = safety.get("latency_ms") {
-        // A drive on CAN measures when a command arrives, and its reply is read a tick later.
+        // A drive on CAN measures when a command arrives, and its reply is read one tick later.
         let ticks = if scene.simulates_drives() { 2.0 } else { 1.0 };
         let least = ticks * scene.period();
         if spec.latency < least * (1.0 - 1e-9) {
@@ -189,7 +193,7 @@ fn distances(safety: &Table<'_>, scene: &SceneFile) -> Result<(), FileError> {
     let spec = &scene.safety;
     let joints = &scene.robot.joints;
     each(safety, "reach", joints, &spec.reach, |index, joint| {
-        // A reference within the error of a measurement cannot be told from one at the joint.
+        // A reference within the error of a measurement cannot be distinguished from one at the joint.
         let least = spec.resolution.get(index).copied().unwrap_or(0.0);
         let most = far(joint.spec.kind);
         let why = format!("`resolution` to {most}: farther away a joint does not follow its reference");
@@ -201,13 +205,14 @@ fn distances(safety: &Table<'_>, scene: &SceneFile) -> Result<(), FileError> {
             0.0,
             most,
             format!(
-                "at most `reach`, {most}: with a larger error of the measurement nobody sees that a joint does not follow"
+                "at most `reach`, {}: with a larger measurement error, a joint that does not follow would not be detected",
+                short(most)
             ),
         )
     })?;
     each(safety, "reach_speed", joints, &spec.reach_speed, |_, joint| {
         let most = joint.spec.limits.velocity;
-        (0.0, most, format!("at most the velocity limit, {most}"))
+        (0.0, most, format!("at most the velocity limit, {}", short(most)))
     })?;
     each(safety, "rest_speed", joints, &spec.rest_speed, |_, joint| {
         let share = REST_SPEED.1 * joint.spec.limits.velocity;
@@ -216,7 +221,8 @@ fn distances(safety: &Table<'_>, scene: &SceneFile) -> Result<(), FileError> {
             0.0,
             most,
             format!(
-                "at most {most}, the greater of {} and a tenth of the velocity limit: homing, arming and the end of a stop need an arm at rest",
+                "at most {}, the greater of {} and a tenth of the velocity limit: homing, arming and the end of a stop need an arm at rest",
+                short(most),
                 REST_SPEED.0
             ),
         )
@@ -232,9 +238,11 @@ fn distances(safety: &Table<'_>, scene: &SceneFile) -> Result<(), FileError> {
                 format!("found {}: a reading of {label} could jump by {step:.4} {unit} in a tick", spec.jump_factor);
             let most = reach / (velocity * scene.period());
             let expected = format!(
-                "at most {most:.3}: {reach} {unit} (`safety.reach`) / ({velocity} {unit}/s x {} s), since a larger jump is a joint that does \
+                "at most {most:.3}: {} {unit} (`safety.reach`) / ({} {unit}/s x {} s), because a larger jump means that the joint does \
                  not follow",
-                scene.period()
+                short(reach),
+                short(velocity),
+                short(scene.period())
             );
             return Err(value.error(problem, expected));
         }
@@ -242,7 +250,7 @@ fn distances(safety: &Table<'_>, scene: &SceneFile) -> Result<(), FileError> {
     Ok(())
 }
 
-/// Braking and damping against the torque that a joint has.
+/// Checks braking and damping against the torque of a joint.
 fn stopping(safety: &Table<'_>, scene: &SceneFile) -> Result<(), FileError> {
     let joints = &scene.robot.joints;
     if safety.get("deceleration").is_some() {
@@ -270,42 +278,4 @@ fn stopping(safety: &Table<'_>, scene: &SceneFile) -> Result<(), FileError> {
             ),
         )
     })
-}
-
-/// Holds each entry of a list that the file gives to bounds of its joint, both included; the text says how they follow.
-fn each(
-    table: &Table<'_>,
-    key: &str,
-    joints: &[RobotJoint],
-    list: &[f64],
-    bounds: impl Fn(usize, &RobotJoint) -> (f64, f64, String),
-) -> Result<(), FileError> {
-    let Some(value) = table.get(key) else { return Ok(()) };
-    for (index, (joint, found)) in joints.iter().zip(list).enumerate() {
-        let (least, most, why) = bounds(index, joint);
-        if !(least..=most).contains(found) {
-            let label = Robot::joint_label(index, &joint.name);
-            let place = entry(&value, index);
-            let guess = if key == "reach" && joint.spec.kind == JointKind::Revolute { degrees(*found) } else { "" };
-            return Err(place.error(format!("found {found} for {label}{guess}"), why));
-        }
-    }
-    Ok(())
-}
-
-/// The entry of a list, or the one number for all.
-fn entry<'a>(value: &Value<'a>, index: usize) -> Value<'a> {
-    value.array("").ok().and_then(|list| list.into_iter().nth(index)).unwrap_or_else(|| value.clone())
-}
-
-/// A question where an angle is larger than angles of its kind are.
-const fn degrees(angle: f64) -> &'static str {
-    if angle > 1.0 { "; degrees?" } else { "" }
-}
-
-const fn unit(joint: &RobotJoint) -> &'static str {
-    match joint.spec.kind {
-        JointKind::Revolute => "rad",
-        JointKind::Prismatic => "m",
-    }
 }

@@ -61,7 +61,9 @@ fn term<T: Clone>(
 ) -> Result<Term<T>, FileError> {
     if value.is_string() {
         value.choice_or(&[("absent", Term::Absent), ("live", Term::Live)], what)
-    } else {
+    } else if value.is_table() || value.is_array() {
         constant(value).map(Term::Constant)
+    } else {
+        Err(value.mismatch(&format!("{what}, \"absent\" or \"live\"")))
     }
 }

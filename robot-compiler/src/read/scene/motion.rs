@@ -4,11 +4,12 @@ use super::values::{per_joint, per_joint_text};
 use crate::describe::diagnostics::FileError;
 use crate::describe::robot::Robot;
 use crate::describe::scene::{MotionSpec, SceneFile, ViaPoint};
-use crate::read::table::{Table, Value, counted};
+use crate::read::shown::counted;
+use crate::read::table::{Table, Value};
 use crate::with_dof;
 use dynamics_core::control::trajectory::{HARMONICS_MAX, MotionError, POINTS_MAX};
 
-/// Longest motion, s: longer ones (a day) are typing errors.
+/// Longest motion, s: longer ones (hours or a day) are probably typing errors.
 const DURATION_MAX: f64 = 1e4;
 const TIME: &str = "a time in s, above zero and at most 1e4";
 
@@ -173,7 +174,7 @@ fn acceleration(table: &Table<'_>, robot: &Robot) -> Result<Option<Vec<f64>>, Fi
     table.get("acceleration").map(|value| per_joint(&value, robot, EXPECTED, one)).transpose()
 }
 
-/// Makes the motion once, so that an impossible one is reported at its place in the file.
+/// Makes the motion once, so that an impossible one is reported at its location in the file.
 pub(super) fn check(scene: &SceneFile, table: &Table<'_>) -> Result<(), FileError> {
     let made = with_dof!(scene.robot.dof(), N => {
         let model = scene.robot.model::<N>()?;

@@ -2,17 +2,18 @@
 
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::study::{Key, Literal, Relative, Setting, Values, Vary};
-use crate::read::table::{Table, Value, counted};
+use crate::read::shown::counted;
+use crate::read::table::{Table, Value};
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-/// Most keys that vary: those that the Sobol sequence has directions for.
+/// Most keys that vary: the Sobol sequence has directions for this many.
 const VARY_MAX: usize = 32;
 const KEY: &str =
     "a key of the scene such as \"plant.payload.mass\", or of its robot such as \"robot.joint.elbow.mass\"";
 /// Most values of a list.
 const LIST_MAX: usize = 100_000;
-/// Whole numbers are drawn exactly up to here.
+/// Largest magnitude up to which whole numbers are drawn exactly.
 const WHOLE_MAX: i64 = 1 << 53;
 
 /// `unset`, a list of keys, and `[set]`, keys in quotes with their values.
@@ -102,7 +103,7 @@ fn vary(table: &Table<'_>, source: &Source) -> Result<Vary, FileError> {
     Ok(Vary { steps: steps(table, &values)?, key, values, relative })
 }
 
-/// Number of values in a grid; 0 where neither the values nor `steps` say it.
+/// Number of values in a grid; 0 if neither the values nor `steps` give it.
 fn steps(table: &Table<'_>, values: &Values) -> Result<u64, FileError> {
     let given = table.get("steps");
     match (values, given) {
@@ -171,7 +172,7 @@ fn list(value: &Value<'_>, source: &Source) -> Result<Vec<Literal>, FileError> {
             let cell = match (number, item.is_string()) {
                 (Some(_), _) => toml.clone(),
                 (None, true) => item.string("")?.to_owned(),
-                // Of lists and tables: on one line.
+                // Lists and tables are put on one line.
                 (None, false) => toml.split_whitespace().collect::<Vec<_>>().join(" "),
             };
             if cell.chars().any(char::is_control) {

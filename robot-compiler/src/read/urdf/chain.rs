@@ -1,7 +1,8 @@
 //! Choice of the joints that form the arm.
 
-use super::description::{Description, UrdfJoint, UrdfJointKind};
+use super::description::{Description, UrdfJoint};
 use super::markup::{Markup, child};
+use super::moving::{moves, supported};
 use crate::describe::cut::Ends;
 use crate::describe::diagnostics::{FileError, listed, one_of};
 use crate::describe::robot::DOF;
@@ -23,15 +24,15 @@ pub(super) struct Chain {
     pub(super) above: Vec<Option<usize>>,
     /// Joints below a link, in the order of the file.
     pub(super) below: Vec<Vec<usize>>,
-    /// The link that the arm stands on.
+    /// The base link of the arm.
     pub(super) base: usize,
     /// The link whose frame is the tip.
     pub(super) tip: usize,
-    /// Moving joints beside the chain, held still.
+    /// Moving joints outside the chain, held still.
     pub(super) held: Vec<usize>,
-    /// Position of every joint that is held, rad or m: zero, or where a mimic joint is when its leader is at zero.
+    /// Position of every joint that is held, rad or m: zero, or a mimic joint's position for zero of its leader.
     pub(super) position: Vec<f64>,
-    /// `parent_from_child` of every joint that is held or fixed; of a moving one at zero.
+    /// `parent_from_child` of every held or fixed joint, and of every moving joint at zero.
     pub(super) place: Vec<Placement<f64>>,
 }
 
@@ -60,7 +61,7 @@ impl Chain {
         for &joint in &chain.moving {
             supported(markup, urdf, joint)?;
         }
-        // Other moving joints are not part of the arm, but the arm still carries those that move with it.
+        // Other moving joints are not part of the arm, but the arm carries those on its links.
         let base = chain.moving.first().map_or(chain.base, |&joint| chain.child[joint]);
         let carried = (0..urdf.joints.len()).filter(|&joint| moves(urdf, joint) && !chain.moving.contains(&joint));
         chain.held = carried.filter(|&joint| chain.is_below(joint, base)).collect();
@@ -182,7 +183,7 @@ impl Chain {
         }
     }
 
-    /// A link and those above it, up to the root; ends in a loop too.
+    /// A link and those above it, up to the root; stops if the links form a loop.
     fn upwards(&self, link: usize) -> impl Iterator<Item = usize> + '_ {
         let next = |&link: &usize| self.above[link].map(|joint| self.parent[joint]);
         std::iter::successors(Some(link), next).take(self.above.len() + 1)
@@ -254,7 +255,7 @@ impl Chain {
         Ok(link)
     }
 
-    /// Links that a chain through a branching link may end at: that link, and the ends of its branches; each with its number
+    /// Links at which a chain through a branching link may end: that link, and the ends of its branches, each with its number
     /// of moving joints.
     fn tips(&self, urdf: &Description<'_>, branching: usize) -> Vec<String> {
         let ends = (0..urdf.links.len()).filter(|&link| self.below[link].is_empty() && self.reaches(link, branching));
@@ -277,34 +278,4 @@ impl Chain {
         }
         false
     }
-}
-
-fn moves(urdf: &Description<'_>, joint: usize) -> bool {
-    urdf.joints[joint].kind != UrdfJointKind::Fixed
-}
-
-/// Refuses joints other than those with one free variable of their own.
-fn supported(markup: &Markup<'_>, urdf: &Description<'_>, index: usize) -> Result<(), FileError> {
-    let joint = &urdf.joints[index];
-    let node = &urdf.joints[index].node;
-    let kind = match joint.kind {
-        UrdfJointKind::Revolute | UrdfJointKind::Continuous | UrdfJointKind::Prismatic | UrdfJointKind::Fixed => {
-            if child(node, "mimic").is_none() {
-                return Ok(());
-            }
-            let field = format!("joint {}.mimic", joint.name);
-            let problem = "the joint follows another one";
-            return Err(markup.error_in(node, "mimic", field, problem, "joints that move on their own"));
-        }
-        UrdfJointKind::Floating => "floating",
-        UrdfJointKind::Planar => "planar",
-        UrdfJointKind::Spherical => "spherical",
-    };
-    let field = format!("joint {}.type", joint.name);
-    let problem = format!("a {kind} joint is in the chain");
-    let expected = format!(
-        "revolute, continuous, prismatic or fixed; for the arm that {} carries, `--base {}`",
-        joint.name, joint.child
-    );
-    Err(markup.error(node, field, problem, expected))
 }

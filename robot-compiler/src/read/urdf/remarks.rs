@@ -1,10 +1,11 @@
-//! Assumptions about an arm that is cut out of a URDF file.
+//! Assumptions about an arm that was cut out of a URDF file.
 
 use super::chain::Chain;
 use super::description::{Description, UrdfJointKind};
 use super::markup::{Markup, child};
 use super::{merge, names};
 use crate::describe::draft::{Remark, RemarkKind};
+use crate::read::shown::short;
 
 /// Misspelt names, held joints, a base that floats, and parts of bodies that are missing.
 pub(super) fn all(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain) -> Vec<Remark> {
@@ -79,9 +80,4 @@ pub(super) fn all(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain) ->
         link = chain.parent[above];
     }
     found
-}
-
-/// At most six digits.
-pub(super) fn short(x: f64) -> String {
-    format!("{x:.6e}").parse::<f64>().unwrap_or(x).to_string()
 }

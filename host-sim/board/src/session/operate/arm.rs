@@ -3,165 +3,23 @@
 //! The operator's code is the same for every arm: only [`ArmModel`] and [`PlannedMotion`] depend on the number of joints, and
 //! are compiled for each number.
 
-use super::motion_queue::way;
 use super::planned_motion::PlannedMotion;
 use super::reason::Stop;
+use super::scene_arm::{ArmModel, SceneArm};
 use super::torque_cause::DriveNumbers;
 use crate::session::frame_log::Head;
 use crate::session::frame_log::viewer::Recorded;
-use dynamics_core::control::trajectory::{Bounds, MotionError};
-use dynamics_core::control::{ControlLaw, ControllerConfig, Encoder};
+use dynamics_core::control::trajectory::Bounds;
+use dynamics_core::control::{ControlLaw, ControllerConfig};
 use dynamics_core::safety::SafeAction;
-use dynamics_core::trig::Libm;
-use dynamics_core::{
-    Dynamics, Inertia, InertiaBounds, InverseDynamics as _, JointKind, Live, Model, Reference, Term, Trig as _,
-};
-use identification::arm::Chain;
-use identification::identify::TORQUE_CUTOFF;
-use identification::log::Log;
-use identification::payload::{Known, Payload};
-use identification::prepare::Filters;
-use link::convert::{AsymmetricInertia, array};
-use link::{Hello, Sensed};
-use robot_compiler::scene::joints;
+use dynamics_core::{Dynamics, Inertia, InertiaBounds, JointKind, Live, Model, Term};
+use link::Hello;
 use robot_compiler::{RobotJoint, SceneFile};
-use sim::run::wrench::tip_wrench;
-use std::fmt;
 use std::rc::Rc;
 use std::time::Duration;
 
-/// Relative deviation of the torques that drives were told.
-const TORQUE_DEVIATION: f64 = 0.02;
-
-/// Share of the torque limit that counts as noise.
+/// Share of the torque limit that counts as measurement noise.
 const NOISE: f64 = 0.005;
-
-/// Operations that depend on the number of joints.
-pub(super) trait ArmModel: fmt::Debug {
-    /// Positions in rad or m; `None` for another number of joints.
-    fn positions(&self, sensed: &Sensed) -> Option<Vec<f64>>;
-
-    /// Reference at rest at these positions.
-    fn at_rest(&self, q: &[f64]) -> link::Reference;
-
-    /// Motion from rest to rest: in this time, s, or as fast as the bounds allow.
-    fn way(&self, from: &[f64], to: &[f64], time: Option<f64>) -> Result<Rc<dyn PlannedMotion>, MotionError>;
-
-    /// Live inputs of the arm, with another payload (in the tip frame) if one is given. This is the one place where a payload is
-    /// moved from the tip frame to the last link's frame, which the board uses.
-    fn live(&self, payload: Option<Inertia<f32>>) -> Result<link::Live, AsymmetricInertia>;
-
-    /// Payload of the scene, in the tip frame.
-    fn payload(&self) -> Inertia<f32>;
-
-    /// A body given in the tip frame, in the last link's frame.
-    fn in_last_link(&self, in_tip: &Inertia<f64>) -> Inertia<f64>;
-
-    /// A body given in the last link's frame, in the tip frame.
-    fn in_tip(&self, in_last_link: &Inertia<f64>) -> Inertia<f64>;
-
-    /// Torque of this motion by the model that the controller has, N m or N. The payload is in the tip frame.
-    fn inverse_dynamics(&self, q: &[f64], qd: &[f64], qdd: &[f64], payload: Option<Inertia<f32>>) -> Vec<f64>;
-
-    /// Payload that explains a log, against the model, in the last link's frame; viscous and Coulomb friction of each joint.
-    fn weigh(&self, log: &Log, friction: &[(f64, f64)]) -> Payload;
-
-    /// Force (N) and moment (N m) at the tip, in base axes, that these external torques stand for; the smallest of several. `None`
-    /// where the arm is singular.
-    fn tip_wrench(&self, q: &[f64], external: &[f32]) -> Option<[f64; 6]>;
-}
-
-#[derive(Debug)]
-struct SceneArm<const N: usize> {
-    /// Live inputs of the arm, as sent to the board: the payload is in the last link's frame.
-    live: Live<f32, N>,
-    /// The scene's payload, in the tip frame.
-    payload: Inertia<f32>,
-    /// Bounds of the operator's own motions.
-    bounds: Bounds<f64, N>,
-    encoder: [Encoder<f64>; N],
-    dynamics: Dynamics<f64, N>,
-}
-
-impl<const N: usize> SceneArm<N> {
-    /// Live inputs with this payload, given in the tip frame; with the scene's for `None`.
-    fn live_with(&self, payload: Option<Inertia<f32>>) -> Live<f32, N> {
-        // Symmetric to the bit: the link carries six entries of the tensor.
-        let moved = payload.map(|payload| self.in_last_link(&payload.cast()).cast().symmetric());
-        Live { payload: moved.unwrap_or(self.live.payload), ..self.live }
-    }
-}
-
-impl<const N: usize> ArmModel for SceneArm<N> {
-    fn positions(&self, sensed: &Sensed) -> Option<Vec<f64>> {
-        match sensed {
-            Sensed::State { q, .. } => array::<f32, N>(q).ok().map(|q| q.map(f64::from).to_vec()),
-            Sensed::Counts(counts) => {
-                let counts = array::<i32, N>(counts).ok()?;
-                Some(counts.iter().zip(&self.encoder).map(|(count, encoder)| encoder.position(*count)).collect())
-            }
-        }
-    }
-
-    fn at_rest(&self, q: &[f64]) -> link::Reference {
-        link::Reference::new(&Reference::<f64, N>::at_rest(joints(q)).cast::<f32>())
-    }
-
-    fn way(&self, from: &[f64], to: &[f64], time: Option<f64>) -> Result<Rc<dyn PlannedMotion>, MotionError> {
-        let from: [f64; N] = joints(from);
-        // An arm that was armed beyond a limit may move inward from there.
-        let position = core::array::from_fn(|i| {
-            let (low, high) = self.bounds.position[i];
-            (low.min(from[i]), high.max(from[i]))
-        });
-        let inward = way::<N>(from, joints(to), time, &Bounds { position, ..self.bounds });
-        Ok(Rc::new(inward.map_err(|error| match error {
-            // The limits of the robot file are what the user knows.
-            MotionError::PositionOutOfLimits { point, joint, position, .. } => {
-                let limits = self.bounds.position.get(joint).copied().unwrap_or_default();
-                MotionError::PositionOutOfLimits { point, joint, position, limits }
-            }
-            error => error,
-        })?))
-    }
-
-    fn live(&self, payload: Option<Inertia<f32>>) -> Result<link::Live, AsymmetricInertia> {
-        link::Live::new(&self.live_with(payload))
-    }
-
-    fn payload(&self) -> Inertia<f32> {
-        self.payload
-    }
-
-    fn in_last_link(&self, in_tip: &Inertia<f64>) -> Inertia<f64> {
-        let tip = self.dynamics.model().tip();
-        in_tip.in_parent(&tip.rotation, &tip.translation)
-    }
-
-    fn in_tip(&self, in_last_link: &Inertia<f64>) -> Inertia<f64> {
-        let link = self.dynamics.model().tip().inverse();
-        in_last_link.in_parent(&link.rotation, &link.translation)
-    }
-
-    fn inverse_dynamics(&self, q: &[f64], qd: &[f64], qdd: &[f64], payload: Option<Inertia<f32>>) -> Vec<f64> {
-        let (q, qd, qdd): ([f64; N], [f64; N], [f64; N]) = (joints(q), joints(qd), joints(qdd));
-        let live = self.live_with(payload).cast();
-        self.dynamics.inverse_dynamics(&Libm.sin_cos_all(&q), &q, &qd, &qdd, &live).to_vec()
-    }
-
-    fn weigh(&self, log: &Log, friction: &[(f64, f64)]) -> Payload {
-        let chain = Chain::new(*self.dynamics.model(), self.live.gravity.map(f64::from));
-        let filters = Filters { motion: TORQUE_CUTOFF, torque: TORQUE_CUTOFF };
-        let known = Known::of_numbers(&chain, &chain.parameters(), friction, filters);
-        known.payload(&chain, std::slice::from_ref(log), (1.0, TORQUE_DEVIATION))
-    }
-
-    fn tip_wrench(&self, q: &[f64], external: &[f32]) -> Option<[f64; 6]> {
-        let (q, external): ([f64; N], [f64; N]) =
-            (joints(q), joints(&external.iter().copied().map(f64::from).collect::<Vec<_>>()));
-        tip_wrench(self.dynamics.model(), &q, &external)
-    }
-}
 
 /// The terms that `terms = "auto"` left out of the scene's model, and the motion on which it judged them.
 fn left_out(scene: &SceneFile) -> Option<String> {
@@ -180,7 +38,7 @@ fn left_out(scene: &SceneFile) -> Option<String> {
 /// An operator's data about a scene's arm.
 #[derive(Debug)]
 pub(super) struct Arm {
-    /// Arm as a record has it.
+    /// The arm's data for a record.
     pub(super) recorded: Recorded,
     pub(super) hello: Hello,
     /// The payload last sent to the board, in the tip frame, if it differs from the scene's.
@@ -220,11 +78,11 @@ pub(super) struct Arm {
     pub(super) torque: Vec<f64>,
     /// Lowest and highest position of each joint, rad or m.
     pub(super) range: Vec<(f64, f64)>,
-    /// Torque of each joint that friction and noise may hide, N m or N.
+    /// Torque of each joint that friction and noise can explain, N m or N.
     pub(super) hidden: Vec<f64>,
     /// Viscous and Coulomb friction of each joint.
     pub(super) friction: Vec<(f64, f64)>,
-    /// Numbers of each joint's drive that a wrong torque can show.
+    /// Data of each joint's drive, to identify the cause of a wrong torque.
     pub(super) drives: Vec<DriveNumbers>,
     /// For each joint, true if the board follows its motor's heat; empty for an arm without drives.
     pub(super) has_heat: Vec<bool>,
@@ -259,7 +117,7 @@ impl Arm {
         };
         let coefficients =
             |joint: &RobotJoint| joint.friction.map_or((0.0, 0.0), |friction| (friction.viscous, friction.coulomb));
-        // What the plant holds is not declared to a board whose model has no place for it.
+        // A board without a payload in its model cannot use the simulated arm's payload, so it is not sent.
         let mut declared: Live<f32, N> = scene.live(model).cast();
         if !matches!(scene.model.payload, Term::Live) {
             declared.payload = Inertia::zero();
@@ -288,7 +146,7 @@ impl Arm {
             left_out: left_out(scene),
             estimates: scene.collision.is_some(),
             heartbeat: Duration::from_secs_f64(scene.safety.heartbeat),
-            // A quarter of the limit, so that three of four may be lost.
+            // A quarter of the limit, so that three frames in a row may be lost.
             live_every: (rules.live_max > 0)
                 .then(|| Duration::from_secs_f64(0.25 * f64::from(rules.live_max) * scene.period())),
             has_brakes: matches!(scene.safety.safe_action, SafeAction::Brake),
@@ -307,12 +165,12 @@ impl Arm {
     }
 }
 
-/// Torque of a joint that friction and noise may hide, N m or N.
+/// Torque of a joint that friction and noise can explain, N m or N.
 fn hidden(coulomb: f64, limit: f64) -> f64 {
     coulomb + if limit.is_finite() { NOISE * limit } else { 0.0 }
 }
 
-/// For each joint with a drive, true if the robot file knows the numbers of its motor's heat.
+/// For each joint with a drive, true if the robot file gives the thermal data of its motor.
 fn has_heat(scene: &SceneFile) -> Vec<bool> {
     let driven = scene.robot.joints.iter().filter(|joint| joint.drive.is_some());
     driven.map(|joint| joint.heat.rules(scene.period()).is_some()).collect()

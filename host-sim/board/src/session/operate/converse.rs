@@ -6,7 +6,7 @@ use super::ending::{Consent, Released};
 use super::{Operator, Stop};
 use std::time::Duration;
 
-/// Decision that waits for the user: what follows if the joints may sink, or the limits of the first motion may be lifted.
+/// A pending decision of the user: the command to complete although joints may sink, or the lifting of the first motion's limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Pending {
     Disarm,
@@ -14,9 +14,9 @@ enum Pending {
     FullRange,
 }
 
-/// Executes commands line by line, until the end. The arm is left as `docs/operate/README.md` says: see `Operator::release`.
+/// Executes commands line by line, until the end. `docs/operate/README.md` describes the state in which it leaves the arm; see `Operator::release`.
 pub fn converse(operator: &mut Operator, console: &mut Console) -> Result<(), Stop> {
-    // In a dry run, time stands still while a pipe is silent: the result does not depend on the speed of the writer.
+    // In a dry run, simulated time does not pass while a pipe is silent: the result does not depend on the speed of the writer.
     const PATIENCE: Duration = Duration::from_millis(20);
     let person = console.is_a_person();
     let consent = if person { Consent::Ask } else { Consent::Rule };
@@ -65,7 +65,7 @@ pub fn converse(operator: &mut Operator, console: &mut Console) -> Result<(), St
             Ok(None) => {}
             Ok(Some((Pending::Quit, Released::Done))) => return Ok(()),
             Ok(Some((after, Released::Asked))) => pending = Some(after),
-            // A script has no more to say after `quit`.
+            // Nothing follows `quit` in a script.
             Ok(Some((Pending::Quit, Released::Held))) if !person => return operator.keep_holding(),
             Ok(Some(_)) => {}
             // A user at a terminal reads the error and goes on.
@@ -109,7 +109,7 @@ mod tests {
     use crate::session::operate::report::Report;
     use crate::session::operate::{Operator, Presses};
     use robot_compiler::SceneFile;
-    use sim::run::simulate;
+    use sim::run::scene_world;
     use std::path::Path;
 
     /// True if the limits of the first motion are in force after a user at a terminal has typed these lines.
@@ -118,7 +118,7 @@ mod tests {
         let scene = SceneFile::load(&path).unwrap();
         let model = scene.robot.model::<6>().unwrap();
         let device =
-            DryRunDevice::new(OnDesk::start(&scene, &model), simulate::world::<6>(&scene).unwrap(), Pace::default());
+            DryRunDevice::new(OnDesk::start(&scene, &model), scene_world::world::<6>(&scene).unwrap(), Pace::default());
         let head = Head { hash: scene.hash(&model), scene: path, text: String::new() };
         let report = Report::new(false);
         let mut operator =

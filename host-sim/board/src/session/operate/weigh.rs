@@ -1,30 +1,31 @@
-//! Payload of the arm, from its own slow motions: `weigh`.
+//! Estimate of the payload from slow motions of the arm: the command `weigh`.
 
-use super::arm::{Arm, ArmModel};
+use super::arm::Arm;
 use super::samples::Sample;
+use super::scene_arm::ArmModel;
 use super::{Operator, Stop};
 use dynamics_core::Inertia;
 use identification::log::Log;
 use identification::payload::Payload;
 use link::StateCode;
 
-/// Distance that every joint moves, rad or m, and its time in shortest times.
+/// Distance that every joint moves, rad or m; and the duration as a multiple of the shortest possible one.
 const REACH: f64 = 0.35;
 const SLOWER: f64 = 2.0;
 
-/// Directions of the joints in each of the back-and-forth motions: bit `i` is joint `i`.
+/// Directions of the joints in each of the four motions: bit `i` is joint `i`, 1 is the positive direction.
 const WAYS: [u32; 4] = [0b11_0101, 0b00_1010, 0b10_0110, 0b01_1001];
 
 /// Half-width of the reported interval, in standard deviations.
 const WIDE: f64 = 1.96;
 
-/// Fewest samples that are a log.
+/// Fewest samples for an estimate.
 const SAMPLES_MIN: usize = 100;
 
 impl Operator {
-    /// Move all joints slightly back and forth, four times; say what the arm holds, and tell it to the board.
+    /// Moves all joints slightly back and forth, four times. Reports the estimated payload and sends it to the board.
     ///
-    /// The arm itself counts as known, by the scene's model and its friction.
+    /// The arm's own model and friction, from the scene, count as exact.
     pub(super) fn weigh(&mut self) -> Result<(), Stop> {
         let refused = |operator: &mut Self, why: &str| {
             operator.refused = true;
@@ -64,7 +65,7 @@ impl Operator {
         self.take_up("weigh", &goal)
     }
 
-    /// A place beside this one, each joint where its bit says, or to the other side where there is more room.
+    /// A position near this one. Each joint moves in the direction of its bit, or in the other one if that has more free range.
     fn beside(&self, here: &[f64], way: u32) -> Vec<f64> {
         let place = |(joint, (&at, &(low, high))): (usize, (&f64, &(f64, f64)))| {
             let up = way >> joint & 1 == 1;
@@ -78,7 +79,7 @@ impl Operator {
     }
 }
 
-/// Samples as a log: the ticks that were missed are gaps in its time.
+/// Converts samples to a log. Missed ticks are gaps in its time.
 fn log(samples: &[Sample], arm: &Arm) -> Log {
     let first = samples.first().map_or(0, |sample| sample.tick);
     let mut ordered: Vec<&Sample> = samples.iter().collect();
@@ -98,7 +99,7 @@ fn log(samples: &[Sample], arm: &Arm) -> Log {
     }
 }
 
-/// The estimated payload in words, and as the body to be sent, in the tip frame.
+/// Describes the estimated payload, and returns it as a body in the tip frame.
 fn in_words(held: &Payload, joints: &dyn ArmModel) -> (String, Inertia<f32>) {
     let half = WIDE * held.mass_deviation;
     let nothing = Inertia::<f64>::zero();

@@ -1,20 +1,20 @@
-//! The ticks of a run that its page keeps.
+//! Selection of the ticks of a run that its page keeps.
 //!
-//! Every tick, where there is room. Otherwise every `stride`-th tick, as it was, and of error, torque and torque from outside also the
-//! lowest and the highest value until the next one, or until a fault: no peak is lost.
+//! Every tick is kept if the page has enough space. Otherwise the page keeps every `stride`-th tick. For error, torque and external torque it also
+//! keeps the lowest and the highest value until the next kept tick, or until a fault, so that no peak is lost.
 
 use crate::run::record::{JointSample, Record};
 use report::column;
 use serde_json::{Map, Value, json};
 
-/// Room for all columns of a run in its page, bytes: with the scripts, a page stays below 2 MB.
+/// Space for all columns of a run in its page, bytes: with the scripts, a page stays below 2 MB.
 const ROOM: usize = 1_150_000;
-/// Columns per joint that are always there: `q, qd, error, qd_error, torque`.
+/// Columns per joint that are always present: `q, qd, error, qd_error, torque`.
 const ALWAYS: usize = 5;
-/// Columns per joint that have a lowest and a highest value beside them: error and torque.
+/// Columns per joint that also have a lowest and a highest value: error and torque.
 const WITH_EXTREMES: usize = 2;
 
-/// Choice of ticks.
+/// Selection of ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Rows {
     /// Ticks from one row to the next.
@@ -22,7 +22,7 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    /// The least stride whose columns fit, beside so many more columns per joint.
+    /// Chooses the smallest stride whose columns fit, with `more` further columns per joint.
     pub(super) fn new(record: &Record, more: usize) -> Self {
         let (joints, outside) = (record.joints().len(), usize::from(record.estimates()));
         let columns = |thinned: usize| {
@@ -66,7 +66,7 @@ impl Rows {
         columns
     }
 
-    /// The estimated wrench at the tip, six columns; NaN where the arm is singular. `None` where nobody estimates it.
+    /// The estimated wrench at the tip, as six columns; NaN if the arm is singular. `None` if it is not estimated.
     pub(super) fn wrenches(self, record: &Record) -> Option<Vec<String>> {
         let axis = |axis: usize| {
             let values = record.wrenches().iter().map(|wrench| wrench.map_or(f64::NAN, |wrench| wrench[axis]));
@@ -79,7 +79,7 @@ impl Rows {
         json!({ "at": column::encode(values.step_by(self.stride)) })
     }
 
-    /// Every `stride`-th of the values, and the extremes of others between: NaN among these has none.
+    /// Every `stride`-th value, and the extremes of `between` from each of these to the next. NaN in `between` is ignored.
     fn thinned(self, values: impl Iterator<Item = f64>, between: impl Iterator<Item = f64>) -> Value {
         if self.stride == 1 {
             return self.plain(values);
@@ -96,11 +96,12 @@ impl Rows {
 #[cfg(test)]
 mod tests {
     use super::{ROOM, Rows};
-    use crate::run::record::{JointLabel, JointSample, Record};
+    use crate::run::joint_label::JointLabel;
+    use crate::run::record::{JointSample, Record};
     use dynamics_core::control::LimitFlags;
     use dynamics_core::{Fault, JointKind};
 
-    /// A torque at one tick, and a fault at another one with a larger torque from there on.
+    /// A record with one peak torque, and a fault with larger torques from that tick on.
     fn record_with_fault(ticks: usize, peak: usize, fault: usize) -> Record {
         let label = JointLabel { name: "swing".to_owned(), kind: JointKind::Revolute };
         let mut record = Record::new(vec![label; 6], ticks);
@@ -141,7 +142,7 @@ mod tests {
         let columns = rows.columns(&long);
         let text = serde_json::to_string(&columns).unwrap();
         assert!(text.len() < ROOM, "{}", text.len());
-        // 7.0 is 00 00 e0 40; the row of the peak holds it as its highest value though its own tick has 0.
+        // 7.0 is 00 00 e0 40. The row with the peak contains it as the highest value, although the row's own tick has 0.
         let high = columns["torque"][0]["high"].as_str().unwrap();
         let expected = report::column::encode(
             (0..60_000_usize.div_ceil(rows.stride)).map(|row| if row == 54_321 / rows.stride { 7.0 } else { 0.0 }),

@@ -1,17 +1,17 @@
-//! A run in sentences and tables.
+//! A run, described in sentences and tables.
 
 use super::events::Event;
+use crate::run::joint_label::JointLabel;
 use crate::run::numbers::engineering;
-use crate::run::record::JointLabel;
 use crate::run::simulate::Run;
 use report::{Block, Cell, Table};
 
-/// A number with three digits, and all of its digits behind them.
+/// A number with three digits, followed by all of its digits.
 fn number(value: f64, unit: &str) -> Cell {
     Cell::number(engineering(value, unit), value)
 }
 
-/// Most important results, in sentences.
+/// The most important results, in sentences.
 pub(super) fn lead(run: &Run) -> Vec<String> {
     let (summary, joints) = (&run.summary, run.record.joints());
     let setting = &summary.setting;
@@ -127,7 +127,7 @@ pub(super) fn settings(run: &Run) -> Vec<(String, String)> {
 /// Most events that are listed one by one.
 const LISTED: usize = 100;
 
-/// Events in words, each leading to its moment.
+/// List of the events; each entry links to its instant.
 pub(super) fn events(events: &[Event], run: &Run) -> Vec<Block> {
     let at = |event: &Event| match event.to {
         None => engineering(event.at, "s"),
@@ -146,9 +146,9 @@ pub(super) fn events(events: &[Event], run: &Run) -> Vec<Block> {
     blocks
 }
 
-/// Keys of a page with so many joints.
+/// Explanation of the page's keys, for this number of joints.
 pub fn keys(joints: usize) -> String {
-    // There are keys for nine.
+    // The page has keys for nine joints.
     let choose = match joints.min(9) {
         0 | 1 => "1 chooses the joint".to_owned(),
         last => format!("1 to {last} choose a joint"),
@@ -159,7 +159,7 @@ pub fn keys(joints: usize) -> String {
     )
 }
 
-/// Keys, and how the data were thinned.
+/// Explanation of the keys, and of how the data were thinned.
 pub(super) fn reading(run: &Run, stride: u64) -> Vec<String> {
     let kept = if stride == 1 {
         "Every tick is in this page.".to_owned()

@@ -1,4 +1,4 @@
-//! Results as a page.
+//! Results as an HTML page.
 
 use super::markdown::short;
 use super::{Distribution, Results};
@@ -8,7 +8,7 @@ use report::{Block, Cell, Figure, Page, Point, Scale, Series, Table};
 use std::path::Path;
 
 impl Results {
-    /// The page of a study that is ready to run, with the commands that repeat its runs.
+    /// Creates the page of a prepared study, with the commands that repeat its runs.
     #[must_use]
     pub fn page(&self, prepared: &Prepared, study: &Path) -> Page {
         let mut blocks = vec![Block::Facts(self.about(prepared))];
@@ -26,7 +26,7 @@ impl Results {
         Page { title: format!("study {}", self.study), lead: vec![self.sentence()], blocks }
     }
 
-    /// Rank correlations as bars; `None` where there are none.
+    /// Rank correlations as a bar chart; `None` if there are none.
     fn influence(&self) -> Option<Figure> {
         let names: Vec<String> = self.keys().into_iter().map(str::to_owned).collect();
         let of = |metric: &Distribution| {
@@ -45,7 +45,7 @@ impl Results {
         (!names.is_empty()).then(|| self.metrics.iter().map(of).fold(figure, Figure::with))
     }
 
-    /// The worst runs of every figure, each with its command.
+    /// Table of the worst runs of every figure, each with its command.
     fn worst_runs(&self, study: &Path) -> Option<Table> {
         let mut table = Table::new(
             "The worst runs, and the command that repeats each in full",
@@ -64,7 +64,7 @@ impl Results {
         any.then_some(table)
     }
 
-    /// The first runs that failed, each with its command; `None` where none did.
+    /// Table of the first runs that failed, each with its command; `None` if none did.
     fn failing_runs(&self, study: &Path) -> Option<Table> {
         let mut table =
             Table::new("The first runs that failed, and the command that repeats each in full", &["run", "command"]);
@@ -77,7 +77,7 @@ impl Results {
 }
 
 impl Distribution {
-    /// The histogram of all runs.
+    /// Histogram of all runs.
     fn figure(&self) -> Figure {
         let histogram = &self.histogram;
         let width = (histogram.high - histogram.low) / histogram.counts.len().max(1) as f64;
@@ -90,9 +90,14 @@ impl Distribution {
         let figure = Figure::new(format!("Runs by {}", self.metric), self.label(), "runs")
             .with(Series::steps("all runs", points));
         let most = histogram.counts.iter().max().map_or(0.0, |count| *count as f64);
-        // A bound far from all runs would leave them no room.
+        // A bound far from all runs is left out, because it would compress the histogram.
         let room = histogram.high - histogram.low;
         let near = |bound: f64| (histogram.low - room..=histogram.high + room).contains(&bound);
+        let quantiles = self.quantiles.map_or([None; 3], |all| [all.p05, all.p50, all.p95]);
+        let quantiles = ["5 %", "median", "95 %"].into_iter().zip(quantiles);
+        let figure = quantiles.filter_map(|(name, at)| Some((name, at?))).fold(figure, |figure, (name, at)| {
+            figure.with(Series::quantile(format!("{name} {}", short(at)), at, most, name == "median"))
+        });
         let bounds = [("fails above", self.limit), ("fails below", self.least)].into_iter();
         bounds.filter_map(|(name, bound)| Some((name, bound.filter(|bound| near(*bound))?))).fold(
             figure,

@@ -1,40 +1,8 @@
 //! The tables of keys in `robots/README.md` and `scenes/README.md`, compared with the keys that the readers accept.
-#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
-use crate::{Robot, SceneFile};
-use std::cell::RefCell;
+use super::kinds::{ROBOT_FILES, SCENE_FILES};
+use super::top;
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
-
-thread_local! {
-    /// Keys that tables of the files read so far may have, the last part of each name alone.
-    static KNOWN: RefCell<BTreeSet<String>> = const { RefCell::new(BTreeSet::new()) };
-}
-
-/// Records the keys of a table.
-pub(crate) fn record(known: &[&str]) {
-    KNOWN.with_borrow_mut(|all| all.extend(known.iter().map(|key| (*key).to_owned())));
-}
-
-fn top() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_owned()
-}
-
-/// TOML files below a folder.
-fn files(folder: &Path) -> Vec<PathBuf> {
-    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    let (folders, files): (Vec<_>, Vec<_>) = entries.partition(|path| path.is_dir());
-    let below = folders.iter().filter(|folder| !folder.ends_with("studies")).flat_map(|folder| self::files(folder));
-    files.into_iter().filter(|path| path.extension().is_some_and(|e| e == "toml")).chain(below).collect()
-}
-
-/// Keys that the readers accept in the files of a folder.
-fn accepted(folder: &str, load: fn(&Path) -> bool) -> BTreeSet<String> {
-    KNOWN.with_borrow_mut(BTreeSet::clear);
-    let loaded = files(&top().join(folder)).iter().filter(|file| load(file)).count();
-    assert!(loaded > 15, "{loaded} files of {folder}");
-    KNOWN.with_borrow(Clone::clone)
-}
 
 /// Words of a text that are names of keys.
 fn names(text: &str) -> impl Iterator<Item = &str> {
@@ -75,13 +43,8 @@ fn differences(name: &str, must: &BTreeSet<String>, may: &BTreeSet<String>) -> V
 
 #[test]
 fn the_tables_of_keys_are_those_of_the_readers() {
-    let robots = accepted("robots", |file| Robot::load(file).is_ok());
-    let scenes = accepted("scenes", |file| {
-        let text = std::fs::read_to_string(file).unwrap();
-        // No shipped scene changes how hand guiding feels.
-        let text = text.replace("law = \"teach\"\n", "law = \"teach\"\nteach = { friction = 0.8 }\n");
-        SceneFile::from_toml_str(&text, file).is_ok()
-    });
+    let robots = ROBOT_FILES.documents().1;
+    let scenes = SCENE_FILES.documents().1;
     let of_scenes: BTreeSet<_> = scenes.difference(&robots).cloned().collect();
     let found =
         [differences("robots/README.md", &robots, &robots), differences("scenes/README.md", &of_scenes, &scenes)];

@@ -1,0 +1,151 @@
+//! The emulator's process, the socket to its serial port, and its key page file.
+
+use super::ChipError;
+use crate::key;
+use link::{Key, key_page};
+use std::ffi::OsString;
+use std::io::{ErrorKind, Read as _};
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+use std::process::Child;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+
+/// Ends the child if the start fails.
+pub(super) struct Guard(pub(super) Option<Child>);
+
+impl Drop for Guard {
+    fn drop(&mut self) {
+        if let Some(mut child) = self.0.take() {
+            end(&mut child);
+        }
+    }
+}
+
+pub(super) fn end(child: &mut Child) {
+    // Fails only if the child has ended already.
+    child.kill().ok();
+    child.wait().ok();
+}
+
+/// Makes the error of an emulator that has closed its socket: ends the process and includes its output.
+pub(super) fn dead(child: &mut Child, waiting_for: &'static str) -> ChipError {
+    // The emulator closes the socket a moment before it ends; wait a moment, so that the error holds its exit status.
+    let limit = Instant::now() + Duration::from_millis(500);
+    let status = loop {
+        match child.try_wait() {
+            Ok(Some(status)) => break status.to_string(),
+            Ok(None) if Instant::now() < limit => std::thread::sleep(Duration::from_millis(2)),
+            Ok(None) | Err(_) => break "its link is closed".into(),
+        }
+    };
+    end(child);
+    let mut output = String::new();
+    if let Some(mut stderr) = child.stderr.take() {
+        stderr.read_to_string(&mut output).ok();
+    }
+    let output = output.trim_end();
+    let output = if output.is_empty() { String::new() } else { format!(":\n{output}") };
+    ChipError::Dead { status, waiting_for, output }
+}
+
+/// The chip's key page as a file, which the emulator loads before it starts; the file is deleted on drop.
+#[derive(Debug)]
+pub(super) struct KeyFile(Option<PathBuf>);
+
+impl KeyFile {
+    pub(super) fn new(beside: &Path, key: Option<Key>) -> Result<Self, ChipError> {
+        let Some(key) = key else { return Ok(Self(None)) };
+        let path = beside.with_extension("key");
+        std::fs::remove_file(&path).ok();
+        key::write_for_owner(&path, &key::page(&key)?)?;
+        Ok(Self(Some(path)))
+    }
+
+    pub(super) fn arguments(&self) -> Vec<OsString> {
+        let Some(path) = &self.0 else { return Vec::new() };
+        let mut loader = OsString::from("loader,file=");
+        loader.push(path);
+        loader.push(format!(",addr={:#x},force-raw=on", key_page::ADDRESS));
+        vec!["-device".into(), loader]
+    }
+}
+
+impl Drop for KeyFile {
+    fn drop(&mut self) {
+        if let Some(path) = &self.0 {
+            std::fs::remove_file(path).ok();
+        }
+    }
+}
+
+/// A listening socket with a file name; the file is deleted on drop.
+pub(super) struct Socket {
+    pub(super) listener: UnixListener,
+    pub(super) path: PathBuf,
+}
+
+impl Socket {
+    pub(super) fn new() -> Result<Self, ChipError> {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let path = std::env::temp_dir().join(format!("newtau-{}-{count}.sock", std::process::id()));
+        // The file may be left over from a killed process with the same id.
+        std::fs::remove_file(&path).ok();
+        let listener = UnixListener::bind(&path)?;
+        listener.set_nonblocking(true)?;
+        Ok(Self { listener, path })
+    }
+
+    pub(super) fn accept(&self, guard: &mut Guard, timeout: Duration) -> Result<UnixStream, ChipError> {
+        const WAITING_FOR: &str = "the emulator's connection";
+        let end = Instant::now() + timeout;
+        loop {
+            match self.listener.accept() {
+                Ok((stream, _)) => {
+                    stream.set_nonblocking(false)?;
+                    return Ok(stream);
+                }
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {}
+                Err(error) => return Err(error.into()),
+            }
+            if let Some(child) = &mut guard.0
+                && child.try_wait()?.is_some()
+            {
+                return Err(dead(child, WAITING_FOR));
+            }
+            if Instant::now() >= end {
+                return Err(ChipError::Silent { waiting_for: WAITING_FOR, timeout });
+            }
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    }
+}
+
+impl Drop for Socket {
+    fn drop(&mut self) {
+        std::fs::remove_file(&self.path).ok();
+    }
+}
+
+/// Runs `start` with this thread pinned to its current processor; a child process inherits the affinity.
+#[cfg(target_os = "linux")]
+pub(super) fn on_one_processor<T>(start: impl FnOnce() -> T) -> T {
+    use rustix::thread::{CpuSet, sched_getaffinity, sched_getcpu, sched_setaffinity};
+    let all = sched_getaffinity(None);
+    let mut one = CpuSet::new();
+    one.set(sched_getcpu());
+    // The affinity only affects speed: if the system refuses it, go on without.
+    sched_setaffinity(None, &one).ok();
+    let result = start();
+    if let Ok(all) = all {
+        sched_setaffinity(None, &all).ok();
+    }
+    result
+}
+
+/// Other systems leave the affinity to the scheduler: slower, otherwise the same.
+#[cfg(not(target_os = "linux"))]
+pub(super) fn on_one_processor<T>(start: impl FnOnce() -> T) -> T {
+    start()
+}
