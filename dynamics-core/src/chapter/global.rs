@@ -21,7 +21,7 @@
 //! | external load `[i]`: on link `i`, about its mass centre | N, N m | base axes |
 //! | tip wrench: of the environment on the arm, about the tip's origin | N, N m | base axes |
 
-use crate::chapter::posture::{LinkMotion, LinkPosture, Posture};
+use crate::chapter::posture::{BaseFrameMotion, LinkPosture, Posture};
 use crate::dynamics::solve::solve_rows;
 use crate::geometry::apply;
 use crate::inertia::Wrench;
@@ -32,7 +32,7 @@ use nalgebra::Vector3;
 ///
 /// `m a` and `I alpha + omega x (I omega)` (eq. 12.169-12.170).
 #[must_use]
-pub fn momentum_rate<S: Scalar>(link: &LinkPosture<S>, motion: &LinkMotion<S>) -> Wrench<S> {
+pub fn momentum_rate<S: Scalar>(link: &LinkPosture<S>, motion: &BaseFrameMotion<S>) -> Wrench<S> {
     let turning = apply(&link.inertia, &motion.omega);
     Wrench {
         force: motion.acceleration * link.mass,
@@ -62,7 +62,7 @@ pub fn weights<S: Scalar, const N: usize>(posture: &Posture<S, N>, gravity: &Vec
 #[must_use]
 pub fn residuals<S: Scalar, const N: usize>(
     posture: &Posture<S, N>,
-    motion: &[LinkMotion<S>; N],
+    motion: &[BaseFrameMotion<S>; N],
     joint: &[Wrench<S>; N],
     external: &[Wrench<S>; N],
     tip: &Wrench<S>,
@@ -97,7 +97,7 @@ impl<S: Scalar, const N: usize> Assembled<S, N> {
     #[must_use]
     pub fn new(
         posture: &Posture<S, N>,
-        motion: &[LinkMotion<S>; N],
+        motion: &[BaseFrameMotion<S>; N],
         external: &[Wrench<S>; N],
         tip: &Wrench<S>,
     ) -> Self {

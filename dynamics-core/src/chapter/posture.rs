@@ -137,7 +137,7 @@ pub struct Posture<S, const N: usize> {
 
 /// Motion of one link, in the base frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LinkMotion<S> {
+pub struct BaseFrameMotion<S> {
     /// Angular velocity, rad/s.
     pub omega: Vector3<S>,
     /// Angular acceleration, rad/s^2.
@@ -174,7 +174,7 @@ impl<S: Scalar, const N: usize> Posture<S, N> {
     /// `qd k` in velocity and `qdd k + 2 omega x qd k` in acceleration. A point at `s` from the origin has
     /// `v + omega x s` and `a + alpha x s + omega x (omega x s)`.
     #[must_use]
-    pub fn motion(&self, qd: &[S; N], qdd: &[S; N]) -> [LinkMotion<S>; N] {
+    pub fn motion(&self, qd: &[S; N], qdd: &[S; N]) -> [BaseFrameMotion<S>; N] {
         let zero = Vector3::zeros();
         let (mut omega, mut alpha, mut velocity, mut acceleration, mut origin) = (zero, zero, zero, zero, zero);
         core::array::from_fn(|i| {
@@ -196,7 +196,7 @@ impl<S: Scalar, const N: usize> Posture<S, N> {
                 }
             }
             let arm = link.centre - origin;
-            LinkMotion {
+            BaseFrameMotion {
                 omega,
                 alpha,
                 velocity: velocity + omega.cross(&arm),

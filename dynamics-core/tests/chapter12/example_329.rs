@@ -3,7 +3,7 @@
 use super::support::{Letters, STATED, TwoLinks, largest, moving, off, planar, shares, two_links};
 use super::support_b::{G, STATED_2, State, assert_equal, assert_stated, difference};
 use crate::common::torque;
-use dynamics_core::chapter::posture::LinkMotion;
+use dynamics_core::chapter::posture::BaseFrameMotion;
 use nalgebra::Vector3;
 
 /// Accelerations of `C_1`, the elbow, the tip and `C_2`.
@@ -138,7 +138,7 @@ fn printed_accelerations_are_wrong() {
     assert_stated(&found, &[1.3112, 1.3112, 1.7322, 1.8909]);
     // 12.126, with the correct acceleration of the tip: only the sign of `omega x (omega x m_2)` is wrong.
     let (posture, motion) = moving(&TwoLinks { m0: 0.0, ..STATED }.dynamics(), &STATED_2);
-    let (m2, LinkMotion { omega, alpha, .. }) = (posture.outer_arm(1), motion[1]);
+    let (m2, BaseFrameMotion { omega, alpha, .. }) = (posture.outer_arm(1), motion[1]);
     let (turning, spinning) = (alpha.cross(&m2), omega.cross(&omega.cross(&m2)));
     assert!(off(wanted[2] - turning - spinning, wanted[3]) < 1e-12);
     assert_stated(&[off(wanted[2] - turning + spinning, wanted[3])], &[0.13615]);

@@ -4,7 +4,7 @@
 use super::support_b::{
     DOWN_Y, State, arm, body, difference, joined, larger, planar_link, point, posture, pushed, sizes, states,
 };
-use dynamics_core::chapter::posture::{LinkMotion, Posture};
+use dynamics_core::chapter::posture::{BaseFrameMotion, Posture};
 use dynamics_core::{Body, Dynamics};
 use nalgebra::Vector3;
 use proptest::prelude::Strategy;
@@ -98,7 +98,7 @@ impl Letters {
 pub fn moving<const N: usize>(
     dynamics: &Dynamics<f64, N>,
     state: &State<N>,
-) -> (Posture<f64, N>, [LinkMotion<f64>; N]) {
+) -> (Posture<f64, N>, [BaseFrameMotion<f64>; N]) {
     let posture = posture(dynamics, &state.q);
     (posture, posture.motion(&state.qd, &state.qdd))
 }

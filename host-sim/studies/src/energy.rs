@@ -8,7 +8,7 @@ use sim::failure::Failure;
 use sim::run::numbers::engineering;
 use sim::run::record::Record;
 use sim::run::simulate::Run;
-use sim::run::simulation::{Options, Work, simulation};
+use sim::run::simulation::{EnergyBalance, Options, simulation};
 use sim::run::summary_parts::FaultEvent;
 use sim::table::table;
 use std::sync::atomic::AtomicBool;
@@ -102,8 +102,8 @@ pub fn account(scene: &SceneFile, stop: &AtomicBool) -> Result<(Run, Account), F
 }
 
 impl Account {
-    fn new(run: &Run, scene: &SceneFile, work: &Work, duration: f64) -> Self {
-        let Work { actuators, friction, contact, .. } = work;
+    fn new(run: &Run, scene: &SceneFile, work: &EnergyBalance, duration: f64) -> Self {
+        let EnergyBalance { actuators, friction, contact, .. } = work;
         let joints: Vec<JointWork> = (0..run.record.joints().len())
             .map(|i| JointWork {
                 name: run.record.joints()[i].name.clone(),

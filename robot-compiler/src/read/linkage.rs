@@ -17,7 +17,7 @@ const UPRIGHT: Vector2<f64> = Vector2::new(0.0, -9.81);
 const LENGTH: &str = "a length in m, from 1e-9 to 1e6";
 
 #[derive(Clone, Copy)]
-enum Kind {
+enum LinkageKind {
     FourBar,
     SliderCrank,
 }
@@ -46,10 +46,12 @@ fn read(source: &Source) -> Result<LinkageFile, FileError> {
     const KIND: &str = "\"four-bar\" or \"slider-crank\" in a linkage file";
     let document = parse(source)?;
     let root = Table::root(source, &document);
-    let kind = root.require("kind", KIND)?.choice(&[(FOUR_BAR, Kind::FourBar), (SLIDER_CRANK, Kind::SliderCrank)])?;
+    let kind = root
+        .require("kind", KIND)?
+        .choice(&[(FOUR_BAR, LinkageKind::FourBar), (SLIDER_CRANK, LinkageKind::SliderCrank)])?;
     root.only(match kind {
-        Kind::FourBar => &["kind", "name", "source", "gravity", "ground", "crank", "coupler", "follower"],
-        Kind::SliderCrank => &["kind", "name", "source", "gravity", "offset", "crank", "rod", "slider"],
+        LinkageKind::FourBar => &["kind", "name", "source", "gravity", "ground", "crank", "coupler", "follower"],
+        LinkageKind::SliderCrank => &["kind", "name", "source", "gravity", "offset", "crank", "rod", "slider"],
     })?;
     Ok(LinkageFile {
         name: text(&root.require("name", "the linkage's name")?, "the linkage's name")?,
@@ -58,8 +60,8 @@ fn read(source: &Source) -> Result<LinkageFile, FileError> {
             pair(&value, "the gravitational acceleration [x, y] in m/s^2, in the linkage's plane")
         })?,
         mechanism: match kind {
-            Kind::FourBar => Mechanism::FourBar(four_bar(&root)?),
-            Kind::SliderCrank => Mechanism::SliderCrank(slider_crank(&root)?),
+            LinkageKind::FourBar => Mechanism::FourBar(four_bar(&root)?),
+            LinkageKind::SliderCrank => Mechanism::SliderCrank(slider_crank(&root)?),
         },
         path: PathBuf::from(&source.file),
     })

@@ -23,7 +23,7 @@ pub trait Simulation {
     fn record_work(&mut self);
 
     /// Work on the arm, and its energy at the start and at the end, J. `None` unless [`Simulation::record_work`] was called before the run.
-    fn work(&self) -> Option<Work>;
+    fn work(&self) -> Option<EnergyBalance>;
 
     /// Number of solutions of the equations of motion: the cost of the integration.
     fn accelerations(&self) -> u64;
@@ -90,7 +90,7 @@ impl JointWork {
 
 /// Work on an arm while its actuators drive it, and its energy.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Work {
+pub struct EnergyBalance {
     /// Work of the actuators.
     pub actuators: JointWork,
     /// Work of the joints' friction.
@@ -117,10 +117,10 @@ impl<const N: usize> Simulation for Simulated<N> {
         self.world.plant.start_ledger();
     }
 
-    fn work(&self) -> Option<Work> {
+    fn work(&self) -> Option<EnergyBalance> {
         let ledger = self.world.plant.ledger()?;
         let both = |energy: &dyn Fn(&State<N>) -> f64| [energy(&ledger.start), energy(&ledger.end)];
-        Some(Work {
+        Some(EnergyBalance {
             actuators: JointWork::of(&ledger.actuators),
             friction: JointWork::of(&ledger.friction),
             contact: JointWork::of(&ledger.contact),

@@ -14,7 +14,7 @@ const DURATION_MAX: f64 = 1e4;
 const TIME: &str = "a time in s, above zero and at most 1e4";
 
 #[derive(Clone, Copy)]
-enum Kind {
+enum MotionKind {
     Hold,
     Quintic,
     Trapezoid,
@@ -24,18 +24,18 @@ enum Kind {
 
 pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<MotionSpec, FileError> {
     let kind = table.require("kind", "one of quintic, trapezoid, sine, fourier, hold")?.choice(&[
-        ("quintic", Kind::Quintic),
-        ("trapezoid", Kind::Trapezoid),
-        ("sine", Kind::Sine),
-        ("fourier", Kind::Fourier),
-        ("hold", Kind::Hold),
+        ("quintic", MotionKind::Quintic),
+        ("trapezoid", MotionKind::Trapezoid),
+        ("sine", MotionKind::Sine),
+        ("fourier", MotionKind::Fourier),
+        ("hold", MotionKind::Hold),
     ])?;
     match kind {
-        Kind::Hold => hold(table, robot),
-        Kind::Quintic => quintic(table, robot),
-        Kind::Trapezoid => trapezoid(table, robot),
-        Kind::Sine => sine(table, robot),
-        Kind::Fourier => fourier(table, robot),
+        MotionKind::Hold => hold(table, robot),
+        MotionKind::Quintic => quintic(table, robot),
+        MotionKind::Trapezoid => trapezoid(table, robot),
+        MotionKind::Sine => sine(table, robot),
+        MotionKind::Fourier => fourier(table, robot),
     }
 }
 
