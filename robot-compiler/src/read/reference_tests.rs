@@ -1,5 +1,9 @@
 //! The reference of robot and scene files, made by asking the readers: shipped files with one key changed or left out.
-#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::float_cmp,
+    reason = "a test stops at the first surprise; bounds are the very numbers"
+)]
 
 mod document;
 mod kinds;
