@@ -1,6 +1,6 @@
 //! Decoder of Thumb-2 instructions with FPv4-SP: class, registers, words, jump target, and effect on the stack.
 //!
-//! It follows the encodings in the ARMv7-M Architecture Reference Manual, chapters A5 to A7. It is our own code, because the decoders on crates.io
+//! It follows the encodings in the ARMv7-M Architecture Reference Manual, chapters A5 to A7. It is our own code, because the published decoders
 //! lack the float unit's Thumb instructions, which are most of a kernel.
 
 mod class;
