@@ -97,11 +97,16 @@ impl Series {
         Self { name: name.into(), kind: Kind::Limit, points }
     }
 
-    /// Creates a vertical line at a quantile of a histogram, up to this height: solid for the median, dotted for others.
+    /// Creates a solid vertical line at the median of a histogram, up to this height.
     #[must_use]
-    pub fn quantile(name: impl Into<String>, at: f64, height: f64, is_median: bool) -> Self {
-        let points = vec![Point::at(at, 0.0), Point::at(at, height)];
-        Self { name: name.into(), kind: if is_median { Kind::Median } else { Kind::Quantile }, points }
+    pub fn median(name: impl Into<String>, at: f64, height: f64) -> Self {
+        Self { name: name.into(), kind: Kind::Median, points: vec![Point::at(at, 0.0), Point::at(at, height)] }
+    }
+
+    /// Creates a dotted vertical line at another quantile of a histogram, up to this height.
+    #[must_use]
+    pub fn quantile(name: impl Into<String>, at: f64, height: f64) -> Self {
+        Self { kind: Kind::Quantile, ..Self::median(name, at, height) }
     }
 
     /// Creates a line that keeps its height until the next point, such as a Pareto front. The points keep their names.

@@ -42,6 +42,7 @@ mod push;
 #[path = "../../sim/tests/simulation/reference.rs"]
 mod reference;
 mod report_page;
+mod report_themes;
 #[path = "../../../robot-compiler/tests/common/rooms.rs"]
 mod room_names;
 mod rooms;

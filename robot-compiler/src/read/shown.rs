@@ -30,5 +30,10 @@ pub(super) fn shortened(text: &str) -> String {
 
 /// A number with at most six digits.
 pub(crate) fn short(x: f64) -> String {
-    format!("{x:.5e}").parse::<f64>().unwrap_or(x).to_string()
+    rounded(x, 5).to_string()
+}
+
+/// A number with at most so many digits after its first.
+pub(crate) fn rounded(x: f64, digits: usize) -> f64 {
+    format!("{x:.digits$e}").parse().unwrap_or(x)
 }

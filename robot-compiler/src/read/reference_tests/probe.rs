@@ -2,6 +2,7 @@
 
 use super::document::{Step, at, inline, text, with};
 use crate::describe::diagnostics::FileError;
+use crate::read::shown::rounded;
 use std::cell::Cell;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
@@ -156,11 +157,6 @@ fn narrowed(mut accepted: f64, mut rejected: f64, whole: bool, accepts: impl Fn(
     let value =
         std::iter::once(0.0).chain((0..7).map(|digits| rounded(middle, digits))).find(between).unwrap_or(accepted);
     Bound { value, included: value == accepted || accepts(value), rejected }
-}
-
-/// A number with so many digits after its first.
-fn rounded(x: f64, digits: usize) -> f64 {
-    format!("{x:.digits$e}").parse().unwrap_or(x)
 }
 
 #[test]

@@ -93,11 +93,14 @@ impl Distribution {
         // A bound far from all runs is left out, because it would compress the histogram.
         let room = histogram.high - histogram.low;
         let near = |bound: f64| (histogram.low - room..=histogram.high + room).contains(&bound);
-        let quantiles = self.quantiles.map_or([None; 3], |all| [all.p05, all.p50, all.p95]);
-        let quantiles = ["5 %", "median", "95 %"].into_iter().zip(quantiles);
-        let figure = quantiles.filter_map(|(name, at)| Some((name, at?))).fold(figure, |figure, (name, at)| {
-            figure.with(Series::quantile(format!("{name} {}", short(at)), at, most, name == "median"))
+        let quantiles = self.quantiles.map(|all| {
+            [
+                all.p05.map(|at| Series::quantile(format!("5 % {}", short(at)), at, most)),
+                all.p50.map(|at| Series::median(format!("median {}", short(at)), at, most)),
+                all.p95.map(|at| Series::quantile(format!("95 % {}", short(at)), at, most)),
+            ]
         });
+        let figure = quantiles.into_iter().flatten().flatten().fold(figure, Figure::with);
         let bounds = [("fails above", self.limit), ("fails below", self.least)].into_iter();
         bounds.filter_map(|(name, bound)| Some((name, bound.filter(|bound| near(*bound))?))).fold(
             figure,
