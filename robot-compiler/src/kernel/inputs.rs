@@ -126,7 +126,7 @@ pub(crate) const fn input_count(joints: usize) -> usize {
     (PER_JOINT.len() + 1) * joints + LIVE.len()
 }
 
-/// The values of the inputs that follow [`input_values`], for [`Function::ComputedTorque`].
+/// The values of the inputs that follow [`input_values`], for [`ComputedTorque`](crate::kernel::Function::ComputedTorque).
 #[must_use]
 pub fn reference_values<S: Real, const N: usize>(reference: &Reference<S, N>) -> Vec<S> {
     reference.q.iter().chain(&reference.qd).chain(&reference.qdd).copied().collect()

@@ -1,4 +1,4 @@
-//! Simulated drives: the board's own access to the joints ([`CanJoints`]), three CAN buses, and an actuator at every joint.
+//! Simulated drives: the board's own access to the joints ([`CanJoints`](joint_io::can::CanJoints)), three CAN buses, and an actuator at every joint.
 //!
 //! ```text
 //! tick k:  measure: replies to the commands of tick k-1 | controller | commands arrive, actuators measure and reply | the arm moves
