@@ -1,7 +1,7 @@
 //! `explain`: the cost of each term of a scene's model, and the error without it.
 
 use clap::Args;
-use robot_compiler::{SceneFile, with_dof};
+use robot_compiler::SceneFile;
 use sim::failure::Failure;
 use sim::terminal::{json, print};
 use std::path::PathBuf;
@@ -63,7 +63,7 @@ pub fn run(args: &ExplainArgs, chip: &dyn Chip, stop: &AtomicBool) -> Result<(),
             "--tolerance {tolerance}: expected a share of each joint's torque limit, 0 to 0.5"
         )));
     }
-    let mut explanation = with_dof!(file.robot.dof(), N => explain::<N>(&file, args.tolerance, stop))?;
+    let mut explanation = explain(&file, args.tolerance, stop)?;
     if args.chip {
         explanation.measure(&args.scene, chip, stop)?;
     }

@@ -7,10 +7,10 @@ use clap::Args;
 use dynamics_core::control::{ControlLaw, SpringOwner};
 use dynamics_core::trig::Method;
 use indicatif::ProgressBar;
+use robot_compiler::SceneFile;
 use robot_compiler::check::{Severity, scene_findings};
 use robot_compiler::names::name;
 use robot_compiler::scene::{ScalarChoice, TeachSpec};
-use robot_compiler::{SceneFile, with_dof};
 use sim::failure::{self, Failure, number};
 use sim::run::closed_loop::End;
 use sim::run::files::{file_name, write, write_report};
@@ -116,7 +116,7 @@ pub fn run(args: &RunArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     let progress = if args.json || args.quiet { ProgressBar::hidden() } else { progress_bar(None, "ticks") };
     let run = match args.target {
         Target::Desk => simulation::run(&scene, stop, &progress)?,
-        Target::Qemu => with_dof!(scene.robot.dof(), N => board::chip::on_chip::run::<N>(&scene, stop, &progress))?,
+        Target::Qemu => board::chip::on_chip::run(&scene, stop, &progress)?,
     };
     let mut written = write(&run, &folder)?;
     if let Some(path) = &args.mcap {

@@ -7,7 +7,7 @@ use dynamics_core::chapter::posture::Chain;
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, Inertia, Live, Scene, Term, Trig, Wrench};
 use nalgebra::Vector3;
-use robot_compiler::Robot;
+use robot_compiler::{Robot, with_dof};
 use serde::Serialize;
 use sim::run::joint_label::JointLabel;
 use sim::run::numbers::engineering;
@@ -58,7 +58,11 @@ pub struct ContactWrenches {
 ///
 /// # Errors
 /// A description of: a list of the wrong length, a number that is not finite, or a result that overflows.
-pub fn answer<const N: usize>(robot: &Robot, question: &ContactRequest) -> Result<ContactWrenches, String> {
+pub fn answer(robot: &Robot, question: &ContactRequest) -> Result<ContactWrenches, String> {
+    with_dof!(robot.dof(), N => answer_for::<N>(robot, question))
+}
+
+fn answer_for<const N: usize>(robot: &Robot, question: &ContactRequest) -> Result<ContactWrenches, String> {
     let model = robot.model::<N>().map_err(|error| error.to_string())?;
     let list = |name: &str, values: &Option<Vec<f64>>| {
         values.as_ref().map_or(Ok([0.0; N]), |values| finite::<N>(name, values, "one for each joint"))

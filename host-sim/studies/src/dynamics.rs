@@ -4,9 +4,12 @@ use super::numbers::numbers;
 use dynamics_core::forward_dynamics::forward_dynamics;
 use dynamics_core::kinematics::tip_pose;
 use dynamics_core::mass_matrix::mass_matrix;
+use dynamics_core::model::Link;
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, InverseDynamics, JointKind, Live, Model, Real, Scene, Term, Trig, Wrench};
 use nalgebra::Vector3;
+use robot_compiler::scene::ScalarChoice;
+use robot_compiler::{Robot, with_dof};
 use serde::{Deserialize, Serialize};
 use sim::failure::Failure;
 use std::io::{BufRead, Read as _, Write};
@@ -59,6 +62,39 @@ pub struct TipPose {
     pub position: [f64; 3],
 }
 
+/// Arm and arithmetic of the answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Computation {
+    /// True to include the rotors of the robot file.
+    pub rotors: bool,
+    /// Floating-point type to compute in.
+    pub scalar: ScalarChoice,
+}
+
+/// Answers every line of the input for a robot, under the gravity of its base. See [`answer_all`].
+///
+/// # Errors
+/// As [`answer_all`]; [`Failure::Input`] for a robot that is not possible.
+pub fn answer_lines(
+    robot: &Robot,
+    how: Computation,
+    source: &str,
+    input: &mut dyn BufRead,
+    output: &mut dyn Write,
+) -> Result<(), Failure> {
+    let floor: [f64; 3] = robot.gravity().into();
+    with_dof!(robot.dof(), N => {
+        let mut model = robot.model::<N>().map_err(Failure::input)?;
+        if !how.rotors {
+            model = Model::from_checked(model.links().map(|link| Link { rotor: 0.0, ..link }), *model.tip());
+        }
+        match how.scalar {
+            ScalarChoice::F64 => answer_all(&model, &floor, source, input, output),
+            ScalarChoice::F32 => answer_all(&model.cast::<f32>(), &floor, source, input, output),
+        }
+    })
+}
+
 /// Answers every line of the input and skips empty lines. `floor` is the gravity for lines that give none, m/s^2. `source` names the input in errors.
 ///
 /// # Errors
@@ -68,8 +104,8 @@ pub fn answer_all<S: Real, const N: usize>(
     model: &Model<S, N>,
     floor: &[f64; 3],
     source: &str,
-    mut input: impl BufRead,
-    mut output: impl Write,
+    input: &mut dyn BufRead,
+    output: &mut dyn Write,
 ) -> Result<(), Failure>
 where
     Libm: Trig<S>,
@@ -81,7 +117,7 @@ where
             Failure::Input(miette::miette!(help = help, "{source}, line {}: {problem}", index + 1))
         };
         line.clear();
-        let count = (&mut input).take(LINE_MAX as u64 + 1).read_until(b'\n', &mut line);
+        let count = (&mut *input).take(LINE_MAX as u64 + 1).read_until(b'\n', &mut line);
         match count.map_err(|error| at(format!("cannot be read: {error}")))? {
             0 => break,
             length if length > LINE_MAX => return Err(at(format!("longer than {LINE_MAX} bytes"))),

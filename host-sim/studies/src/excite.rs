@@ -14,7 +14,7 @@ use identification::excite::{FourierSeries, Room, SearchSettings, Subject, excit
 use judge::Watched;
 use motion::{QuinticPoint, fastest_ramp, quintic, rests, sweeps};
 use nalgebra::Vector3;
-use robot_compiler::SceneFile;
+use robot_compiler::{SceneFile, with_dof};
 use serde_json::{Value, json};
 use sim::failure::Failure;
 
@@ -83,7 +83,11 @@ pub struct Designed {
 /// # Errors
 /// [`Failure::Input`]: a centre outside the limits or without clearance, shapes that cannot be read, or no motion found that keeps limits and
 /// clearance.
-pub fn design<const N: usize>(scene: &SceneFile, wishes: &Wishes, tick: &dyn Fn()) -> Result<Designed, Failure> {
+pub fn design(scene: &SceneFile, wishes: &Wishes, tick: &dyn Fn()) -> Result<Designed, Failure> {
+    with_dof!(scene.robot.dof(), N => design_for::<N>(scene, wishes, tick))
+}
+
+fn design_for<const N: usize>(scene: &SceneFile, wishes: &Wishes, tick: &dyn Fn()) -> Result<Designed, Failure> {
     let wrong = |expected: &str, found: String| {
         Failure::Input(miette::miette!(help = format!("expected {expected}"), "{found}"))
     };

@@ -3,7 +3,7 @@
 use super::numbers::finite;
 use dynamics_core::chapter::work::WorkMeter;
 use nalgebra::SVector;
-use robot_compiler::SceneFile;
+use robot_compiler::{SceneFile, with_dof};
 use serde::{Deserialize, Serialize};
 use sim::failure::Failure;
 use sim::run::numbers::engineering;
@@ -58,7 +58,15 @@ pub struct JointPathWork {
 ///
 /// # Errors
 /// [`Failure::Input`]: the number of the first wrong line, and what was expected there.
-pub fn path_work<const N: usize>(scene: &SceneFile, source: &str, input: impl BufRead) -> Result<PathWork, Failure> {
+pub fn path_work(scene: &SceneFile, source: &str, input: &mut dyn BufRead) -> Result<PathWork, Failure> {
+    with_dof!(scene.robot.dof(), N => path_work_for::<N>(scene, source, input))
+}
+
+fn path_work_for<const N: usize>(
+    scene: &SceneFile,
+    source: &str,
+    input: &mut dyn BufRead,
+) -> Result<PathWork, Failure> {
     let arm = scene_world::arm::<N>(scene)?;
     let mut meter = WorkMeter::<f64, N>::new();
     let (mut first, mut last, mut samples) = (None, 0.0, 0);

@@ -34,7 +34,7 @@ fn largest(values: &[f64]) -> f64 {
 #[test]
 fn a_closed_loop_with_every_term_live_has_identical_bits_and_follows_its_reference() {
     let (stop, bar) = (AtomicBool::new(false), ProgressBar::hidden());
-    let run = board::chip::on_chip::run::<N>(&scene(), &stop, &bar).unwrap();
+    let run = board::chip::on_chip::run(&scene(), &stop, &bar).unwrap();
     assert_eq!(run.end, End::Complete);
     assert!(run.summary.faults.is_empty());
     assert_eq!(run.summary.parity, Some(Parity { ticks: TICKS, mismatches: 0 }));

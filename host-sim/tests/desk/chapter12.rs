@@ -240,7 +240,7 @@ fn the_greatest_base_load_of_the_shuttles_arm_is_that_of_the_level_arm() {
             hold: vec![],
             axes: statics::WrenchFrame::Base,
         };
-        let first = statics::answer::<6>(&robot, &question).unwrap().joints[0].clone();
+        let first = statics::answer(&robot, &question).unwrap().joints[0].clone();
         let size = |v: [f64; 3]| Vector3::from(v).norm();
         [size(first.force), size(first.moment)]
     };

@@ -34,7 +34,7 @@ fn at(q: &[f64]) -> StaticsRequest {
 }
 
 fn ask(robot: &Robot, question: &StaticsRequest) -> StaticLoads {
-    with_dof!(robot.dof(), N => answer::<N>(robot, question)).unwrap()
+    with_dof!(robot.dof(), N => answer(robot, question)).unwrap()
 }
 
 fn planar(question: &StaticsRequest) -> StaticLoads {
@@ -172,7 +172,7 @@ com = [0.0, 0.0, 0.1]
 "#;
     let robot = Robot::from_toml_str(text, "slider.toml").unwrap();
     let search = StaticsRequest { minimise: Some("potential".to_owned()), ..at(&[0.0]) };
-    let report = answer::<1>(&robot, &search).unwrap_err().report().to_string();
+    let report = answer(&robot, &search).unwrap_err().report().to_string();
     assert!(report.contains("joint 1, rail, slides without limits"), "{report}");
     let held = StaticsRequest { hold: vec!["rail".to_owned()], ..search };
     assert!(ask(&robot, &held).q == [0.0]);

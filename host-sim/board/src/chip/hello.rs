@@ -2,7 +2,16 @@
 
 use dynamics_core::Model;
 use link::{Hello, Pacing};
-use robot_compiler::SceneFile;
+use robot_compiler::{SceneFile, with_dof};
+use sim::failure::Failure;
+
+/// The hello of the scene's firmware for a robot whose model has not been made yet.
+///
+/// # Errors
+/// [`Failure::Input`] for a robot that is not possible.
+pub fn hello_of(scene: &SceneFile, pacing: Pacing) -> Result<Hello, Failure> {
+    with_dof!(scene.robot.dof(), N => Ok(hello(scene, &scene.robot.model::<N>().map_err(Failure::input)?, pacing)))
+}
 
 /// The hello that the scene's firmware sends.
 #[must_use]

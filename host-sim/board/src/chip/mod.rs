@@ -41,7 +41,7 @@ mod tests;
 pub use emulator::{Carried, Emulator, Timeouts};
 pub use error::ChipError;
 pub(crate) use error::refusal as refusal_in_words;
-pub use hello::hello;
+pub use hello::{hello, hello_of};
 pub use program::{build_firmware, build_firmware_by_dma, build_firmware_with};
 pub(crate) use program::{run_cost, run_interrupt};
 

@@ -5,9 +5,9 @@ use dynamics_core::{Live, Measurement, Reference};
 use indicatif::ProgressBar;
 use link::Pacing;
 use miette::IntoDiagnostic;
-use robot_compiler::SceneFile;
 use robot_compiler::emit::Choices;
 use robot_compiler::scene::ScalarChoice;
+use robot_compiler::{SceneFile, with_dof};
 use sim::failure::Failure;
 use sim::run::scene_world;
 use sim::run::simulate::{self, Run};
@@ -38,7 +38,11 @@ impl<const N: usize> Torques<f32, N> for Chip {
 ///
 /// # Errors
 /// A scene that cannot be run; a firmware that cannot be built; an emulator that cannot be started or does not agree.
-pub fn run<const N: usize>(scene: &SceneFile, stop: &AtomicBool, progress: &ProgressBar) -> Result<Run, Failure> {
+pub fn run(scene: &SceneFile, stop: &AtomicBool, progress: &ProgressBar) -> Result<Run, Failure> {
+    with_dof!(scene.robot.dof(), N => run_for::<N>(scene, stop, progress))
+}
+
+fn run_for<const N: usize>(scene: &SceneFile, stop: &AtomicBool, progress: &ProgressBar) -> Result<Run, Failure> {
     let mut scene = scene.clone();
     scene.control.scalar = ScalarChoice::F32;
     let model = scene.robot.model::<N>().map_err(Failure::input)?;

@@ -55,6 +55,7 @@ pub mod motion_queue;
 pub mod on_wire;
 pub mod parameters;
 pub mod report;
+pub mod simulated;
 pub mod simulated_board;
 pub mod table;
 pub mod wire;
@@ -89,7 +90,6 @@ use crate::session::frame_log::Head;
 use ::session::trajectory::WAYS;
 use arm::Arm;
 use device::Device;
-use dynamics_core::Model;
 use heat::MotorHeat;
 pub use keys::Presses;
 use link::StateCode;
@@ -187,16 +187,14 @@ impl Operator {
     ///
     /// # Errors
     /// A scene whose motion or payload is not possible.
-    pub fn new<const N: usize>(
+    pub fn new(
         device: Box<dyn Device>,
         (scene, plays): (&SceneFile, &SceneFile),
-        model: &Model<f64, N>,
         head: Head,
         report: Report,
         presses: Presses,
     ) -> Result<Self, Stop> {
-        let hello = crate::chip::hello(scene, model, device.pacing());
-        let arm = Arm::new(scene, plays, model, head, hello)?;
+        let arm = Arm::new(scene, plays, head, device.pacing())?;
         let lines = Lines::CALM;
         Ok(Self {
             outputs: Output::default(),

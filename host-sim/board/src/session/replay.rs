@@ -20,10 +20,21 @@ mod live;
 
 pub use difference::{Difference, Gap, Replay, ReplayError};
 
-use crate::session::frame_log::{Direction, Entry, LogError};
+use crate::session::frame_log::{Direction, Entry, Log, LogError};
 use dynamics_core::Model;
 use link::{Frame, Pacing};
-use robot_compiler::SceneFile;
+use robot_compiler::{SceneFile, with_dof};
+
+/// Replays a record with the session of a scene.
+///
+/// # Errors
+/// As [`replay`]; a robot that is not possible.
+pub fn replay_log(scene: &SceneFile, log: &Log) -> Result<Replay, ReplayError> {
+    with_dof!(scene.robot.dof(), N => {
+        let model = scene.robot.model::<N>().map_err(|error| ReplayError::Robot(error.to_string()))?;
+        replay(scene, &model, log.entries())
+    })
+}
 
 /// Replays the entries of a record with the session of its scene.
 ///

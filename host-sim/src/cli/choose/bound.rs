@@ -4,7 +4,6 @@ use crate::cli::chain::ChainArgs;
 use crate::cli::names::named;
 use clap::Args;
 use robot_compiler::kernel::Level;
-use robot_compiler::with_dof;
 use sim::failure::Failure;
 use sim::pages;
 use sim::terminal::{print, progress_bar};
@@ -93,11 +92,7 @@ pub fn run(args: &BoundArgs) -> Result<(), Failure> {
     let progress = progress_bar(Some(steps), "");
     let mut answers = Vec::new();
     for subject in &files {
-        let found = with_dof!(subject.file.robot.dof(), N => {
-            let model = subject.file.robot.model::<N>().map_err(Failure::input)?;
-            answer(&question, subject, &model, &progress)?
-        });
-        answers.push(found);
+        answers.push(answer(&question, subject, &progress)?);
     }
     progress.finish_and_clear();
     if let Some(page) = page {

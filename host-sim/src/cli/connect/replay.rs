@@ -1,9 +1,11 @@
 //! `connect replay`: replays a record of `connect` with the same session on the desk.
 
+use board::chip::hello_of;
 use board::session::frame_log::{Head, Log};
-use board::session::replay::{Replay, replay};
+use board::session::replay::{Replay, replay_log};
 use clap::Args;
-use robot_compiler::{SceneFile, with_dof};
+use link::Pacing;
+use robot_compiler::SceneFile;
 use sim::failure::{self, Failure};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -47,11 +49,8 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
         None => SceneFile::from_toml_str(&log.head.text, &log.head.scene),
     };
     let scene = scene.map_err(Failure::input)?;
-    let done = with_dof!(scene.robot.dof(), N => {
-        let model = scene.robot.model::<N>().map_err(Failure::input)?;
-        same(&log.head, scene.hash(&model), args)?;
-        replay::<N>(&scene, &model, log.entries()).map_err(|error| in_log(&error))?
-    });
+    same(&log.head, hello_of(&scene, Pacing::LockStep)?.robot, args)?;
+    let done = replay_log(&scene, &log).map_err(|error| in_log(&error))?;
     show(args, &done, &log).map_err(Failure::Output)?;
     Ok(if done.is_the_same() { 0 } else { failure::OUTSIDE })
 }

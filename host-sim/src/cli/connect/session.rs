@@ -3,26 +3,24 @@
 use crate::cli::firmware::key;
 use crate::cli::force::ForceArgs;
 use crate::cli::names::Target;
-use board::chip::{Chip, build_firmware, hello};
-use board::session::dry_run::{OnChip, OnDesk};
+use board::chip::hello_of;
 use board::session::frame_log::Head;
 use board::session::operate::console::Console;
 use board::session::operate::converse::converse;
 use board::session::operate::device::{Device, DeviceError, Pace};
-use board::session::operate::dry_run_device::DryRunDevice;
 use board::session::operate::on_wire::OnWire;
 use board::session::operate::report::Report;
-use board::session::operate::simulated_board::{Places, SimulatedBoard};
+use board::session::operate::simulated;
+use board::session::operate::simulated_board::Places;
 use board::session::operate::wire::Disturbance;
 use board::session::operate::{Operator, Presses, Stop};
 use board::session::serial::{BAUD, SerialError, SerialLink};
 use clap::{ArgGroup, Args};
 use console::style;
 use link::{Pacing, Trust};
-use robot_compiler::{SceneFile, with_dof};
+use robot_compiler::SceneFile;
 use sim::failure::{self, Failure, in_file};
 use sim::output::Output;
-use sim::run::scene_world;
 use std::path::{Path, PathBuf};
 
 const EXAMPLE: &str = "Example:\n  newtau connect scenes/planar2r_swing.toml --target desk";
@@ -170,14 +168,14 @@ pub fn run(args: &ConnectArgs, presses: Presses) -> Result<u8, Failure> {
         Some(script) => Console::script(script).map_err(|error| bad_file(script, &error))?,
         None => Console::standard_input(),
     };
-    with_dof!(scene.robot.dof(), N => run_arm::<N>(args, &scene, text, console, outputs, presses))
+    run_arm(args, &scene, text, console, outputs, presses)
 }
 
 fn bad_file(path: &Path, error: &std::io::Error) -> Failure {
     Failure::Input(miette::miette!("{}: {error}", path.display()))
 }
 
-fn run_arm<const N: usize>(
+fn run_arm(
     args: &ConnectArgs,
     scene: &SceneFile,
     text: String,
@@ -185,12 +183,10 @@ fn run_arm<const N: usize>(
     outputs: Output,
     presses: Presses,
 ) -> Result<u8, Failure> {
-    let model = scene.robot.model::<N>().map_err(Failure::input)?;
     let path = std::path::absolute(&args.scene).unwrap_or_else(|_| args.scene.clone());
-    let head = Head { hash: scene.hash(&model), scene: path, text };
+    let head = Head { hash: hello_of(scene, Pacing::LockStep)?.robot, scene: path, text };
     let report = Report::new(args.json);
-    let world = || scene_world::world::<N>(scene);
-    let pace = || Pace::new(console.is_a_person());
+    let pace = Pace::new(console.is_a_person());
     let wrong = |stop| failure(stop, &args.scene.display().to_string());
     let disturbance = args.disturbance();
     if disturbance.is_some() && args.target == Some(Target::Qemu) {
@@ -209,23 +205,16 @@ fn run_arm<const N: usize>(
             }
             Box::new(device)
         }
-        (None, Some(Target::Qemu), _) => {
-            let bench = hello(scene, &model, Pacing::LockStep);
-            let start = || OnChip::start(Chip::start(&build_firmware(&scene.path)?, bench)?, bench);
-            let target = start().map_err(|error| Failure::Target(miette::miette!("{error}")))?;
-            Box::new(DryRunDevice::new(target, world()?, pace()))
-        }
-        (None, _, Some((disturbance, places))) => {
-            Box::new(SimulatedBoard::new((scene, &model), world()?, disturbance, places, pace()))
-        }
-        (None, _, None) => Box::new(DryRunDevice::new(OnDesk::start(scene, &model), world()?, pace())),
+        (None, Some(Target::Qemu), _) => simulated::on_chip(scene, pace)?,
+        (None, _, Some((disturbance, places))) => simulated::on_board(scene, disturbance, places, pace)?,
+        (None, _, None) => simulated::on_desk(scene, pace)?,
     };
     // The board was built from the scene's own motion. Only `run` follows the other one.
     let mut plays = scene.clone();
     if let Some(motion) = &args.motion {
         plays.take_motion(motion).map_err(Failure::input)?;
     }
-    let operator = Operator::new(device, (scene, &plays), &model, head, report, presses).map_err(wrong)?;
+    let operator = Operator::new(device, (scene, &plays), head, report, presses).map_err(wrong)?;
     operate(args, operator.with_outputs(outputs).with_stop_key(console.stops()), console)
 }
 

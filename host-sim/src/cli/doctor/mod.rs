@@ -8,9 +8,9 @@ use crate::cli::force::ForceArgs;
 use board::chip;
 use board::session::doctor::{self, Check, State, Use};
 use clap::Args;
-use link::{Hello, Pacing};
+use link::Pacing;
 use report::Report;
-use robot_compiler::{SceneFile, with_dof};
+use robot_compiler::SceneFile;
 use sim::failure::{self, Failure};
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -67,7 +67,7 @@ pub struct DoctorArgs {
 /// A wrong scene; output that cannot be written.
 pub fn run(args: &DoctorArgs) -> Result<u8, Failure> {
     let scene = args.scene.as_deref().map(SceneFile::load).transpose().map_err(Failure::input)?;
-    let hello = scene.as_ref().map(hello).transpose()?;
+    let hello = scene.as_ref().map(|scene| chip::hello_of(scene, Pacing::LockStep)).transpose()?;
     let mut checks = doctor::tool_checks(&args.uses);
     if let (Some(scene), Some(hello)) = (&scene, &hello) {
         checks.push(doctor::scene_check(scene, hello));
@@ -87,14 +87,6 @@ pub fn run(args: &DoctorArgs) -> Result<u8, Failure> {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Output(error)),
         Ok(()) | Err(_) => Ok(if report.problems > 0 { failure::INPUT } else { 0 }),
     }
-}
-
-/// Hello that firmware built from this scene sends.
-fn hello(scene: &SceneFile) -> Result<Hello, Failure> {
-    Ok(with_dof!(scene.robot.dof(), N => {
-        let model = scene.robot.model::<N>().map_err(Failure::input)?;
-        chip::hello(scene, &model, Pacing::LockStep)
-    }))
 }
 
 fn show(args: &DoctorArgs, report: &Report<'_>) -> io::Result<()> {

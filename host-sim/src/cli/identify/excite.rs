@@ -3,7 +3,6 @@
 use crate::cli::chain::ChainArgs;
 use crate::cli::force::ForceArgs;
 use clap::Args;
-use robot_compiler::with_dof;
 use sim::failure::{Failure, in_file};
 use sim::terminal::{json, print, progress_bar};
 use std::path::PathBuf;
@@ -155,7 +154,7 @@ pub fn run(args: &ExciteArgs) -> Result<(), Failure> {
         tries: args.tries,
         seed: args.seed,
     };
-    let designed = with_dof!(given.file.robot.dof(), N => design::<N>(&given.file, &wishes, &|| bar.inc(1)))?;
+    let designed = design(&given.file, &wishes, &|| bar.inc(1))?;
     bar.finish_and_clear();
     if let Some(path) = &args.out {
         std::fs::write(path, &designed.toml).map_err(|error| in_file(path, &error))?;

@@ -3,7 +3,7 @@
 use crate::cli::chain::ChainArgs;
 use crate::cli::gravity::GravityArgs;
 use clap::Args;
-use robot_compiler::{Robot, with_dof};
+use robot_compiler::Robot;
 use sim::failure::Failure;
 use sim::terminal::{json, print};
 use std::path::PathBuf;
@@ -78,6 +78,6 @@ pub fn run(args: &ContactArgs) -> Result<(), Failure> {
         known,
     };
     let wrong = |problem| Failure::Input(miette::miette!(help = "see `newtau help model contact`", "{problem}"));
-    let answer = with_dof!(robot.dof(), N => answer::<N>(&robot, &question)).map_err(wrong)?;
+    let answer = answer(&robot, &question).map_err(wrong)?;
     print(&if args.json { json(&answer)? + "\n" } else { answer.table() })
 }

@@ -3,15 +3,14 @@
 use crate::cli::chain::ChainArgs;
 use crate::cli::names::{Presence, named};
 use clap::Args;
-use dynamics_core::Model;
+use robot_compiler::Robot;
 use robot_compiler::names::name;
 use robot_compiler::scene::ScalarChoice;
-use robot_compiler::{Robot, with_dof};
 use sim::failure::Failure;
 use std::fs::File;
 use std::io::{BufRead, BufReader, BufWriter, Write, stdin, stdout};
 use std::path::{Path, PathBuf};
-use studies::dynamics::answer_all;
+use studies::dynamics::{Computation, answer_lines};
 use studies::robot_or_scene::say_mounting;
 
 const EXAMPLE: &str = "Example:\n  newtau model dynamics robots/ur5.toml --input scenes/example_states.jsonl";
@@ -62,9 +61,8 @@ pub struct DynamicsArgs {
 pub fn run(args: &DynamicsArgs) -> Result<(), Failure> {
     let robot = Robot::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
     say_mounting(&robot);
-    let floor: [f64; 3] = robot.gravity().into();
     let source = name_of(&args.input);
-    let input: Box<dyn BufRead> = if args.input == Path::new("-") {
+    let mut input: Box<dyn BufRead> = if args.input == Path::new("-") {
         Box::new(stdin().lock())
     } else {
         let opened = File::open(&args.input);
@@ -72,16 +70,8 @@ pub fn run(args: &DynamicsArgs) -> Result<(), Failure> {
         Box::new(BufReader::new(file))
     };
     let mut output = BufWriter::new(stdout().lock());
-    let done = with_dof!(robot.dof(), N => {
-        let mut model = robot.model::<N>().map_err(Failure::input)?;
-        if args.rotor == Presence::Absent {
-            model = Model::from_checked(model.links().map(|link| dynamics_core::model::Link { rotor: 0.0, ..link }), *model.tip());
-        }
-        match args.scalar {
-            ScalarChoice::F64 => answer_all(&model, &floor, &source, input, &mut output),
-            ScalarChoice::F32 => answer_all(&model.cast::<f32>(), &floor, &source, input, &mut output),
-        }
-    });
+    let how = Computation { rotors: args.rotor == Presence::Present, scalar: args.scalar };
+    let done = answer_lines(&robot, how, &source, &mut *input, &mut output);
     match (done, output.flush()) {
         // The reader has closed the pipe because it needs no more, as `head` does.
         (Err(Failure::Output(error)), _) | (_, Err(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),

@@ -4,7 +4,7 @@ use crate::cli::force::ForceArgs;
 use crate::cli::output::files;
 use crate::cli::run::{exit_code, set_duration};
 use clap::Args;
-use robot_compiler::{SceneFile, with_dof};
+use robot_compiler::SceneFile;
 use sim::failure::{Failure, in_file};
 use sim::pages;
 use sim::run::files::file_name;
@@ -97,7 +97,7 @@ fn show(as_json: bool, json: &str, account: &Account, written: &[PathBuf]) -> Re
 
 /// Prints the work along a path.
 fn along(scene: &SceneFile, path: &Path, as_json: bool) -> Result<(), Failure> {
-    let (source, input): (String, Box<dyn BufRead>) = if path == Path::new("-") {
+    let (source, mut input): (String, Box<dyn BufRead>) = if path == Path::new("-") {
         ("standard input".to_owned(), Box::new(stdin().lock()))
     } else {
         let source = path.display().to_string();
@@ -105,6 +105,6 @@ fn along(scene: &SceneFile, path: &Path, as_json: bool) -> Result<(), Failure> {
         let file = opened.map_err(|error| Failure::Input(miette::miette!("{source} cannot be read: {error}")))?;
         (source, Box::new(BufReader::new(file)))
     };
-    let work = with_dof!(scene.robot.dof(), N => path_work::<N>(scene, &source, input))?;
+    let work = path_work(scene, &source, &mut *input)?;
     print(&if as_json { json(&work)? + "\n" } else { work.table() })
 }

@@ -3,14 +3,12 @@
 use crate::cli::chain::ChainArgs;
 use crate::cli::names::named;
 use clap::Args;
-use robot_compiler::kernel::functions::Springs;
 use robot_compiler::kernel::{Function, Level};
 use robot_compiler::scene::ScalarChoice;
-use robot_compiler::with_dof;
 use sim::failure::Failure;
-use sim::terminal::{json, print};
+use sim::terminal::print;
 use std::path::PathBuf;
-use studies::kernel::{Asked, Kernels};
+use studies::kernel::{Asked, Form, text};
 use studies::robot_or_scene::scene_about;
 
 const EXAMPLE: &str = "Example:\n  newtau model kernel robots/ur5.toml --table";
@@ -65,22 +63,12 @@ pub struct KernelArgs {
 /// A wrong robot or scene file, or a scene with another robot.
 pub fn run(args: &KernelArgs) -> Result<(), Failure> {
     let file = scene_about(&args.robot, args.chain.ends(), args.scene.as_deref())?;
-    let text = with_dof!(file.robot.dof(), N => {
-        let model = file.robot.model::<N>().map_err(Failure::input)?;
-        let springs = Springs::new(&file.controller_config(&model).gains);
-        let asked = Asked {
-            precision: args.scalar.map(ScalarChoice::precision),
-            function: args.function.map(|function| function.with(springs)),
-            level: args.level,
-        };
-        let kernels = Kernels::new(&asked, &file, &model);
-        if args.json {
-            json(&kernels.counts())? + "\n"
-        } else if args.table {
-            kernels.tables()
-        } else {
-            kernels.source(&asked, &file)
-        }
-    });
-    print(&text)
+    let asked =
+        Asked { precision: args.scalar.map(ScalarChoice::precision), function: args.function, level: args.level };
+    let form = match (args.json, args.table) {
+        (true, _) => Form::Counts,
+        (false, true) => Form::Tables,
+        (false, false) => Form::Source,
+    };
+    print(&text(&asked, &file, form)?)
 }

@@ -2,11 +2,11 @@
 
 use crate::cli::force::ForceArgs;
 use clap::Args;
-use robot_compiler::{SceneFile, with_dof};
+use robot_compiler::SceneFile;
 use sim::failure::{Failure, in_file};
 use sim::terminal::print;
 use std::path::PathBuf;
-use studies::taught::{Path as Led, taught};
+use studies::taught::taught_from;
 
 const EXAMPLE: &str =
     "Example:\n  newtau model motion out/yam_teach/log.csv --scene scenes/yam_move.toml --out out/taught.toml";
@@ -55,9 +55,7 @@ pub fn run(args: &MotionArgs) -> Result<(), Failure> {
     let scene = SceneFile::load(&args.scene).map_err(Failure::input)?;
     let mut output = args.force.output().reads(&args.log).reads(&args.scene);
     args.out.as_deref().map_or(Ok(()), |path| output.file(path))?;
-    let motion = with_dof!(scene.robot.dof(), N => {
-        taught::<N>(&scene, &Led::load::<N>(&args.log, &scene)?, args.tolerance)?
-    });
+    let motion = taught_from(&args.log, &scene, args.tolerance)?;
     let total: f64 = motion.durations.iter().sum();
     let text = format!(
         "# Guided by hand: {} points in {total:.2} s, every joint within {:.1e} of the path{}.\n{}",

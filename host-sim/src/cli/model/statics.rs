@@ -5,7 +5,7 @@ use crate::cli::force::ForceArgs;
 use crate::cli::gravity::GravityArgs;
 use crate::cli::output::files;
 use clap::Args;
-use robot_compiler::{Robot, with_dof};
+use robot_compiler::Robot;
 use sim::failure::Failure;
 use sim::pages;
 use sim::run::files::file_name;
@@ -110,14 +110,14 @@ pub fn run(args: &StaticsArgs) -> Result<(), Failure> {
     if let Some(joint) = &args.sweep {
         return swept(args, &robot, &question, joint);
     }
-    let answer = with_dof!(robot.dof(), N => answer::<N>(&robot, &question))?;
+    let answer = answer(&robot, &question)?;
     let text = if args.json { json(&answer)? } else { answer.table() };
     print(&format!("{text}\n"))
 }
 
 /// Prints a sweep, and draws it into a report.
 fn swept(args: &StaticsArgs, robot: &Robot, question: &StaticsRequest, joint: &str) -> Result<(), Failure> {
-    let found = with_dof!(robot.dof(), N => sweep::<N>(robot, question, joint))?;
+    let found = sweep(robot, question, joint)?;
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(file_name(&robot.name)));
     let mut output = args.force.output().reads(&args.robot);
     output.folder(&folder, &["report.html"])?;

@@ -3,7 +3,6 @@
 use crate::cli::chain::ChainArgs;
 use crate::cli::names::Presence;
 use clap::Args;
-use robot_compiler::with_dof;
 use sim::failure::Failure;
 use sim::terminal::{json, print};
 use std::path::PathBuf;
@@ -84,10 +83,7 @@ pub fn run(args: &TermsArgs) -> Result<(), Failure> {
         method: args.method,
         rotor: args.rotor.map(|asked| asked == Presence::Present),
     };
-    let terms = with_dof!(file.robot.dof(), N => {
-        let model = file.robot.model::<N>().map_err(Failure::input)?;
-        terms(&question, &file, &model).map_err(Failure::Input)?
-    });
+    let terms = terms(&question, &file)?;
     let text = if args.json { json(&terms)? + "\n" } else { describe(&terms, &file.robot) };
     print(&text)
 }

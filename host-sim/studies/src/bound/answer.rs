@@ -8,7 +8,7 @@ use dynamics_core::trig::Method;
 use dynamics_core::{Limits, Model};
 use indicatif::ProgressBar;
 use robot_compiler::kernel::Level;
-use robot_compiler::{Ends, Robot};
+use robot_compiler::{Ends, Robot, with_dof};
 use serde::Serialize;
 use sim::failure::Failure;
 use sim::run::joint_label::JointLabel;
@@ -121,13 +121,21 @@ pub fn work(joints: usize, asked: &BoundRequest) -> u64 {
 ///
 /// # Errors
 /// [`Failure::Input`]: missing limits, or limits without a finite bound.
-pub fn answer<const N: usize>(
+pub fn answer(
     asked: &BoundRequest,
     subject: &RobotOrScene,
-    model: &Model<f64, N>,
+    progress: &ProgressBar,
+) -> Result<TorqueErrorBound, Failure> {
+    with_dof!(subject.file.robot.dof(), N => answer_for::<N>(asked, subject, progress))
+}
+
+fn answer_for<const N: usize>(
+    asked: &BoundRequest,
+    subject: &RobotOrScene,
     progress: &ProgressBar,
 ) -> Result<TorqueErrorBound, Failure> {
     let file = &subject.file;
+    let model = &file.robot.model::<N>().map_err(Failure::input)?;
     let limits = model.links().map(|link| link.limits);
     let region = region(asked, &file.robot, model, &limits)?;
     let level = asked.level;

@@ -11,10 +11,10 @@ pub use explanation::{
 
 use dynamics_core::{JointKind, Term};
 use indicatif::ProgressBar;
-use robot_compiler::SceneFile;
 use robot_compiler::choose::Along;
 use robot_compiler::kernel::Operations;
 use robot_compiler::scene::ModelTerm;
+use robot_compiler::{SceneFile, with_dof};
 use sim::failure::Failure;
 use sim::run::closed_loop::End;
 use sim::run::simulation::{Options, simulation};
@@ -27,7 +27,11 @@ pub const TOLERANCE: f64 = 0.002;
 ///
 /// # Errors
 /// [`Failure::Input`] if the scene cannot be run; [`Failure::Interrupted`] after an interruption.
-pub fn explain<const N: usize>(
+pub fn explain(file: &SceneFile, tolerance: Option<f64>, stop: &AtomicBool) -> Result<Explanation, Failure> {
+    with_dof!(file.robot.dof(), N => explain_for::<N>(file, tolerance, stop))
+}
+
+fn explain_for<const N: usize>(
     file: &SceneFile,
     tolerance: Option<f64>,
     stop: &AtomicBool,

@@ -3,13 +3,15 @@
 mod tables;
 
 use dynamics_core::{Model, Scene};
-use robot_compiler::SceneFile;
 use robot_compiler::emit::kernel::{Title, module};
 use robot_compiler::kernel::functions::Springs;
 use robot_compiler::kernel::inputs::live_inputs;
 use robot_compiler::kernel::{Function, Level, Precision, Program, compile};
 use robot_compiler::names::Named as _;
+use robot_compiler::{SceneFile, with_dof};
 use serde::Serialize;
+use sim::failure::Failure;
+use sim::terminal::json;
 
 /// Options of the command.
 pub struct Asked {
@@ -19,6 +21,33 @@ pub struct Asked {
     pub function: Option<Function>,
     /// Level of simplification; by default `exact` for the source, and all levels for the counts.
     pub level: Option<Level>,
+}
+
+/// Form of the answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// Source of one kernel.
+    Source,
+    /// Operation counts as JSON.
+    Counts,
+    /// Tables of the operations that each rewrite and each term saves.
+    Tables,
+}
+
+/// Compiles the requested kernels of the scene's arm and returns the text in the requested form.
+///
+/// # Errors
+/// [`Failure::Input`] for a robot that is not possible.
+pub fn text(asked: &Asked, file: &SceneFile, form: Form) -> Result<String, Failure> {
+    with_dof!(file.robot.dof(), N => {
+        let model = file.robot.model::<N>().map_err(Failure::input)?;
+        let kernels = Kernels::new(asked, file, &model);
+        Ok(match form {
+            Form::Source => kernels.source(asked, file),
+            Form::Counts => json(&kernels.counts())? + "\n",
+            Form::Tables => kernels.tables(),
+        })
+    })
 }
 
 /// Operation count of one kernel.
@@ -80,14 +109,14 @@ impl<'a, const N: usize> Kernels<'a, N> {
             model,
             scene: file.scene(model),
             precision: asked.precision.unwrap_or(file.control.scalar.precision()),
-            functions: asked.function.map_or_else(every, |function| vec![function]),
+            functions: asked.function.map_or_else(every, |function| vec![function.with(springs)]),
             levels: asked.level.map_or_else(|| Level::ALL.to_vec(), |level| vec![level]),
         }
     }
 
     /// Source of one kernel.
     pub fn source(&self, asked: &Asked, file: &SceneFile) -> String {
-        let function = asked.function.unwrap_or(Function::InverseDynamics);
+        let function = asked.function.map_or(Function::InverseDynamics, |_| self.functions[0]);
         let level = asked.level.unwrap_or(Level::Exact);
         let title = Title { robot: &file.robot.name, scene: &file.name, hash: file.hash(self.model) };
         module(function, self.model, &self.scene, level, self.precision, &title)

@@ -7,7 +7,7 @@ mod sweep;
 
 use super::numbers::finite;
 use dynamics_core::{JointKind, Limits};
-use robot_compiler::Robot;
+use robot_compiler::{Robot, with_dof};
 pub use search::Minimised;
 use search::{Target, search};
 use serde::Serialize;
@@ -70,7 +70,11 @@ pub struct JointLoad {
 /// # Errors
 /// [`Failure::Input`]: a list of the wrong length, a posture outside the limits, an unknown joint, a search without
 /// bounds.
-pub fn answer<const N: usize>(robot: &Robot, question: &StaticsRequest) -> Result<StaticLoads, Failure> {
+pub fn answer(robot: &Robot, question: &StaticsRequest) -> Result<StaticLoads, Failure> {
+    with_dof!(robot.dof(), N => answer_for::<N>(robot, question))
+}
+
+fn answer_for<const N: usize>(robot: &Robot, question: &StaticsRequest) -> Result<StaticLoads, Failure> {
     let model = robot.model::<N>().map_err(Failure::input)?;
     let still = Still::<N>::new(robot, question)?;
     let limits = model.links().map(|link| link.limits);

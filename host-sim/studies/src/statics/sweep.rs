@@ -4,7 +4,7 @@ use super::still::{Still, wrong};
 use super::{StaticsRequest, posture, search};
 use crate::posture_search;
 use report::{Block, Figure, Page, Series};
-use robot_compiler::Robot;
+use robot_compiler::{Robot, with_dof};
 use serde::Serialize;
 use sim::failure::Failure;
 use sim::run::joint_label::JointLabel;
@@ -50,7 +50,11 @@ pub struct LowestValue {
 ///
 /// # Errors
 /// [`Failure::Input`]: those of [`super::answer`], an unknown joint, or a prismatic joint without limits.
-pub fn sweep<const N: usize>(robot: &Robot, question: &StaticsRequest, joint: &str) -> Result<Sweep, Failure> {
+pub fn sweep(robot: &Robot, question: &StaticsRequest, joint: &str) -> Result<Sweep, Failure> {
+    with_dof!(robot.dof(), N => sweep_for::<N>(robot, question, joint))
+}
+
+fn sweep_for<const N: usize>(robot: &Robot, question: &StaticsRequest, joint: &str) -> Result<Sweep, Failure> {
     let still = Still::<N>::new(robot, question)?;
     let limits = robot.model::<N>().map_err(Failure::input)?.links().map(|link| link.limits);
     let q = question.q.as_deref().ok_or_else(|| wrong(format!("--sweep: expected --q with {N} numbers")))?;

@@ -5,9 +5,10 @@ mod path;
 pub use path::Path;
 
 use dynamics_core::control::trajectory::{Bounds, Motion, MotionError, POINTS_MAX, Timing, Waypoint};
-use robot_compiler::SceneFile;
 use robot_compiler::scene::joints;
+use robot_compiler::{SceneFile, with_dof};
 use sim::failure::Failure;
+use std::path::Path as FilePath;
 
 /// Largest factor by which a motion may be slowed down. If more is needed, the path does not fit this arm.
 const SLOWEST: f64 = 10.0;
@@ -41,6 +42,14 @@ impl Taught {
         }
         text + "]\n"
     }
+}
+
+/// Reads the path of a hand-guided arm from a log, and finds a motion near it. See [`taught`].
+///
+/// # Errors
+/// Those of [`Path::load`] and [`taught`].
+pub fn taught_from(log: &FilePath, scene: &SceneFile, tolerance: f64) -> Result<Taught, Failure> {
+    with_dof!(scene.robot.dof(), N => taught::<N>(scene, &Path::load::<N>(log, scene)?, tolerance))
 }
 
 /// Finds the motion with the fewest points that stays within `tolerance` (rad or m) of the path in every joint, or the best one with [`POINTS_MAX`]

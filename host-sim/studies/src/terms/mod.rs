@@ -11,8 +11,9 @@ use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, Inertia, InverseDynamics, Live, Model, Scene, Term, Trig, chapter::lagrange};
 use nalgebra::{SMatrix, SVector, Vector3};
 pub use report::describe;
-use robot_compiler::{Robot, SceneFile};
+use robot_compiler::{Robot, SceneFile, with_dof};
 use serde::Serialize;
+use sim::failure::Failure;
 use sim::run::joint_label::JointLabel;
 
 /// Method for the terms of the equations of motion.
@@ -70,7 +71,14 @@ pub struct Terms {
 ///
 /// # Errors
 /// A list has the wrong length, or the posture is outside the limits.
-pub fn terms<const N: usize>(asked: &TermsRequest, file: &SceneFile, model: &Model<f64, N>) -> miette::Result<Terms> {
+pub fn terms(asked: &TermsRequest, file: &SceneFile) -> Result<Terms, Failure> {
+    with_dof!(file.robot.dof(), N => {
+        let model = file.robot.model::<N>().map_err(Failure::input)?;
+        terms_for(asked, file, &model).map_err(Failure::Input)
+    })
+}
+
+fn terms_for<const N: usize>(asked: &TermsRequest, file: &SceneFile, model: &Model<f64, N>) -> miette::Result<Terms> {
     let (scene, live) = (file.scene(model), file.live(model));
     let q: [f64; N] = list("q", &asked.q, "one for each joint")?;
     let qd = asked.qd.as_ref().map_or(Ok([0.0; N]), |qd| list("qd", qd, "one for each joint"))?;

@@ -55,7 +55,7 @@ where
     Libm: Trig<S>,
 {
     let mut output = Vec::new();
-    let result = answer_all(model, &[0.0, 0.0, -9.81], "any.jsonl", bytes, &mut output);
+    let result = answer_all(model, &[0.0, 0.0, -9.81], "any.jsonl", &mut &bytes[..], &mut output);
     let answers = String::from_utf8(output).unwrap();
     // A byte order mark at the start is no part of the text.
     let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);

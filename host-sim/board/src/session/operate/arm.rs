@@ -7,14 +7,15 @@ use super::planned_motion::PlannedMotion;
 use super::reason::Stop;
 use super::scene_arm::{ArmModel, SceneArm};
 use super::torque_cause::DriveNumbers;
+use crate::chip::hello;
 use crate::session::frame_log::Head;
 use crate::session::frame_log::viewer::Recorded;
 use dynamics_core::control::trajectory::Bounds;
 use dynamics_core::control::{ControlLaw, ControllerConfig};
 use dynamics_core::safety::SafeAction;
 use dynamics_core::{Dynamics, Inertia, InertiaBounds, JointKind, Live, Model, Term};
-use link::Hello;
-use robot_compiler::{RobotJoint, SceneFile};
+use link::{Hello, Pacing};
+use robot_compiler::{RobotJoint, SceneFile, with_dof};
 use std::rc::Rc;
 use std::time::Duration;
 
@@ -91,7 +92,14 @@ pub(super) struct Arm {
 }
 
 impl Arm {
-    pub(super) fn new<const N: usize>(
+    pub(super) fn new(scene: &SceneFile, plays: &SceneFile, head: Head, pacing: Pacing) -> Result<Self, Stop> {
+        with_dof!(scene.robot.dof(), N => {
+            let model = scene.robot.model::<N>().map_err(|error| Stop::Input(error.to_string()))?;
+            Self::of(scene, plays, &model, head, hello(scene, &model, pacing))
+        })
+    }
+
+    fn of<const N: usize>(
         scene: &SceneFile,
         plays: &SceneFile,
         model: &Model<f64, N>,

@@ -121,8 +121,7 @@ mod tests {
             DryRunDevice::new(OnDesk::start(&scene, &model), scene_world::world::<6>(&scene).unwrap(), Pace::default());
         let head = Head { hash: scene.hash(&model), scene: path, text: String::new() };
         let report = Report::new(false);
-        let mut operator =
-            Operator::new(Box::new(device), (&scene, &scene), &model, head, report, Presses::default()).unwrap();
+        let mut operator = Operator::new(Box::new(device), (&scene, &scene), head, report, Presses::default()).unwrap();
         operator.begin().unwrap();
         converse(&mut operator, &mut Console::typed(lines)).unwrap();
         operator.is_limited()

@@ -55,6 +55,9 @@ impl Replay {
 /// Reason why a record is not a session.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ReplayError {
+    /// The scene's robot is not possible.
+    #[error("{0}")]
+    Robot(String),
     /// The record cannot be read.
     #[error(transparent)]
     Log(#[from] LogError),
