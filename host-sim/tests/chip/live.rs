@@ -6,7 +6,7 @@ use indicatif::ProgressBar;
 use link::{Pacing, Refusal};
 use robot_compiler::SceneFile;
 use sim::run::closed_loop::End;
-use sim::run::simulate;
+use sim::run::simulate::{self, Run, RunOptions};
 use sim::run::target::{CommandComparison, Parity, Ticked, Torques};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -61,6 +61,11 @@ impl<C: Torques<f32, N>> Torques<f32, N> for Misinformed<C> {
     }
 }
 
+fn run_with(scene: &SceneFile, target: &str, controller: &mut dyn Torques<f32, N>) -> Run {
+    let (stop, progress) = (&AtomicBool::new(false), &ProgressBar::hidden());
+    simulate::with(&RunOptions { scene, target, stop, progress }, controller).unwrap()
+}
+
 #[test]
 fn a_desk_that_is_told_anything_else_differs_in_every_term() {
     let scene = scene();
@@ -74,7 +79,7 @@ fn a_desk_that_is_told_anything_else_differs_in_every_term() {
     for (term, change) in other {
         let desk = Misinformed(simulate::desk::<f32, N>(&scene, &model), change);
         let mut both = CommandComparison::new(chip(&scene), desk);
-        let run = simulate::with(&scene, "qemu", &mut both, &AtomicBool::new(false), &ProgressBar::hidden()).unwrap();
+        let run = run_with(&scene, "qemu", &mut both);
         let Parity { ticks, mismatches } = both.parity();
         println!("{term}: {mismatches} of {ticks} ticks differ");
         assert_eq!((run.end, ticks), (End::Complete, TICKS));
@@ -94,7 +99,7 @@ fn an_arm_whose_controller_misses_a_live_term_is_off_its_reference() {
     ];
     for (term, change, measured) in missing {
         let mut desk = Misinformed(simulate::desk::<f32, N>(&scene, &model), change);
-        let run = simulate::with(&scene, "desk", &mut desk, &AtomicBool::new(false), &ProgressBar::hidden()).unwrap();
+        let run = run_with(&scene, "desk", &mut desk);
         let error = largest(&run.summary.tracking_max);
         assert!((0.95..1.05).contains(&(error / measured)), "without {term}: {error:.3e} rad");
     }

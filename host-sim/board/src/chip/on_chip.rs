@@ -10,7 +10,7 @@ use robot_compiler::scene::ScalarChoice;
 use robot_compiler::{SceneFile, with_dof};
 use sim::failure::Failure;
 use sim::run::scene_world;
-use sim::run::simulate::{self, Run};
+use sim::run::simulate::{self, Run, RunOptions};
 use sim::run::summary_parts::Instructions;
 use sim::run::target::{CommandComparison, Ticked, Torques};
 use std::path::PathBuf;
@@ -57,7 +57,7 @@ fn run_for<const N: usize>(scene: &SceneFile, stop: &AtomicBool, progress: &Prog
     progress.set_message("");
     let chip = Chip::start(&program, hello(&scene, &model, Pacing::LockStep)).map_err(target)?;
     let mut both = CommandComparison::new(chip, simulate::desk::<f32, N>(&scene, &model));
-    let mut run = simulate::with(&scene, "qemu", &mut both, stop, progress)?;
+    let mut run = simulate::with(&RunOptions { scene: &scene, target: "qemu", stop, progress }, &mut both)?;
     run.summary.parity = Some(both.parity());
     run.summary.instructions_per_tick = both.instructions().map(|(min, max)| Instructions { min, max });
     Ok(run)

@@ -3,6 +3,7 @@
 use actuator_model::bus::Bus;
 use actuator_model::frame::Frame;
 use core::convert::Infallible;
+use core::fmt::Debug;
 use dynamics_core::drive::MitDrive;
 use dynamics_core::with_drive_kinds;
 use embedded_can::ErrorKind;
@@ -11,50 +12,68 @@ use embedded_hal::digital::{ErrorType, OutputPin};
 use joint_io::JointIo;
 use joint_io::can::{BUSES, CanJoints};
 use joint_io::can_bus::CanBus;
+use joint_io::frames::Frames;
 use joint_io::queued::Queued;
 use robot_compiler::drive::Protocol;
 
-/// The joints of an arm with drives of the kind `K`.
-pub(super) type JointsOf<K, const N: usize> = CanJoints<K, Queued<Line>, Queued<Line>, Queued<Line>, BrakeLine, N>;
+/// The buses of a board.
+type Buses = [Queued<Line>; BUSES];
 
-macro_rules! joints_of {
-    ($($kind:ident)*) => {
-        /// The board's access to the joints, for each kind of drive.
-        #[derive(Clone, Debug)]
-        pub(super) enum Joints<const N: usize> {
-            $($kind(JointsOf<dynamics_core::drive::$kind, N>),)*
-        }
+/// The board's access to the joints, for drives of any kind.
+pub(super) trait Joints<const N: usize>: Debug + Send + Sync {
+    fn io(&mut self) -> &mut dyn JointIo<N>;
 
-        impl<const N: usize> Joints<N> {
-            pub(super) fn new(protocol: Protocol, lines: [Line; BUSES], wires: [MitDrive; N]) -> Self {
-                let buses = lines.map(Queued::new).into();
-                match protocol {
-                    $(Protocol::$kind => Self::$kind(CanJoints::new(buses, BrakeLine::default(), wires)),)*
-                }
-            }
+    fn bus(&mut self, bus: usize) -> &mut Bus;
 
-            pub(super) fn io(&mut self) -> &mut dyn JointIo<N> {
-                match self {
-                    $(Self::$kind(joints) => joints,)*
-                }
-            }
+    fn brake(&self) -> &BrakeLine;
 
-            pub(super) fn buses(&mut self) -> (&mut Queued<Line>, &mut Queued<Line>, &mut Queued<Line>) {
-                match self {
-                    $(Self::$kind(joints) => joints.buses(),)*
-                }
-            }
-
-            pub(super) fn brake(&self) -> &BrakeLine {
-                match self {
-                    $(Self::$kind(joints) => joints.brake(),)*
-                }
-            }
-        }
-    };
+    fn boxed(&self) -> Box<dyn Joints<N>>;
 }
 
-with_drive_kinds!(joints_of);
+impl<K: Frames + Clone + Send + Sync + 'static, const N: usize> Joints<N>
+    for CanJoints<K, Queued<Line>, Queued<Line>, Queued<Line>, BrakeLine, N>
+{
+    fn io(&mut self) -> &mut dyn JointIo<N> {
+        self
+    }
+
+    fn bus(&mut self, bus: usize) -> &mut Bus {
+        let (first, second, third) = self.buses();
+        let queued = match bus {
+            0 => first,
+            1 => second,
+            _ => third,
+        };
+        &mut queued.bus().0
+    }
+
+    fn brake(&self) -> &BrakeLine {
+        CanJoints::brake(self)
+    }
+
+    fn boxed(&self) -> Box<dyn Joints<N>> {
+        Box::new(self.clone())
+    }
+}
+
+/// The board's access to the joints of an arm with drives of this kind.
+pub(super) fn joints<const N: usize>(
+    protocol: Protocol,
+    lines: [Line; BUSES],
+    wires: [MitDrive; N],
+) -> Box<dyn Joints<N>> {
+    let buses: Buses = lines.map(Queued::new);
+    macro_rules! joints_of {
+        ($($kind:ident)*) => {
+            match protocol {
+                $(Protocol::$kind => {
+                    Box::new(CanJoints::<dynamics_core::drive::$kind, _, _, _, _, N>::new(buses.into(), BrakeLine::default(), wires))
+                })*
+            }
+        };
+    }
+    with_drive_kinds!(joints_of)
+}
 
 /// The line to the brakes: high opens them.
 #[derive(Clone, Copy, Debug, Default)]

@@ -9,7 +9,7 @@
 //! robot file's numbers; the controller uses the chip's. An actuator updates the torque of its own position and velocity loop several times a tick.
 //! Without stiffness and damping, the torque is constant from frame to frame.
 
-use super::drive_wiring::{Joints, Line};
+use super::drive_wiring::{self, Joints, Line};
 use super::{Clock, State};
 use actuator_model::bus::{Bus, Fate};
 use actuator_model::mit::{Actuator, Electronics, Language, Ranges, Shaft};
@@ -33,9 +33,9 @@ const SUPPLY_MIN: f64 = 15.0;
 const ENABLING_MAX: u32 = 100;
 
 /// The drives of an arm.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Drives<const N: usize> {
-    joints: Joints<N>,
+    joints: Box<dyn Joints<N>>,
     seats: [JointMount; N],
     /// Updates of the actuators' own loop in a tick.
     turns: u32,
@@ -85,7 +85,7 @@ impl<const N: usize> Drives<N> {
         let protocol = specs.first().map_or(Protocol::MiniCheetah, |spec| spec.protocol);
         let lines = actuators.map(|actuators| Line(Bus::forgetful(actuators)));
         Self {
-            joints: Joints::new(protocol, lines, wires),
+            joints: drive_wiring::joints(protocol, lines, wires),
             seats,
             // The cast saturates.
             turns: ((clock.period * loop_rate).round() as u32).max(1),
@@ -128,13 +128,7 @@ impl<const N: usize> Drives<N> {
 
     /// One of the buses, counted from 0.
     pub fn bus(&mut self, bus: usize) -> &mut Bus {
-        let (first, second, third) = self.joints.buses();
-        let queued = match bus {
-            0 => first,
-            1 => second,
-            _ => third,
-        };
-        &mut queued.bus().0
+        self.joints.bus(bus)
     }
 
     /// Disturbs the frames of a joint's drive until the next call. A deaf drive receives nothing and sends nothing. `replies` are possible fates of
@@ -261,6 +255,13 @@ impl<const N: usize> Drives<N> {
                 }
             }
         }
+    }
+}
+
+impl<const N: usize> Clone for Drives<N> {
+    fn clone(&self) -> Self {
+        let Self { ref joints, seats, turns, period, failure, ticks } = *self;
+        Self { joints: joints.boxed(), seats, turns, period, failure, ticks }
     }
 }
 

@@ -64,7 +64,7 @@ pub fn run<S: Real, const N: usize>(
 pub(crate) async fn run_with<S: Real, const N: usize>(
     solver: &impl Solver<N>,
     world: &mut World<N>,
-    controller: &mut impl Torques<S, N>,
+    controller: &mut (impl Torques<S, N> + ?Sized),
     ticks: u64,
     stop: &AtomicBool,
     record: &mut Record,

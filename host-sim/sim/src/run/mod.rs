@@ -21,6 +21,7 @@
 
 pub mod batch;
 pub mod closed_loop;
+mod compiled;
 pub mod files;
 pub mod joint_label;
 pub mod load;

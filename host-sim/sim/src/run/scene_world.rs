@@ -9,10 +9,12 @@ use crate::plant::jitter::{Jitter, Moved};
 use crate::plant::sensor::{Counter, SensorSettings, Sensors};
 use crate::plant::{Arm, Clock, JointFriction, Plant};
 use crate::run::closed_loop::World;
+use crate::run::compiled::Compiled;
 use dynamics_core::control::SpringOwner;
 use dynamics_core::{Body, JointSpec};
 use robot_compiler::scene::{ElasticitySpec, Integrator, joints};
-use robot_compiler::{RobotJoint, SceneFile};
+use robot_compiler::{RobotJoint, SceneFile, with_dof};
+use std::any::Any;
 
 /// The arm that a scene simulates, with its true masses, tool, payload, gravity and wrench at the tip.
 ///
@@ -39,6 +41,18 @@ pub fn arm<const N: usize>(scene: &SceneFile) -> Result<Arm<N>, Failure> {
 /// # Errors
 /// [`Failure::Input`]: the robot does not have `N` joints, or the motion is not possible.
 pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
+    let dof = scene.robot.dof();
+    let made = if dof == N { any_world(scene)?.downcast::<World<N>>().ok() } else { None };
+    let wrong = || Failure::Input(miette::miette!("{} has {dof} joints, not {N}", scene.robot.path.display()));
+    made.map(|world| *world).ok_or_else(wrong)
+}
+
+/// A [`World`] of the scene's number of joints. This package compiles its code, whoever calls.
+fn any_world(scene: &SceneFile) -> Result<Box<dyn Any>, Failure> {
+    with_dof!(scene.robot.dof(), N => Ok(Box::new(new_world::<N>(scene)?)))
+}
+
+fn new_world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
     let model = scene.robot.model::<N>().map_err(Failure::input)?;
     let motion = scene
         .trajectory(&model)
@@ -102,6 +116,7 @@ pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
             .then(|| config.gains.map(|gains| gains.spring())),
         period: scene.period(),
         model,
+        compiled: Compiled::new(),
     })
 }
 

@@ -2,9 +2,10 @@
 
 use crate::failure::{Failure, number};
 use crate::plant::Plant;
-use crate::plant::solver::{AtOnce, Solver, now};
-use crate::run::batch::{Batch, Job};
+use crate::plant::solver::Solver;
+use crate::run::batch::{Job, Kernels};
 use crate::run::closed_loop::{self, Closed, End, World};
+pub use crate::run::compiled::LoopScalar;
 use crate::run::joint_label::JointLabel;
 use crate::run::marks::Marks;
 use crate::run::record::Record;
@@ -17,10 +18,11 @@ use dynamics_core::safety::SafeAction;
 use dynamics_core::trig::Method;
 use dynamics_core::{Controller, ControllerConfig, Dynamics, Live, Model, Real, Trig};
 use indicatif::ProgressBar;
-use robot_compiler::SceneFile;
 use robot_compiler::choose::ArmDynamics;
 use robot_compiler::names::name;
 use robot_compiler::scene::ScalarChoice;
+use robot_compiler::{SceneFile, with_dof};
+use std::cell::RefCell;
 use std::sync::atomic::AtomicBool;
 
 /// A finished run.
@@ -38,6 +40,19 @@ pub struct Run {
     pub failure: Option<miette::Report>,
 }
 
+/// Parts of a run besides its world and its controller.
+#[derive(Clone, Copy)]
+pub struct RunOptions<'a> {
+    /// The scene of the controller.
+    pub scene: &'a SceneFile,
+    /// Name of the target, for the summary.
+    pub target: &'a str,
+    /// Ends the run when it is set.
+    pub stop: &'a AtomicBool,
+    /// Bar that shows the ticks.
+    pub progress: &'a ProgressBar,
+}
+
 /// Limit on the samples of a run (ticks times joints); this many fit into memory.
 const SAMPLES_MAX: f64 = 2e7;
 
@@ -50,49 +65,69 @@ pub(super) async fn on_desk<const N: usize>(
     progress: &ProgressBar,
 ) -> Result<Run, Failure> {
     let model = scene.robot.model::<N>().map_err(Failure::input)?;
+    let options = RunOptions { scene, target: "desk", stop, progress };
     match scene.control.scalar {
-        ScalarChoice::F64 => {
-            closed_in::<f64, N, _>(solver, world, scene, "desk", &mut desk(scene, &model), stop, progress).await
-        }
-        ScalarChoice::F32 => {
-            closed_in::<f32, N, _>(solver, world, scene, "desk", &mut desk(scene, &model), stop, progress).await
-        }
+        ScalarChoice::F64 => closed_in::<f64, N>(solver, world, &options, &mut desk(scene, &model)).await,
+        ScalarChoice::F32 => closed_in::<f32, N>(solver, world, &options, &mut desk(scene, &model)).await,
     }
 }
 
 /// A scene that waits to be run together with others.
-struct Prepared<'a, F, const N: usize> {
+struct Prepared<'a, const N: usize> {
+    place: usize,
     scene: SceneFile,
     world: World<N>,
     stop: &'a AtomicBool,
-    each: &'a F,
+    each: &'a dyn Fn(usize, Run),
 }
 
-impl<T, F: Fn(Run) -> T, const N: usize> Job<N> for Prepared<'_, F, N> {
-    type Outcome = Result<T, Failure>;
+impl<const N: usize> Job<N> for Prepared<'_, N> {
+    type Outcome = Result<(), Failure>;
 
     fn plant(&self) -> &Plant<N> {
         &self.world.plant
     }
 
     async fn run(mut self, solver: &impl Solver<N>) -> Self::Outcome {
-        on_desk(solver, &mut self.world, &self.scene, self.stop, &ProgressBar::hidden()).await.map(self.each)
+        let run = on_desk(solver, &mut self.world, &self.scene, self.stop, &ProgressBar::hidden()).await?;
+        (self.each)(self.place, run);
+        Ok(())
     }
 }
 
 /// Runs several scenes on the desk together. Each run has the result of [`run`](crate::run::simulation::run). If the processor has a
 /// [kernel](crate::run::batch) for their arms, this takes a fraction of the time. Returns the results of `each`, in the order of the scenes, or the
-/// failure of a scene that cannot be run.
-pub fn on_desk_side_by_side<T, const N: usize>(
-    batch: &mut Batch<N>,
-    scenes: impl IntoIterator<Item = Result<SceneFile, Failure>>,
+/// failure of a scene that cannot be run. All scenes have the same number of joints.
+pub fn on_desk_side_by_side<T>(
+    kernels: &Kernels,
+    scenes: Vec<Result<SceneFile, Failure>>,
     stop: &AtomicBool,
     each: impl Fn(Run) -> T,
 ) -> Vec<Result<T, Failure>> {
-    batch.run(scenes.into_iter().map(|scene| {
-        let scene = scene?;
-        Ok(Prepared { world: world(&scene)?, scene, stop, each: &each })
-    }))
+    let results = RefCell::new((0..scenes.len()).map(|_| None).collect::<Vec<Option<T>>>());
+    let ends = run_side_by_side(kernels, scenes, stop, &|place, run| results.borrow_mut()[place] = Some(each(run)));
+    let results = results.into_inner().into_iter().zip(ends);
+    results.filter_map(|(result, end)| end.map_or_else(|failure| Some(Err(failure)), |()| result.map(Ok))).collect()
+}
+
+/// As [`on_desk_side_by_side`]: `each` gets the index of a scene and its run.
+fn run_side_by_side(
+    kernels: &Kernels,
+    scenes: Vec<Result<SceneFile, Failure>>,
+    stop: &AtomicBool,
+    each: &dyn Fn(usize, Run),
+) -> Vec<Result<(), Failure>> {
+    let dof = scenes.iter().flatten().map(|scene| scene.robot.dof()).next().unwrap_or(1);
+    with_dof!(dof, N => {
+        let mut batch = kernels.borrow::<N>();
+        let jobs = scenes.into_iter().enumerate().map(|(place, scene)| {
+            let scene = scene?;
+            Ok(Prepared::<N> { place, world: world(&scene)?, scene, stop, each })
+        });
+        let ends = batch.run(jobs);
+        kernels.give_back(batch);
+        ends
+    })
 }
 
 /// A controller on the desk that computes in `S`.
@@ -137,40 +172,32 @@ pub fn live_inputs<S: Real, const N: usize>(scene: &SceneFile, model: &Model<f64
 /// # Errors
 /// [`Failure::Input`] for a scene that cannot be run; [`Failure::Target`] if the target rejects the live inputs. A target that fails during the run
 /// is no error here: see [`Run::failure`].
-pub fn with<S: Real, const N: usize, C: Torques<S, N>>(
-    scene: &SceneFile,
-    target: &str,
-    controller: &mut C,
-    stop: &AtomicBool,
-    progress: &ProgressBar,
+pub fn with<S: LoopScalar, const N: usize>(
+    options: &RunOptions<'_>,
+    controller: &mut dyn Torques<S, N>,
 ) -> Result<Run, Failure> {
-    within(&mut world::<N>(scene)?, scene, target, controller, stop, progress)
+    within(&mut world::<N>(options.scene)?, options, controller)
 }
 
 /// As [`with`], in a world that the caller owns.
 ///
 /// # Errors
 /// As [`with`].
-pub fn within<S: Real, const N: usize, C: Torques<S, N>>(
+pub fn within<S: LoopScalar, const N: usize>(
     world: &mut World<N>,
-    scene: &SceneFile,
-    target: &str,
-    controller: &mut C,
-    stop: &AtomicBool,
-    progress: &ProgressBar,
+    options: &RunOptions<'_>,
+    controller: &mut dyn Torques<S, N>,
 ) -> Result<Run, Failure> {
-    now(closed_in(&AtOnce, world, scene, target, controller, stop, progress))
+    S::run(world, options, controller)
 }
 
-async fn closed_in<S: Real, const N: usize, C: Torques<S, N>>(
+pub(super) async fn closed_in<S: Real, const N: usize>(
     solver: &impl Solver<N>,
     world: &mut World<N>,
-    scene: &SceneFile,
-    target: &str,
-    controller: &mut C,
-    stop: &AtomicBool,
-    progress: &ProgressBar,
+    options: &RunOptions<'_>,
+    controller: &mut dyn Torques<S, N>,
 ) -> Result<Run, Failure> {
+    let RunOptions { scene, target, stop, progress } = *options;
     let ticks = ticks(scene, world.motion.duration())?;
     progress.set_length(ticks);
     let model = scene.robot.model::<N>().map_err(Failure::input)?;

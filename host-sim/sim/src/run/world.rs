@@ -2,8 +2,9 @@
 
 use crate::plant::drives::{Drives, Order};
 use crate::plant::sensor::{Reading, Sample, Sensors};
-use crate::plant::solver::{AtOnce, Solver, now};
+use crate::plant::solver::Solver;
 use crate::plant::{Diverged, Plant};
+use crate::run::compiled::Compiled;
 use dynamics_core::control::Spring;
 use dynamics_core::control::trajectory::Motion;
 use dynamics_core::safety::SafeAction;
@@ -39,6 +40,8 @@ pub struct World<const N: usize> {
     pub period: f64,
     /// The arm's model from the robot file.
     pub model: Model<f64, N>,
+    /// The integration of the arm and the loop around it.
+    pub(crate) compiled: Compiled<N>,
 }
 
 /// Measurement at the start of a tick, and further reports of the drives.
@@ -118,7 +121,8 @@ impl<const N: usize> World<N> {
     /// # Errors
     /// As [`Plant::drive`].
     pub fn drive(&mut self, torque: &[f64; N]) -> Result<(), Diverged> {
-        now(self.drive_with(&AtOnce, torque))
+        let Compiled(compiled) = self.compiled;
+        compiled.drive(self, torque)
     }
 
     /// As [`World::drive`], with this solver.
@@ -141,7 +145,7 @@ impl<const N: usize> World<N> {
     /// # Errors
     /// As [`Plant::drive`].
     pub fn stop(&mut self) -> Result<(), Diverged> {
-        now(self.stop_with(&AtOnce))
+        self.rest(&Order::Safe(self.safe_action))
     }
 
     /// As [`World::stop`], with this solver.
@@ -154,7 +158,7 @@ impl<const N: usize> World<N> {
     /// # Errors
     /// As [`Plant::drive`].
     pub fn enable(&mut self, action: SafeAction) -> Result<(), Diverged> {
-        now(self.rest_with(&AtOnce, &Order::Enable(action)))
+        self.rest(&Order::Enable(action))
     }
 
     /// Simulates one control period with these torques, N m or N, against engaged brakes.
@@ -162,11 +166,16 @@ impl<const N: usize> World<N> {
     /// # Errors
     /// As [`Plant::drive`].
     pub fn preload(&mut self, torque: &[f64; N]) -> Result<(), Diverged> {
-        now(self.rest_with(&AtOnce, &Order::Preload(*torque)))
+        self.rest(&Order::Preload(*torque))
+    }
+
+    fn rest(&mut self, order: &Order<N>) -> Result<(), Diverged> {
+        let Compiled(compiled) = self.compiled;
+        compiled.rest(self, order)
     }
 
     /// Simulates a control period that the ledger does not count, in which brakes, if there are any, hold the arm.
-    async fn rest_with(&mut self, solver: &impl Solver<N>, order: &Order<N>) -> Result<(), Diverged> {
+    pub(crate) async fn rest_with(&mut self, solver: &impl Solver<N>, order: &Order<N>) -> Result<(), Diverged> {
         self.begin_tick();
         self.exchange(order);
         let Self { plant, drives, .. } = self;

@@ -3,11 +3,11 @@
 use core::sync::atomic::AtomicBool;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
+use robot_compiler::SceneFile;
 use robot_compiler::scene::{Integrator, Push, Ripple};
 use robot_compiler::{Breakaway, JointFriction};
-use robot_compiler::{SceneFile, with_dof};
 use sim::failure::Failure;
-use sim::run::batch::Batch;
+use sim::run::batch::Kernels;
 use sim::run::closed_loop::End;
 use sim::run::simulate::{self, Run};
 use sim::run::simulation;
@@ -31,9 +31,7 @@ fn alone(scene: &SceneFile) -> Result<Run, Failure> {
 }
 
 fn side_by_side(scenes: &[SceneFile]) -> Vec<Result<Run, Failure>> {
-    with_dof!(scenes[0].robot.dof(), N => {
-        simulate::on_desk_side_by_side::<_, N>(&mut Batch::default(), scenes.iter().cloned().map(Ok), &GO_ON, |run| run)
-    })
+    simulate::on_desk_side_by_side(&Kernels::default(), scenes.iter().cloned().map(Ok).collect(), &GO_ON, |run| run)
 }
 
 /// Checks that every record, end and number equals that of a run alone.

@@ -11,7 +11,7 @@ use robot_compiler::{Robot, RobotJoint, SceneFile};
 use sim::failure::Failure;
 use sim::run::closed_loop::End;
 use sim::run::record::Record;
-use sim::run::simulate::{self, Run};
+use sim::run::simulate::{self, Run, RunOptions};
 use sim::run::simulation;
 use sim::run::target::{Ticked, Torques};
 use std::f64::consts::TAU;
@@ -318,13 +318,17 @@ impl<C: Torques<f64, 2>> Torques<f64, 2> for Interrupting<'_, C> {
     }
 }
 
+fn run_with(scene: &SceneFile, target: &str, stop: &AtomicBool, controller: &mut dyn Torques<f64, 2>) -> Run {
+    simulate::with(&RunOptions { scene, target, stop, progress: &ProgressBar::hidden() }, controller).unwrap()
+}
+
 #[test]
 fn an_interrupted_run_keeps_what_was_recorded() {
     let scene = swing();
     let model = scene.robot.model::<2>().unwrap();
     let stop = AtomicBool::new(false);
     let mut controller = Interrupting { controller: simulate::desk::<f64, 2>(&scene, &model), left: 50, stop: &stop };
-    let done = simulate::with(&scene, "desk", &mut controller, &stop, &ProgressBar::hidden()).unwrap();
+    let done = run_with(&scene, "desk", &stop, &mut controller);
     assert_eq!((done.end, done.summary.ticks), (End::Interrupted, 50));
     assert_eq!(done.summary.stopped.as_deref(), Some("interrupted"));
     let whole = csv(&run(&scene).record);
@@ -350,7 +354,7 @@ impl Torques<f64, 2> for Dying {
 #[test]
 fn a_target_that_dies_leaves_the_record_up_to_there() {
     let stop = AtomicBool::new(false);
-    let done = simulate::with(&swing(), "qemu", &mut Dying(20), &stop, &ProgressBar::hidden()).unwrap();
+    let done = run_with(&swing(), "qemu", &stop, &mut Dying(20));
     assert_eq!((done.end, done.record.ticks()), (End::TargetFailed, 20));
     assert_eq!(done.failure.unwrap().to_string(), "no answer");
 }

@@ -6,7 +6,7 @@ use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use robot_compiler::SceneFile;
 use robot_compiler::scene::{MotionSpec, Push};
-use sim::run::simulate::{self, Desk, Run};
+use sim::run::simulate::{self, Desk, Run, RunOptions};
 use sim::run::target::{Ticked, Torques};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -55,8 +55,8 @@ fn run(scene: &SceneFile) -> (Watched, Run) {
     let model = scene.robot.model::<6>().unwrap();
     let desk = simulate::desk(scene, &model);
     let mut target = Watched { desk, worst: [0.0; 6], collided: None, ticks: 0 };
-    let (stop, bar) = (AtomicBool::new(false), ProgressBar::hidden());
-    let run = simulate::with::<f32, 6, _>(scene, "desk", &mut target, &stop, &bar).unwrap();
+    let (stop, progress) = (&AtomicBool::new(false), &ProgressBar::hidden());
+    let run = simulate::with(&RunOptions { scene, target: "desk", stop, progress }, &mut target).unwrap();
     (target, run)
 }
 

@@ -11,7 +11,7 @@ use sim::plant::drives::Drives;
 use sim::plant::{Clock, State};
 use sim::run::closed_loop::World;
 use sim::run::scene_world;
-use sim::run::simulate::{self, Run};
+use sim::run::simulate::{self, Run, RunOptions};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
@@ -22,7 +22,8 @@ fn wave() -> SceneFile {
 
 fn run_in(world: &mut World<6>, scene: &SceneFile) -> Run {
     let mut controller = simulate::desk::<f32, 6>(scene, &scene.robot.model().unwrap());
-    simulate::within(world, scene, "desk", &mut controller, &AtomicBool::new(false), &ProgressBar::hidden()).unwrap()
+    let (stop, progress) = (&AtomicBool::new(false), &ProgressBar::hidden());
+    simulate::within(world, &RunOptions { scene, target: "desk", stop, progress }, &mut controller).unwrap()
 }
 
 fn run(scene: &SceneFile) -> Run {

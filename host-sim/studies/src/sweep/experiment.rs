@@ -1,8 +1,8 @@
 //! Runs of a scene, and the figures that are kept of each.
 
 use super::draw::Draw;
+use robot_compiler::SceneFile;
 use robot_compiler::study::{Drawn, Experiment, Figure, Metric, Study, Template};
-use robot_compiler::{SceneFile, with_dof};
 use sim::failure::Failure;
 use sim::run::batch::Kernels;
 use sim::run::closed_loop::End;
@@ -107,13 +107,7 @@ impl SceneRuns {
 
     /// Cells after the values of each scene; all scenes have the same number of joints.
     fn on_desk(&self, scenes: Vec<Result<SceneFile, Failure>>, stop: &AtomicBool) -> Vec<Result<Vec<String>, Failure>> {
-        let dof = scenes.iter().flatten().map(|scene| scene.robot.dof()).next().unwrap_or(1);
-        with_dof!(dof, N => {
-            let mut batch = self.kernels.borrow::<N>();
-            let done = simulate::on_desk_side_by_side::<_, N>(&mut batch, scenes, stop, |run| self.ending(&run));
-            self.kernels.give_back(batch);
-            done
-        })
+        simulate::on_desk_side_by_side(&self.kernels, scenes, stop, |run| self.ending(&run))
     }
 
     /// Cells after the values of a run.

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use sim::failure::Failure;
 use sim::run::closed_loop::End;
 use sim::run::scene_world;
-use sim::run::simulate;
+use sim::run::simulate::{self, RunOptions};
 use sim::run::target::Torques;
 use std::sync::atomic::AtomicBool;
 
@@ -167,17 +167,10 @@ fn tracking<const N: usize>(
     let mut world = scene_world::world::<N>(&scene)?;
     world.motion = course.motion.clone();
     world.repeat = false;
-    fn run<S: Real, const N: usize>(
-        world: &mut sim::run::closed_loop::World<N>,
-        scene: &SceneFile,
-        controller: &mut impl Torques<S, N>,
-        stop: &AtomicBool,
-    ) -> Result<simulate::Run, Failure> {
-        simulate::within(world, scene, "desk", controller, stop, &ProgressBar::hidden())
-    }
+    let options = RunOptions { scene: &scene, target: "desk", stop, progress: &ProgressBar::hidden() };
     let run = match file.control.scalar {
-        ScalarChoice::F32 => run::<f32, N>(&mut world, &scene, &mut simulate::desk(file, model), stop)?,
-        ScalarChoice::F64 => run::<f64, N>(&mut world, &scene, &mut simulate::desk(file, model), stop)?,
+        ScalarChoice::F32 => simulate::within::<f32, N>(&mut world, &options, &mut simulate::desk(file, model))?,
+        ScalarChoice::F64 => simulate::within::<f64, N>(&mut world, &options, &mut simulate::desk(file, model))?,
     };
     if run.end == End::Interrupted {
         return Err(Failure::Interrupted);
