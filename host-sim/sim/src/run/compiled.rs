@@ -1,120 +1,85 @@
-//! Integration of the arm and the loop around it, compiled once for each number of joints.
+//! The loop, compiled once for each number of joints.
 //!
-//! A package that calls a function with a joint count compiles that function again. So other packages call what is large through [`Steps`]. Only
-//! [`scene_world`](crate::run::scene_world) makes the object behind it, in a function without a joint count.
+//! A package that calls a function with a joint count compiles that function again. So other packages reach the loop through [`Loop`]. Only
+//! [`loops`], which has no joint count, makes the objects behind it.
 
 use crate::failure::Failure;
-use crate::plant::Diverged;
-use crate::plant::drives::Order;
 use crate::plant::solver::{AtOnce, now};
-use crate::run::simulate::{self, Run, RunOptions};
+use crate::run::one_run::{Run, RunOptions, closed_in};
 use crate::run::target::Torques;
 use crate::run::world::World;
-use core::fmt;
 use dynamics_core::Real;
+use robot_compiler::with_dof;
+use std::any::Any;
 
-/// The large functions of a world.
-pub(crate) trait Steps<const N: usize>: Send + Sync {
-    /// As [`World::drive`].
-    fn drive(&self, world: &mut World<N>, torque: &[f64; N]) -> Result<(), Diverged>;
-
-    /// As [`World::stop`], with this command to the drives.
-    fn rest(&self, world: &mut World<N>, order: &Order<N>) -> Result<(), Diverged>;
-
-    /// As [`simulate::within`], in single precision.
-    fn run_f32(
+/// The loop in one precision.
+pub trait Loop<S, const N: usize> {
+    /// As [`within`].
+    #[doc(hidden)]
+    fn run(
         &self,
         world: &mut World<N>,
         options: &RunOptions<'_>,
-        controller: &mut dyn Torques<f32, N>,
-    ) -> Result<Run, Failure>;
-
-    /// As [`simulate::within`], in double precision.
-    fn run_f64(
-        &self,
-        world: &mut World<N>,
-        options: &RunOptions<'_>,
-        controller: &mut dyn Torques<f64, N>,
+        controller: &mut dyn Torques<S, N>,
     ) -> Result<Run, Failure>;
 }
 
-/// [`Steps`] compiled in this package.
-#[derive(Clone, Copy)]
-pub(crate) struct Compiled<const N: usize>(pub(crate) &'static dyn Steps<N>);
-
-impl<const N: usize> Compiled<N> {
-    /// The functions for this number of joints; the caller's package compiles them.
-    pub(crate) fn new() -> Self {
-        Self(&OneByOne)
-    }
-}
-
-impl<const N: usize> fmt::Debug for Compiled<N> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("Compiled")
-    }
-}
-
-/// Integrates each arm at once.
+/// Integrates the arm at once, at each tick.
 struct OneByOne;
 
-impl<const N: usize> Steps<N> for OneByOne {
-    fn drive(&self, world: &mut World<N>, torque: &[f64; N]) -> Result<(), Diverged> {
-        now(world.drive_with(&AtOnce, torque))
-    }
-
-    fn rest(&self, world: &mut World<N>, order: &Order<N>) -> Result<(), Diverged> {
-        now(world.rest_with(&AtOnce, order))
-    }
-
-    fn run_f32(
+impl<S: Real, const N: usize> Loop<S, N> for OneByOne {
+    fn run(
         &self,
         world: &mut World<N>,
         options: &RunOptions<'_>,
-        controller: &mut dyn Torques<f32, N>,
+        controller: &mut dyn Torques<S, N>,
     ) -> Result<Run, Failure> {
-        now(simulate::closed_in(&AtOnce, world, options, controller))
+        now(closed_in(&AtOnce, world, options, controller))
     }
+}
 
-    fn run_f64(
-        &self,
-        world: &mut World<N>,
-        options: &RunOptions<'_>,
-        controller: &mut dyn Torques<f64, N>,
-    ) -> Result<Run, Failure> {
-        now(simulate::closed_in(&AtOnce, world, options, controller))
-    }
+/// The loop in each precision.
+pub struct Loops<const N: usize> {
+    f32: &'static dyn Loop<f32, N>,
+    f64: &'static dyn Loop<f64, N>,
+}
+
+/// [`Loops`] for this number of joints. This package compiles them, whoever calls.
+fn loops(dof: usize) -> Box<dyn Any> {
+    with_dof!(dof, N => Box::new(Loops::<N> { f32: &OneByOne, f64: &OneByOne }))
 }
 
 /// A precision in which the loop is compiled.
 pub trait LoopScalar: Real {
-    /// Runs the loop.
+    /// The loop in this precision.
     #[doc(hidden)]
-    fn run<const N: usize>(
-        world: &mut World<N>,
-        options: &RunOptions<'_>,
-        controller: &mut dyn Torques<Self, N>,
-    ) -> Result<Run, Failure>;
+    fn of<const N: usize>(loops: &Loops<N>) -> &'static dyn Loop<Self, N>;
 }
 
 impl LoopScalar for f32 {
-    fn run<const N: usize>(
-        world: &mut World<N>,
-        options: &RunOptions<'_>,
-        controller: &mut dyn Torques<Self, N>,
-    ) -> Result<Run, Failure> {
-        let Compiled(compiled) = world.compiled;
-        compiled.run_f32(world, options, controller)
+    fn of<const N: usize>(loops: &Loops<N>) -> &'static dyn Loop<Self, N> {
+        loops.f32
     }
 }
 
 impl LoopScalar for f64 {
-    fn run<const N: usize>(
-        world: &mut World<N>,
-        options: &RunOptions<'_>,
-        controller: &mut dyn Torques<Self, N>,
-    ) -> Result<Run, Failure> {
-        let Compiled(compiled) = world.compiled;
-        compiled.run_f64(world, options, controller)
+    fn of<const N: usize>(loops: &Loops<N>) -> &'static dyn Loop<Self, N> {
+        loops.f64
+    }
+}
+
+/// Runs a scene with this controller, on any target, in a world that the caller owns.
+///
+/// # Errors
+/// [`Failure::Input`] for a scene that cannot be run; [`Failure::Target`] if the target rejects the live inputs. A target that fails during the run
+/// is no error here: see [`Run::failure`].
+pub fn within<S: LoopScalar, const N: usize>(
+    world: &mut World<N>,
+    options: &RunOptions<'_>,
+    controller: &mut dyn Torques<S, N>,
+) -> Result<Run, Failure> {
+    match loops(N).downcast_ref::<Loops<N>>() {
+        Some(loops) => S::of(loops).run(world, options, controller),
+        None => Err(Failure::Input(miette::miette!("an arm of {N} joints; expected 1 to 6"))),
     }
 }

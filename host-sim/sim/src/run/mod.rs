@@ -18,6 +18,8 @@
 //! | [`report`] | a run as a page |
 //! | `wrench` | from joint torques to an equivalent wrench at the tip |
 //! | `files` | log, summary and report as files |
+//! | `one_run` | a controller in a world, from the first tick to the summary |
+//! | `compiled` | the loop, compiled once for each number of joints |
 
 pub mod batch;
 pub mod closed_loop;
@@ -28,6 +30,7 @@ pub mod load;
 pub mod marks;
 pub mod mcap_file;
 pub mod numbers;
+mod one_run;
 pub mod quality;
 pub mod record;
 pub mod report;

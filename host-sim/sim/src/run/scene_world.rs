@@ -9,7 +9,7 @@ use crate::plant::jitter::{Jitter, Moved};
 use crate::plant::sensor::{Counter, SensorSettings, Sensors};
 use crate::plant::{Arm, Clock, JointFriction, Plant};
 use crate::run::closed_loop::World;
-use crate::run::compiled::Compiled;
+use crate::run::world::Compiled;
 use dynamics_core::control::SpringOwner;
 use dynamics_core::{Body, JointSpec};
 use robot_compiler::scene::{ElasticitySpec, Integrator, joints};

@@ -2,9 +2,9 @@
 
 use crate::plant::drives::{Drives, Order};
 use crate::plant::sensor::{Reading, Sample, Sensors};
-use crate::plant::solver::Solver;
+use crate::plant::solver::{AtOnce, Solver, now};
 use crate::plant::{Diverged, Plant};
-use crate::run::compiled::Compiled;
+use core::fmt;
 use dynamics_core::control::Spring;
 use dynamics_core::control::trajectory::Motion;
 use dynamics_core::safety::SafeAction;
@@ -40,7 +40,7 @@ pub struct World<const N: usize> {
     pub period: f64,
     /// The arm's model from the robot file.
     pub model: Model<f64, N>,
-    /// The integration of the arm and the loop around it.
+    /// The integration of the arm.
     pub(crate) compiled: Compiled<N>,
 }
 
@@ -175,7 +175,7 @@ impl<const N: usize> World<N> {
     }
 
     /// Simulates a control period that the ledger does not count, in which brakes, if there are any, hold the arm.
-    pub(crate) async fn rest_with(&mut self, solver: &impl Solver<N>, order: &Order<N>) -> Result<(), Diverged> {
+    async fn rest_with(&mut self, solver: &impl Solver<N>, order: &Order<N>) -> Result<(), Diverged> {
         self.begin_tick();
         self.exchange(order);
         let Self { plant, drives, .. } = self;
@@ -201,6 +201,43 @@ impl<const N: usize> World<N> {
         if let Some(drives) = drives {
             drives.send(order, &sensors.disturbed(plant.measured()));
         }
+    }
+}
+
+/// The integration of the arm. Other packages call it through this interface, so that they do not compile it again for each number of joints.
+trait Steps<const N: usize>: Send + Sync {
+    fn drive(&self, world: &mut World<N>, torque: &[f64; N]) -> Result<(), Diverged>;
+
+    fn rest(&self, world: &mut World<N>, order: &Order<N>) -> Result<(), Diverged>;
+}
+
+/// [`Steps`] of the package that made the world.
+#[derive(Clone, Copy)]
+pub(crate) struct Compiled<const N: usize>(&'static dyn Steps<N>);
+
+impl<const N: usize> Compiled<N> {
+    /// The caller's package compiles them.
+    pub(crate) fn new() -> Self {
+        Self(&OneByOne)
+    }
+}
+
+impl<const N: usize> fmt::Debug for Compiled<N> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Compiled")
+    }
+}
+
+/// Integrates each arm at once.
+struct OneByOne;
+
+impl<const N: usize> Steps<N> for OneByOne {
+    fn drive(&self, world: &mut World<N>, torque: &[f64; N]) -> Result<(), Diverged> {
+        now(world.drive_with(&AtOnce, torque))
+    }
+
+    fn rest(&self, world: &mut World<N>, order: &Order<N>) -> Result<(), Diverged> {
+        now(world.rest_with(&AtOnce, order))
     }
 }
 
