@@ -34,7 +34,7 @@ fn at(q: &[f64]) -> StaticsRequest {
 }
 
 fn ask(robot: &Robot, question: &StaticsRequest) -> StaticLoads {
-    with_dof!(robot.dof(), N => answer(robot, question)).unwrap()
+    answer(robot, question).unwrap()
 }
 
 fn planar(question: &StaticsRequest) -> StaticLoads {

@@ -1,4 +1,4 @@
-//! A simulation of a scene with any number of joints and any precision. Only this module selects both at run time.
+//! A simulation of a scene with any number of joints and any precision. Joint count and precision are selected here, at run time.
 
 use super::closed_loop::World;
 use super::scene_world;
