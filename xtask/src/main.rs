@@ -8,9 +8,9 @@ mod docs;
 mod gate;
 mod machine;
 mod measured;
+mod pages;
 mod peers;
 mod qemu;
-mod readme;
 mod report;
 mod robot_data;
 mod scenes;
@@ -86,6 +86,11 @@ enum Task {
     Report {
         #[command(flatten)]
         options: report::ReportOptions,
+    },
+    /// Run the commands of the README and of docs, and compare their output with the output shown
+    Pages {
+        /// These pages alone, such as docs/trade.md
+        pages: Vec<String>,
     },
     /// Build the documentation as a searchable book in target/book, and the crates' API documentation
     Docs,
@@ -178,6 +183,7 @@ fn run(task: Task) -> anyhow::Result<()> {
         Task::Measured { options } => measured::run(&options),
         Task::Report { options } => report::run_task(&options),
         Task::Docs => docs::build(),
+        Task::Pages { pages } => pages::run_commands(&pages),
         Task::Campaign { arguments } => process::become_command(trials::program("campaign").args(arguments)),
         Task::Gate { scene } => gate::check(&scene),
         Task::Firmware { task } => match task {

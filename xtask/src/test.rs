@@ -4,7 +4,7 @@ use crate::process::{cargo, run, target_directory};
 use crate::tally::Tally;
 use crate::toolchain::Toolchain;
 use crate::workspace::Workspace;
-use crate::{bench, budget, check, gate, readme, report, robot_data, setup};
+use crate::{bench, budget, check, gate, pages, report, robot_data, setup};
 use anyhow::Result;
 use firmware_image::board::SCENE_DEFAULT;
 use firmware_image::{Board, Build};
@@ -19,7 +19,7 @@ pub(crate) fn all() -> Result<()> {
     static_checks(&mut tally);
     host_tests(&mut tally, &urdfs);
     chip_tests(&mut tally);
-    tally.step("README commands", readme::run_commands);
+    tally.step("commands of the pages", || pages::run_commands(&[]));
     if !tally.report() {
         exit(1)
     }

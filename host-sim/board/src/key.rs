@@ -86,6 +86,9 @@ pub fn save(key: &Key, path: &Path) -> Result<(), KeyError> {
 /// # Errors
 /// The file exists or cannot be written.
 pub fn write_for_owner(path: &Path, bytes: &[u8]) -> Result<(), KeyError> {
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder).map_err(|source| KeyError::File { path: path.to_owned(), source })?;
+    }
     firmware_image::process::write_for_owner(path, bytes).map_err(|source| match source.kind() {
         io::ErrorKind::AlreadyExists => KeyError::Exists { path: path.to_owned() },
         _ => KeyError::File { path: path.to_owned(), source },

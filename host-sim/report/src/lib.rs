@@ -33,4 +33,4 @@ pub mod table;
 
 pub use figure::{Figure, Point, Scale, Series};
 pub use page::{Block, Page};
-pub use table::{Cell, Table};
+pub use table::{Cell, Table, Tone};

@@ -3,6 +3,30 @@
 use crate::escape::html;
 use std::fmt::Write as _;
 
+/// Meaning of a part of a cell, shown by its colour. The text says the same, for readers who do not see the colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tone {
+    /// Nothing happened.
+    Quiet,
+    /// What was asked for happened.
+    Good,
+    /// A limit acted.
+    Caution,
+    /// Something was stopped.
+    Stop,
+}
+
+impl Tone {
+    fn class(self) -> &'static str {
+        match self {
+            Self::Quiet => "tone quiet",
+            Self::Good => "tone good",
+            Self::Caution => "tone caution",
+            Self::Stop => "tone stop",
+        }
+    }
+}
+
 /// A cell: the text shown, and the exact number if it represents one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Cell {
@@ -14,6 +38,8 @@ pub struct Cell {
     pub warns: bool,
     /// Command that reproduces the cell's result, on hover; a click copies it.
     pub command: Option<String>,
+    /// Coloured parts, one below the other, shown in place of the text.
+    pub parts: Vec<(Tone, String)>,
 }
 
 impl Cell {
@@ -35,9 +61,18 @@ impl Cell {
         Self { command: Some(command.into()), ..self }
     }
 
+    /// Creates a cell of coloured parts, one below the other.
+    #[must_use]
+    pub fn coloured(parts: Vec<(Tone, String)>) -> Self {
+        let texts: Vec<_> = parts.iter().map(|(_, text)| text.as_str()).collect();
+        Self { text: texts.join(", "), parts, ..Self::default() }
+    }
+
     /// Content of the cell. A command can be reached by pointer and keyboard, as for points of a figure.
     fn content(&self) -> String {
-        let text = html(&self.text);
+        let part = |(tone, text): &(Tone, String)| format!("<span class=\"{}\">{}</span>", tone.class(), html(text));
+        let parts: String = self.parts.iter().map(part).collect();
+        let text = if parts.is_empty() { html(&self.text) } else { parts };
         self.command.as_deref().map(html).map_or(text.clone(), |command| {
             format!("<span tabindex=\"0\" role=\"button\" title=\"{command}\" data-command=\"{command}\">{text}</span>")
         })
@@ -143,7 +178,7 @@ impl Table {
 
 #[cfg(test)]
 mod tests {
-    use super::{Cell, Table};
+    use super::{Cell, Table, Tone};
 
     #[test]
     fn sentences_stand_in_lines_at_the_left_and_numbers_at_the_right() {
@@ -172,6 +207,17 @@ mod tests {
         let command = "newtau sweep &#39;a b&#39; --replay 54";
         assert!(out.contains(&format!("title=\"{command}\" data-command=\"{command}\">54</span></th>")), "{out}");
         assert!(out.contains("tabindex=\"0\" role=\"button\""), "{out}");
+    }
+
+    #[test]
+    fn coloured_parts_of_a_cell_are_words_too() {
+        let mut table = Table::new("outcomes", &["fault", "idle"]);
+        let parts = vec![(Tone::Stop, "fault 9: 4".to_owned()), (Tone::Quiet, "goes on: 1".to_owned())];
+        table.row(vec!["nothing".into(), Cell::coloured(parts)]);
+        let mut out = String::new();
+        table.write(&mut out);
+        let cell = "<span class=\"tone stop\">fault 9: 4</span><span class=\"tone quiet\">goes on: 1</span></td>";
+        assert!(out.contains(cell), "{out}");
     }
 
     #[test]

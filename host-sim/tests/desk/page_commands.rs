@@ -120,26 +120,6 @@ fn calls(text: &str) -> Vec<String> {
         .collect()
 }
 
-/// Words of a call, split as by a shell.
-fn parted(call: &str) -> Vec<String> {
-    let (mut words, mut quote, mut open) = (vec![String::new()], None, false);
-    for c in call.chars() {
-        match (c, quote) {
-            ('\'' | '"', None) => (quote, open) = (Some(c), true),
-            (c, Some(q)) if c == q => quote = None,
-            (' ', None) => {
-                if open || !words.last().unwrap().is_empty() {
-                    words.push(String::new());
-                }
-                open = false;
-            }
-            (c, _) => words.last_mut().unwrap().push(c),
-        }
-    }
-    words.retain(|word| !word.is_empty());
-    words
-}
-
 /// True for a word in capitals, which stands for a value of the reader's.
 fn is_placeholder(word: &str) -> bool {
     word.len() > 1
@@ -149,7 +129,7 @@ fn is_placeholder(word: &str) -> bool {
 
 /// Description of a mistake in a call: the parser rejects it with every meaning of its placeholders, or a file of the project is missing.
 fn complaint(call: &str) -> Option<String> {
-    let words = parted(call);
+    let Some(words) = shlex::split(call) else { return Some("an open quote".to_owned()) };
     let parsed = |stand_in: &str| {
         let filled = words.iter().map(|word| if is_placeholder(word) { stand_in.to_owned() } else { word.clone() });
         Cli::command().try_get_matches_from(core::iter::once("newtau".to_owned()).chain(filled))
@@ -196,5 +176,5 @@ fn a_call_that_would_fail_is_found() {
     assert_eq!(complaint("run SCENE --duration 2"), None);
     assert!(complaint("bogus").is_some() && complaint("run scenes/none.toml").is_some());
     assert!(complaint("run SCENE --no-such-option").is_some());
-    assert_eq!(parted("a 'b c' d=\"e f\""), ["a", "b c", "d=e f"]);
+    assert!(complaint("run 'scenes/a.toml").is_some());
 }

@@ -43,7 +43,7 @@
 //! | `torque_cause` | the likely cause of a difference |
 //! | `weigh` | estimate of the payload from slow motions |
 //! | [`messages`] | messages for the protocol's numbers |
-//! | [`report`], [`table`] | output for the operator |
+//! | [`report`], [`table`], [`screen`] | output for the operator; the lowest lines of the terminal |
 
 pub mod command;
 pub mod console;
@@ -55,6 +55,7 @@ pub mod motion_queue;
 pub mod on_wire;
 pub mod parameters;
 pub mod report;
+pub mod screen;
 pub mod simulated;
 pub mod simulated_board;
 pub mod table;

@@ -185,7 +185,7 @@ fn run_arm(
 ) -> Result<u8, Failure> {
     let path = std::path::absolute(&args.scene).unwrap_or_else(|_| args.scene.clone());
     let head = Head { hash: hello_of(scene, Pacing::LockStep)?.robot, scene: path, text };
-    let report = Report::new(args.json);
+    let report = Report::new(args.json, console.screen());
     let pace = Pace::new(console.is_a_person());
     let wrong = |stop| failure(stop, &args.scene.display().to_string());
     let disturbance = args.disturbance();

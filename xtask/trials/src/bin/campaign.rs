@@ -5,6 +5,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
 use sim::failure::{self, Failure};
+use sim::output::Output;
 use sim::pages;
 use sim::terminal::{exit_code, json, keep_lines_of_messages, print, progress_bar, stop_on_interrupt};
 use std::path::PathBuf;
@@ -25,6 +26,7 @@ Examples:
   cargo xtask campaign
   cargo xtask campaign --runs 10000 --write
   cargo xtask campaign --target drives --runs 10000 --write
+  cargo xtask campaign --page out/campaign.html
   cargo xtask campaign scenes/yam_move.toml --target drives
   cargo xtask campaign --target qemu --runs 700 --write
   cargo xtask campaign scenes/puma560_pick.toml --seed 7 --run 4711
@@ -57,6 +59,12 @@ struct Arguments {
     /// Write the table into this file.
     #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/measured/campaign.md")]
     write: Option<PathBuf>,
+    /// Write a page with the table in colours, for a browser.
+    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "out/campaign.html")]
+    page: Option<PathBuf>,
+    /// Overwrite a file that another program wrote.
+    #[arg(long)]
+    force: bool,
     /// Print JSON only.
     #[arg(long)]
     json: bool,
@@ -106,7 +114,9 @@ fn run(args: &Arguments, stop: &AtomicBool) -> Result<u8, Failure> {
         Target::Drives => "campaign, drives",
         Target::Qemu => "campaign, qemu",
     };
-    // Check the file before the runs start.
+    // Check the files before the runs start.
+    let mut output = Output::new(args.force);
+    args.page.as_deref().map_or(Ok(()), |page| output.file(page))?;
     let document = pages::document(args.write.as_deref(), &[place])?;
     let campaign = Campaign {
         scenes,
@@ -117,6 +127,10 @@ fn run(args: &Arguments, stop: &AtomicBool) -> Result<u8, Failure> {
     let progress = if args.json { ProgressBar::hidden() } else { progress_bar(None, "runs") };
     let report = campaign.report(stop, &progress)?;
     document.map_or(Ok(()), |document| pages::fill(document, &[(place, report.markdown())]))?;
+    if let Some(page) = &args.page {
+        std::fs::write(page, report.page().html()).map_err(|error| failure::in_file(page, &error))?;
+        output.finish()?;
+    }
     let text = if args.json { json(&report)? } else { report.table() };
     print(&format!("{text}\n"))?;
     Ok(code(&report))

@@ -4,6 +4,9 @@ use super::case::Situation;
 use super::fault::FaultKind;
 use super::outcome::{Counterexample, Exemption, Finished, Outcome};
 use super::target::Target;
+use board::session::operate::messages::HOLDS;
+use dynamics_core::control::Fault;
+use report::{Block, Page, Table, Tone};
 use serde::Serialize;
 use sim::table::table;
 use std::collections::BTreeMap;
@@ -143,6 +146,55 @@ impl Report {
         text
     }
 
+    /// Page for a browser: the same table with words and colours.
+    #[must_use]
+    pub fn page(&self) -> Page {
+        let header = self.header();
+        let mut table = Table::new("Outcomes by fault and state, number of runs", &header);
+        for row in &self.rows {
+            let numbers = row.texts().into_iter().skip(1 + row.cells.len());
+            let cells = row.cells.iter().map(|cell| report::Cell::coloured(cell.parts()));
+            let numbers = header.iter().skip(1 + row.cells.len()).zip(numbers).map(|(name, number)| {
+                let unsafe_runs = *name == "unsafe" && row.unsafe_commands > 0;
+                report::Cell::from(number).warning(unsafe_runs)
+            });
+            table.row(core::iter::once(row.fault.name().into()).chain(cells).chain(numbers).collect());
+        }
+        let holds: Vec<_> = HOLDS.iter().zip(1..).map(|(text, cause)| format!("{cause} {text}")).collect();
+        let faults: Vec<_> = Fault::ALL.iter().map(|fault| format!("{} {}", fault.code(), fault.text())).collect();
+        let mut blocks = vec![
+            Block::Facts(vec![
+                ("goes on".into(), "the fault has no effect on the state".into()),
+                ("obeys".into(), "the machine goes to the state that was requested".into()),
+                (
+                    "hold".into(),
+                    format!("the arm stops and holds, with this cause: {}", holds.join("; ").replace('`', "")),
+                ),
+                (
+                    "fault".into(),
+                    format!("the safe action, for this fault, the first one of a run: {}", faults.join("; ")),
+                ),
+                ("unsafe".into(), "runs with a command or a motion that the judge calls unsafe".into()),
+            ]),
+            Block::Table(table),
+        ];
+        let found = |found: &Counterexample| {
+            let Counterexample { scene, seed, run, tick, case, what, .. } = found;
+            format!(
+                "{scene}, --seed {seed} --run {run}, tick {tick} ({}, {}): {what}",
+                case.fault.name(),
+                case.situation.name()
+            )
+        };
+        if !self.counterexamples.is_empty() {
+            blocks.push(Block::Heading("Unsafe".into()));
+            blocks.push(Block::List(self.counterexamples.iter().map(found).collect()));
+        }
+        let exempt = (!self.exempt.is_empty()).then(|| format!("{}.", self.exemptions()));
+        let lead = core::iter::once(format!("{}.", self.count().replace('`', ""))).chain(exempt).collect();
+        Page { title: format!("fault injection: {}", self.target), lead, blocks }
+    }
+
     pub(super) fn header(&self) -> Vec<&'static str> {
         let states = self.states.iter().map(|situation| situation.name());
         let numbers = ["runs", "ticks", "unsafe", "exempt", "farthest, mrad"];
@@ -161,7 +213,7 @@ impl Report {
 }
 
 /// Legend of the table's cells.
-pub(super) const LEGEND: &str = "F9 50: fault 9 in 50 runs; H2: held, cause 2; asked: went where it was asked to; -: went on (docs/safety.md has the numbers)";
+pub(super) const LEGEND: &str = "F9 50: fault 9 in 50 runs; H2: held, cause 2; asked: went where it was asked to; -: went on (docs/operate/faults.md and docs/safety/state-machine.md have the numbers)";
 
 impl Row {
     fn of(fault: FaultKind, target: Target, finished: &[Finished]) -> Self {
@@ -199,6 +251,20 @@ impl Cell {
         // The sort is stable: equally frequent outcomes keep their order.
         outcomes.sort_by_key(|(_, count)| core::cmp::Reverse(*count));
         Self { runs: outcomes.iter().map(|(_, count)| count).sum(), outcomes }
+    }
+
+    /// Each outcome in words, with its colour.
+    fn parts(&self) -> Vec<(Tone, String)> {
+        let one = |(outcome, count): &(Outcome, u64)| {
+            let (tone, words) = match outcome {
+                Outcome::Fault(code) => (Tone::Stop, format!("fault {code}")),
+                Outcome::Held(cause) => (Tone::Caution, format!("hold {cause}")),
+                Outcome::Asked => (Tone::Good, "obeys".to_owned()),
+                Outcome::Unaffected => (Tone::Quiet, "goes on".to_owned()),
+            };
+            (tone, format!("{words}: {count}"))
+        };
+        self.outcomes.iter().map(one).collect()
     }
 
     fn text(&self) -> String {

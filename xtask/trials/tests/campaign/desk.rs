@@ -403,6 +403,15 @@ fn no_command_is_unsafe_whatever_fails_in_whatever_state() {
     // Every fault in every state of both scenes, once.
     let report = report(0..CASES);
     assert!(report.counterexamples.is_empty(), "{}", report.table());
+    // The page says in words what its colours show.
+    let page = report.page().html();
+    for part in [
+        "<span class=\"tone stop\">fault 9: ",
+        "<span class=\"tone caution\">hold ",
+        "<span class=\"tone quiet\">goes on: ",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
     assert_eq!((report.runs, report.rows.len()), (CASES, FaultKind::NAMES.len()));
     let row = |fault| report.rows.iter().find(|row| row.fault == fault).unwrap();
     assert!(report.rows.iter().all(|row| row.cells.iter().all(|cell| cell.runs > 0)));

@@ -4,8 +4,9 @@
 //! `s` count as presses of the stop key and bypass the queue of lines. Ctrl-D is the line `quit`.
 
 use super::keys::{Editor, Event, Keyboard, Presses};
+use super::screen::Screen;
 use std::collections::VecDeque;
-use std::io::{self, BufRead, IsTerminal, Read, Write};
+use std::io::{self, BufRead, IsTerminal, Read};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -29,9 +30,9 @@ pub struct Console {
     source: Source,
     name: String,
     number: usize,
-    prompted: bool,
     /// Presses of the stop key; `None` without a terminal.
     stops: Option<Presses>,
+    screen: Screen,
     /// Restores the terminal's settings when the console ends.
     _keyboard: Option<Keyboard>,
 }
@@ -71,17 +72,21 @@ impl Console {
             return Self::new(Source::Pipe(lines), "standard input".into());
         }
         let console = Self::new(Source::Script(VecDeque::new()), "standard input".into());
-        let (console, lines) = console.with_stop_key();
-        Self { source: Source::Terminal(lines), ..console }
+        let (mut console, lines) = console.with_stop_key();
+        console.source = Source::Terminal(lines);
+        console
     }
 
     /// Reads the terminal's keys in a separate thread. Returns a channel of the typed lines.
-    fn with_stop_key(self) -> (Self, Receiver<String>) {
+    fn with_stop_key(mut self) -> (Self, Receiver<String>) {
         let (sender, lines) = channel();
         let (stops, keyboard) = (Presses::default(), Keyboard::take());
-        let (count, by_key) = (Arc::clone(&stops), keyboard.is_some());
-        std::thread::spawn(move || if by_key { read_keys(&sender, &count) } else { read_lines(&sender, &count) });
-        (Self { stops: Some(stops), _keyboard: keyboard, ..self }, lines)
+        let (count, by_key, screen) = (Arc::clone(&stops), keyboard.is_some(), self.screen.clone());
+        std::thread::spawn(
+            move || if by_key { read_keys(&sender, &count, &screen) } else { read_lines(&sender, &count) },
+        );
+        (self.stops, self._keyboard) = (Some(stops), keyboard);
+        (self, lines)
     }
 
     /// A console with lines that a user at a terminal has already typed.
@@ -93,13 +98,19 @@ impl Console {
     }
 
     fn new(source: Source, name: String) -> Self {
-        Self { source, name, number: 0, prompted: false, stops: None, _keyboard: None }
+        Self { source, name, number: 0, stops: None, screen: Screen::new(), _keyboard: None }
     }
 
     /// Counter of presses of the stop key, if a user types at a terminal.
     #[must_use]
     pub fn stops(&self) -> Option<Presses> {
         self.stops.clone()
+    }
+
+    /// The lowest lines of the terminal, which whoever prints must respect.
+    #[must_use]
+    pub fn screen(&self) -> Screen {
+        self.screen.clone()
     }
 
     /// True if a user types at a terminal, reads the answers, and can correct errors.
@@ -116,12 +127,7 @@ impl Console {
 
     /// The next line. Waits no longer than `wait`.
     pub fn next(&mut self, wait: Duration) -> Line {
-        if self.is_a_person() && !self.prompted {
-            self.prompted = true;
-            eprint!("> ");
-            // If flushing fails, only the prompt may be missing.
-            io::stderr().flush().ok();
-        }
+        self.screen.prompts(self.is_a_person());
         let line = match &mut self.source {
             Source::Script(lines) => lines.pop_front().map_or(Line::End, Line::Text),
             Source::Pipe(lines) | Source::Terminal(lines) if wait.is_zero() => match lines.try_recv() {
@@ -137,9 +143,15 @@ impl Console {
         };
         if let Line::Text(_) = line {
             self.number += 1;
-            self.prompted = false;
+            self.screen.prompts(false);
         }
         line
+    }
+}
+
+impl Drop for Console {
+    fn drop(&mut self) {
+        self.screen.close();
     }
 }
 
@@ -166,8 +178,8 @@ fn read_lines(lines: &Sender<String>, stops: &AtomicU32) {
     }
 }
 
-/// Reads a terminal key by key, echoes what is typed, and sends whole lines.
-fn read_keys(lines: &Sender<String>, stops: &AtomicU32) {
+/// Reads a terminal key by key, shows what is typed, and sends whole lines.
+fn read_keys(lines: &Sender<String>, stops: &AtomicU32, screen: &Screen) {
     let mut editor = Editor::default();
     let mut bytes = [0; 256];
     loop {
@@ -182,12 +194,16 @@ fn read_keys(lines: &Sender<String>, stops: &AtomicU32) {
                 Event::Stop => {
                     stops.fetch_add(1, Ordering::Relaxed);
                 }
-                Event::Echo(text) => {
-                    // If writing fails, only the echo is missing.
-                    eprint!("{text}");
-                    io::stderr().flush().ok();
+                Event::Typed(line) => screen.typed(line),
+                // A stop counts before it is shown, because a terminal that accepts no text must not delay it.
+                Event::Line(line) if is_stop(&line) => {
+                    pass_on(line.clone(), lines, stops);
+                    screen.entered(&line);
                 }
-                Event::Line(line) => pass_on(line, lines, stops),
+                Event::Line(line) => {
+                    screen.entered(&line);
+                    pass_on(line, lines, stops);
+                }
                 // Keys are read until the program ends, because an arm may be moving.
                 Event::End => pass_on("quit".into(), lines, stops),
             }

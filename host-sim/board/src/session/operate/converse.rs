@@ -107,6 +107,7 @@ mod tests {
     use crate::session::operate::device::Pace;
     use crate::session::operate::dry_run_device::DryRunDevice;
     use crate::session::operate::report::Report;
+    use crate::session::operate::screen::Screen;
     use crate::session::operate::{Operator, Presses};
     use robot_compiler::SceneFile;
     use sim::run::scene_world;
@@ -120,7 +121,7 @@ mod tests {
         let device =
             DryRunDevice::new(OnDesk::start(&scene, &model), scene_world::world::<6>(&scene).unwrap(), Pace::default());
         let head = Head { hash: scene.hash(&model), scene: path, text: String::new() };
-        let report = Report::new(false);
+        let report = Report::new(false, Screen::default());
         let mut operator = Operator::new(Box::new(device), (&scene, &scene), head, report, Presses::default()).unwrap();
         operator.begin().unwrap();
         converse(&mut operator, &mut Console::typed(lines)).unwrap();

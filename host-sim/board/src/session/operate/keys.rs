@@ -13,8 +13,8 @@ pub(super) enum Event {
     Line(String),
     /// The stop key: Esc, or space on an empty line.
     Stop,
-    /// Text to show.
-    Echo(String),
+    /// The line so far, after a change.
+    Typed(String),
     /// Ctrl-D on an empty line.
     End,
 }
@@ -29,9 +29,6 @@ const END: u8 = 0x04;
 const BACKSPACE: [u8; 2] = [0x08, 0x7F];
 const ERASE_LINE: u8 = 0x15;
 const ESCAPE: u8 = 0x1B;
-
-/// Erases the last character on the screen.
-const ERASE: &str = "\x08 \x08";
 
 impl Editor {
     /// Handles the bytes of one read. A key press arrives alone; pasted text and the sequences of arrow keys arrive in one piece.
@@ -54,34 +51,34 @@ impl Editor {
                     }
                 }
                 b'\n' | b'\r' => {
-                    let line = core::mem::take(&mut self.line);
-                    events.push(Event::Echo("\n".into()));
-                    events.push(Event::Line(String::from_utf8_lossy(&line).into_owned()));
+                    events.push(Event::Line(self.text()));
+                    self.line.clear();
                 }
                 END if self.line.is_empty() => events.push(Event::End),
                 ERASE_LINE => {
-                    let shown = String::from_utf8_lossy(&self.line).chars().count();
                     self.line.clear();
-                    events.push(Event::Echo(ERASE.repeat(shown)));
+                    events.push(Event::Typed(String::new()));
                 }
                 byte if BACKSPACE.contains(&byte) => {
                     // Removes one whole UTF-8 character: its continuation bytes, then its first byte.
                     while self.line.pop().is_some_and(|byte| byte & 0xC0 == 0x80) {}
-                    events.push(Event::Echo(ERASE.into()));
+                    events.push(Event::Typed(self.text()));
                 }
                 byte if byte < 0x20 => {}
                 byte => {
                     self.line.push(byte);
                     // A character of several bytes is shown once it is whole.
-                    let tail = self.line.iter().rev().take_while(|byte| **byte & 0xC0 == 0x80).count();
-                    let from = self.line.len().saturating_sub(tail + 1);
-                    if let Some(Ok(text)) = self.line.get(from..).map(std::str::from_utf8) {
-                        events.push(Event::Echo(text.to_owned()));
+                    if str::from_utf8(&self.line).is_ok() {
+                        events.push(Event::Typed(self.text()));
                     }
                 }
             }
         }
         events
+    }
+
+    fn text(&self) -> String {
+        String::from_utf8_lossy(&self.line).into_owned()
     }
 }
 

@@ -2,12 +2,12 @@
 
 use super::heat::Heat;
 use super::messages;
+use super::screen::Screen;
 use console::style;
 use dynamics_core::safety::heat::HeatLevel;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use link::{Actuation, DriveFaultReport, Status};
 use serde_json::{Value, json};
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 
 /// A status in the units of the arm.
 #[derive(Clone, Debug)]
@@ -148,21 +148,14 @@ impl StatusView<'_> {
 /// Writer of the output.
 pub struct Report {
     json: bool,
-    bar: ProgressBar,
+    screen: Screen,
 }
 
 impl Report {
-    /// A writer to standard output, with the live line on standard error if that is a terminal.
+    /// A writer to standard output, above the lowest lines of the terminal.
     #[must_use]
-    pub fn new(json: bool) -> Self {
-        let bar = if json || !io::stderr().is_terminal() {
-            ProgressBar::hidden()
-        } else {
-            let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
-            // The template is a constant; if it were invalid, the line would only lack its style.
-            ProgressStyle::with_template("{msg}").map_or(bar.clone(), |style| bar.with_style(style))
-        };
-        Self { json, bar }
+    pub const fn new(json: bool, screen: Screen) -> Self {
+        Self { json, screen }
     }
 
     /// Prints the result of a command, or an event.
@@ -175,7 +168,7 @@ impl Report {
         } else {
             text.to_owned()
         };
-        self.bar.suspend(|| {
+        self.screen.above(|| {
             let mut out = io::stdout().lock();
             writeln!(out, "{line}")?;
             out.flush()
@@ -184,20 +177,14 @@ impl Report {
 
     /// Updates the live line.
     pub fn live(&self, seen: &StatusView<'_>) {
-        if !self.bar.is_hidden() {
-            if self.bar.is_finished() {
-                self.bar.reset();
-            }
-            self.bar.set_message(seen.line());
-            self.bar.tick();
+        if !self.json {
+            self.screen.live(Some(seen.line()));
         }
     }
 
-    /// Removes the live line, because the user is about to type or the line is out of date. It stays away until [`Report::live`].
+    /// Removes the live line, because it is out of date. It stays away until [`Report::live`].
     pub fn still(&self) {
-        if !self.bar.is_finished() {
-            self.bar.finish_and_clear();
-        }
+        self.screen.live(None);
     }
 }
 

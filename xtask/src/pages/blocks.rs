@@ -1,0 +1,237 @@
+//! Steps of a page: its commands, the output shown for them, and the files that the reader writes or edits.
+//!
+//! A comment directly above a block, which no reader sees, says how the block is tested:
+//!
+//! | comment | meaning |
+//! |---|---|
+//! | `<!-- test: write FILE -->` | the block is the content of this file |
+//! | `<!-- test: replace START in FILE -->` | the block replaces the first line of the file that starts with START |
+//! | `<!-- test: insert before START in FILE -->` | the block comes before that line |
+//! | `<!-- test: not run, REASON -->` | the commands are not run; the reason is one of [`REASONS`] |
+//! | `<!-- test: exit CODE -->` | the last command ends with this code; without the comment, 0 is expected |
+//! | `<!-- test: not compared -->` | the commands are run; their output depends on the machine |
+//! | `<!-- test: typed -->` | the command runs at a terminal, and gets the lines after `> ` and the keys, such as `(Esc)`, of the blocks below |
+//! | `<!-- test: after PAGE -->` | anywhere in a page: it continues in that page's folder |
+//!
+//! The edits may have lines of their own before `-->`. Then these are the new text, and no block is expected: the reader sees a table instead.
+
+use anyhow::{Context as _, Result, bail, ensure};
+
+/// Why a command cannot be run by a test.
+pub(super) const REASONS: [&str; 5] = [
+    "needs a board",
+    "needs your own file",
+    "needs a cluster",
+    "needs a new part of the program",
+    "measures for minutes",
+];
+
+/// A step of a page.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Step {
+    /// A file that the reader writes.
+    Write { file: String, text: String },
+    /// A change of a file that the reader makes.
+    Edit(Edit),
+    /// A `console` block.
+    Run(Console),
+}
+
+/// A change of a file.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Edit {
+    pub(super) file: String,
+    /// Start of the line that is replaced, or before which the text is inserted.
+    pub(super) start: String,
+    pub(super) text: String,
+    pub(super) keeps_the_line: bool,
+}
+
+/// A `console` block.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Console {
+    /// Line of its fence, from 1.
+    pub(super) line: usize,
+    /// Calls of `newtau`, without the program's name and without comments.
+    pub(super) calls: Vec<String>,
+    pub(super) how: How,
+    /// The `text` blocks that show its output: one directly below, and for a typed session every one up to the next `console` block.
+    pub(super) shown: Vec<String>,
+}
+
+/// How the commands of a block are tested.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum How {
+    NotRun,
+    /// They succeed, but for the last one, which ends with this code.
+    Compared {
+        exit: i32,
+    },
+    NotCompared,
+    Typed,
+}
+
+/// Steps of a page, and the page in whose folder it continues.
+#[derive(Debug, Default)]
+pub(super) struct Page {
+    pub(super) steps: Vec<Step>,
+    pub(super) after: Option<String>,
+}
+
+/// Reads a page.
+pub(super) fn of(page: &str) -> Result<Page> {
+    let mut found = Page::default();
+    let mut lines = page.lines().enumerate();
+    // What the comment above the next block says, and whether nothing is between here and the block above.
+    let (mut comment, mut follows) = (None, false);
+    while let Some((number, line)) = lines.next() {
+        let line = line.trim();
+        let at = || format!("line {}", number + 1);
+        if let Some(start) = line.strip_prefix("<!-- test: ") {
+            let mut more = Vec::new();
+            let words = start.strip_suffix("-->").map(str::trim);
+            if words.is_none() {
+                more.extend(lines.by_ref().map(|(_, line)| line).take_while(|line| line.trim() != "-->"));
+            }
+            let words = words.unwrap_or(start);
+            match words.strip_prefix("after ") {
+                Some(page) => found.after = Some(page.to_owned()),
+                None if more.is_empty() => comment = Some(words.to_owned()),
+                None => found.steps.push(edited(words, &more).with_context(at)?),
+            }
+        } else if let Some(language) = line.strip_prefix("```") {
+            let block: Vec<&str> =
+                lines.by_ref().map(|(_, line)| line).take_while(|line| line.trim() != "```").collect();
+            let said = comment.take();
+            match (language, said.as_deref()) {
+                ("console", said) => {
+                    let how = how(said).with_context(at)?;
+                    let calls = calls(&block);
+                    found.steps.push(Step::Run(Console { line: number + 1, calls, how, shown: Vec::new() }));
+                }
+                (_, Some(words)) => found.steps.push(edited(words, &block).with_context(at)?),
+                ("text", None) => {
+                    let typed = block.iter().any(|line| line.starts_with("> "));
+                    if let Some(Step::Run(above)) = found.steps.last_mut()
+                        && (follows || above.how == How::Typed && typed)
+                    {
+                        above.shown.push(block.join("\n"));
+                    }
+                }
+                (_, None) => {}
+            }
+            follows = language == "console";
+        } else {
+            ensure!(comment.is_none() || line.is_empty(), "{}: a comment `test:` is above no block", at());
+            follows &= line.is_empty();
+        }
+    }
+    Ok(found)
+}
+
+/// The step of a comment that writes or changes a file.
+fn edited(words: &str, block: &[&str]) -> Result<Step> {
+    let text: String = block.iter().flat_map(|line| [line, "\n"]).collect();
+    if let Some(file) = words.strip_prefix("write ") {
+        return Ok(Step::Write { file: file.to_owned(), text });
+    }
+    let (keeps_the_line, rest) = match (words.strip_prefix("replace "), words.strip_prefix("insert before ")) {
+        (Some(rest), _) => (false, rest),
+        (None, Some(rest)) => (true, rest),
+        (None, None) => bail!("unknown comment `test: {words}`"),
+    };
+    let (start, file) = rest.rsplit_once(" in ").context("expected `START in FILE`")?;
+    Ok(Step::Edit(Edit { file: file.to_owned(), start: start.to_owned(), text, keeps_the_line }))
+}
+
+fn how(said: Option<&str>) -> Result<How> {
+    Ok(match said {
+        None => How::Compared { exit: 0 },
+        Some("typed") => How::Typed,
+        Some("not compared") => How::NotCompared,
+        Some(words) => match (words.strip_prefix("not run, "), words.strip_prefix("exit ")) {
+            (Some(reason), _) if REASONS.contains(&reason) => How::NotRun,
+            (None, Some(code)) => How::Compared { exit: code.parse()? },
+            _ => bail!("unknown comment `test: {words}`; reasons not to run a command are {REASONS:?}"),
+        },
+    })
+}
+
+/// Calls of the program in a `console` block.
+fn calls(block: &[&str]) -> Vec<String> {
+    let joined = block.join("\n").replace("\\\n", " ");
+    let calls = joined.lines().filter_map(|line| {
+        let line = line.trim().trim_start_matches("$ ");
+        let call = line.strip_prefix("cargo newtau ").or_else(|| line.strip_prefix("newtau "))?;
+        Some(call.split(" #").next().unwrap_or_default().trim().to_owned())
+    });
+    calls.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Console, Edit, How, Page, Step, of};
+
+    fn console(line: usize, calls: &[&str], how: How, shown: &[&str]) -> Step {
+        let owned = |texts: &[&str]| texts.iter().map(|&text| text.to_owned()).collect();
+        Step::Run(Console { line, calls: owned(calls), how, shown: owned(shown) })
+    }
+
+    fn steps(page: &str) -> Vec<Step> {
+        of(page).unwrap().steps
+    }
+
+    const OK: How = How::Compared { exit: 0 };
+
+    #[test]
+    fn calls_are_taken_from_console_blocks_only() {
+        let page = "```console\n$ cargo newtau run x   # a comment\n$ cargo xtask test\n   newtau sweep \\\n  y\n```\n\
+                    $ cargo newtau outside\n```text\nnewtau inside\n```\n";
+        assert_eq!(steps(page), [console(1, &["run x", "sweep    y"], OK, &[])]);
+    }
+
+    #[test]
+    fn output_belongs_to_the_block_right_above_it() {
+        let page = "```console\n$ newtau a\n```\n\n```text\none\n\ntwo\n```\n```text\nof nobody\n```\n\
+                    ```console\n$ newtau b\n```\nwords\n```text\nof nobody\n```\n```rust\n```console\n```\n";
+        assert_eq!(steps(page), [console(1, &["a"], OK, &["one\n\ntwo"]), console(12, &["b"], OK, &[])]);
+    }
+
+    #[test]
+    fn a_typed_session_goes_on_to_the_next_command() {
+        let page = "<!-- test: typed -->\n```console\nnewtau a\n```\nwords\n```text\n> arm\nyes\n```\n```text\nnot of it\n```\n\
+                    ```text\n> run\n(Esc)\n```\n```console\nnewtau b\n```\n```text\n> c\n```\n";
+        let shown = ["> arm\nyes", "> run\n(Esc)"];
+        assert_eq!(steps(page), [console(2, &["a"], How::Typed, &shown), console(17, &["b"], OK, &["> c"])]);
+    }
+
+    #[test]
+    fn a_comment_says_how_a_block_is_tested() {
+        let of_comment = |comment: &str| of(&format!("<!-- test: {comment} -->\n\n```console\nnewtau a\n```\n"));
+        for (comment, how) in [
+            ("not run, needs a board", How::NotRun),
+            ("exit 3", How::Compared { exit: 3 }),
+            ("not compared", How::NotCompared),
+        ] {
+            assert_eq!(of_comment(comment).unwrap().steps, [console(3, &["a"], how, &[])]);
+        }
+        for wrong in ["not run, no time", "exit early", "hidden"] {
+            assert!(of_comment(wrong).is_err(), "{wrong}");
+        }
+        assert!(of("<!-- test: exit 3 -->\nwords\n```console\n```\n").is_err(), "above no block");
+        let Page { steps, after } = of("<!-- test: after docs/a.md -->\nwords\n").unwrap();
+        assert_eq!((steps.len(), after.as_deref()), (0, Some("docs/a.md")));
+    }
+
+    #[test]
+    fn files_are_written_and_edited() {
+        let page = "<!-- test: write a/b.toml -->\n```toml\nx = 1\n```\n\
+                    <!-- test: replace x = in a/b.toml\nx = 2\n-->\n\
+                    <!-- test: insert before [[joint]] in a/b.toml -->\n```toml\ny = 3\n```\n";
+        let edit = |start: &str, text: &str, keeps_the_line| {
+            Step::Edit(Edit { file: "a/b.toml".into(), start: start.into(), text: text.into(), keeps_the_line })
+        };
+        let write = Step::Write { file: "a/b.toml".into(), text: "x = 1\n".into() };
+        assert_eq!(steps(page), [write, edit("x =", "x = 2\n", false), edit("[[joint]]", "y = 3\n", true)]);
+    }
+}
