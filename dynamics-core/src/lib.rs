@@ -41,7 +41,7 @@
 //! ```
 //! use dynamics_core::trig::Polynomial;
 //! use dynamics_core::{Body, Dh, Dynamics, Frame, InverseDynamics, JointKind, JointSpec, Limits, Live, Model, Rotor, Scene, Tool, Trig};
-//! use nalgebra::{Matrix3, Vector3};
+//! use dynamics_core::nalgebra::{Matrix3, Vector3};
 //!
 //! let rod = JointSpec {
 //!     kind: JointKind::Revolute,
@@ -65,6 +65,11 @@
 #[cfg(test)]
 extern crate std;
 
+/// Runs the examples of the README as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 pub mod chapter;
 pub mod control;
 pub mod drive;
@@ -80,6 +85,9 @@ pub mod safety;
 pub mod scalar;
 pub mod scene;
 pub mod trig;
+
+/// Vectors and matrices of the public types. Use this one: its version fits, and its features do not turn on `std`.
+pub use nalgebra;
 
 pub use control::{Command, Controller, ControllerConfig, Fault, Measurement, Reference, Sensed};
 pub use dynamics::{

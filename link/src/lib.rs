@@ -30,6 +30,11 @@
 #[cfg(test)]
 extern crate std;
 
+/// Runs the examples of the README as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 pub mod channel;
 pub mod circular;
 pub mod codec;

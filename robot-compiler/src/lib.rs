@@ -31,6 +31,11 @@
 //! ```
 #![forbid(unsafe_code)]
 
+/// Runs the examples of the README as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 pub mod check;
 pub mod choose;
 mod describe;

@@ -137,7 +137,7 @@ faults! {
         check: "the arm's surroundings; then payload, friction and thresholds of the scene";
     15 FollowingError { joint }
         "the joint is out of reach of where the arm holds",
-        raised: "a joint is farther than its `reach` from where it was armed, or than 1.5 times that from the way of its stop or \
+        raised: "a joint is farther than its `reach` from where it was armed, also on engaged brakes while it is armed, or than 1.5 times that from the way of its stop or \
          of its lowering, but not while it gives way to a collision; or, also then, lowering waited for it for `hold_ms`, \
          at most 0.5 s, in all",
         check: "most likely first: 1. the payload (`payload` or `weigh` declares it); 2. a person or an obstacle that pushes the \

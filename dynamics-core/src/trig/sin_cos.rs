@@ -2,8 +2,9 @@
 
 use crate::scalar::Real;
 
-/// Sine and cosine of one angle.
+/// Sine and cosine of one angle. In C: `struct { S sin; S cos; }`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct SinCos<S> {
     /// Sine.
     pub sin: S,

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 pub enum Tone {
     /// Nothing happened.
     Quiet,
-    /// What was asked for happened.
+    /// The request was carried out.
     Good,
     /// A limit acted.
     Caution,

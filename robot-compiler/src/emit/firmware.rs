@@ -77,6 +77,6 @@ fn tuning_module(tunable: bool) -> String {
         ("crate::Settings", "crate::Settings")
     };
     format!(
-        "/// Where the controller finds its configuration.\npub type Tuning = {kind};\n\n/// Its value.\npub const fn tuning() -> Tuning {{\n    {value}\n}}\n"
+        "/// Type of the controller's configuration.\npub type Tuning = {kind};\n\n/// Its value.\npub const fn tuning() -> Tuning {{\n    {value}\n}}\n"
     )
 }

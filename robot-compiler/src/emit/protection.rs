@@ -16,8 +16,8 @@ use dynamics_core::Model;
 pub fn protection_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> String {
     let Some(config) = file.collision_config::<N>() else {
         return "//! Nothing watches the arm.\n\nuse dynamics_core::control::Unprotected;\n\n\
-                /// Nothing.\npub type Protection = Unprotected;\n\n\
-                /// Nothing.\npub const fn protection() -> Protection {\n    Unprotected\n}\n"
+                /// No protection.\npub type Protection = Unprotected;\n\n\
+                /// No protection.\npub const fn protection() -> Protection {\n    Unprotected\n}\n"
             .to_owned();
     };
     let (text, momentum, value) = match file.control.kernel.level() {

@@ -17,7 +17,7 @@
 
 use anyhow::{Context as _, Result, bail, ensure};
 
-/// Why a command cannot be run by a test.
+/// Reasons for which a test cannot run a command.
 pub(super) const REASONS: [&str; 5] = [
     "needs a board",
     "needs your own file",
@@ -59,7 +59,7 @@ pub(super) struct Console {
     pub(super) shown: Vec<String>,
 }
 
-/// How the commands of a block are tested.
+/// The test of a block's commands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum How {
     NotRun,
@@ -194,7 +194,7 @@ mod tests {
     fn output_belongs_to_the_block_right_above_it() {
         let page = "```console\n$ newtau a\n```\n\n```text\none\n\ntwo\n```\n```text\nof nobody\n```\n\
                     ```console\n$ newtau b\n```\nwords\n```text\nof nobody\n```\n```rust\n```console\n```\n";
-        assert_eq!(steps(page), [console(1, &["a"], OK, &["one\n\ntwo"]), console(12, &["b"], OK, &[])]);
+        assert_eq!(steps(page), [console(1, &["a"], OK, &["one\n\ntwo"]), console(13, &["b"], OK, &[])]);
     }
 
     #[test]

@@ -86,14 +86,14 @@ impl Program {
     }
 }
 
-/// What a person does at the keyboard.
+/// Action of a person at the keyboard.
 #[derive(Debug, PartialEq, Eq)]
 enum Typed {
     Keys(String),
     Pause(Duration),
 }
 
-/// What is done at a shown line: type what is after `> `, press the key `(Esc)`, or wait, `(3 s)`.
+/// The action at a shown line: type what is after `> `, press the key `(Esc)`, or wait, `(3 s)`.
 fn typed(line: &str) -> Option<Typed> {
     if let Some(line) = line.strip_prefix("> ") {
         return Some(Typed::Keys(format!("{line}\r")));
