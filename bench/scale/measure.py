@@ -88,7 +88,11 @@ def measured(command, **options):
     """Runs a command; returns its cost. Its memory is at least that of this Python, 15 MiB, because it begins as a copy of it."""
     start = time.monotonic()
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, **options)
-    _, status, used = os.wait4(process.pid, 0)
+    try:
+        _, status, used = os.wait4(process.pid, 0)
+    except BaseException:
+        kill(process.pid)
+        raise
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:
         stop(f"exit code {process.returncode}: {' '.join(map(str, command))}")

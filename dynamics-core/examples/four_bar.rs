@@ -1,4 +1,4 @@
-//! A four-bar linkage over one turn of its crank: follower angle, driving moment and joint force, checked by power and by work.
+//! A four-bar linkage over one turn of its crank: follower angle, motor torque and joint force, checked by power and work.
 //!
 //! ```console
 //! $ cargo run -p dynamics-core --example four_bar

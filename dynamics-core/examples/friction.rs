@@ -1,4 +1,4 @@
-//! Feedforward of viscous and Coulomb friction: its curve, and the torque that keeps a joint with friction at a constant speed.
+//! Feedforward of viscous and Coulomb friction: its curve, and a joint that it keeps at constant speed.
 //!
 //! ```console
 //! $ cargo run -p dynamics-core --example friction
@@ -17,7 +17,7 @@ fn main() {
     let terms = FrictionTerms { rise: Some(Rise { torque: 0.7, per_speed: 1.0 / 0.2 }), ..FrictionTerms::NONE };
 
     println!("   rad/s  friction (N m)  with Stribeck's rise (N m)");
-    for speed in [-1.0, -0.05, 0.0, 0.01, 0.025, 0.05, 0.1, 0.2, 1.0] {
+    for speed in [-1.0_f64, -0.05, 0.0, 0.01, 0.025, 0.05, 0.1, 0.2, 1.0] {
         let (plain, stribeck) = (friction.torque(speed), friction.torque_with(&terms, speed, 0.0));
         println!("{speed:8.3}  {plain:14.4}  {stribeck:14.4}");
         // An odd function, zero at rest.

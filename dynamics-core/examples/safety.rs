@@ -1,35 +1,22 @@
-//! The safety state machine around a controller of one joint: home, confirm, arm, run, emergency stop, clear.
+//! The safety state machine around one joint: home, confirm, arm, run, emergency stop, clear.
 //!
 //! ```console
 //! $ cargo run -p dynamics-core --example safety
 //! ```
 
-use dynamics_core::control::{ControlLaw, Encoder, Gains, Guard, TrackingObserver};
-use dynamics_core::nalgebra::{Matrix3, Vector3};
+use dynamics_core::control::{ControlLaw, Encoder, Gains, Guard, LimitFlags, TrackingObserver};
 use dynamics_core::safety::{
-    Actuation, Inputs, JointRules, Protected, Refusal, Request, Rules, SafeAction, Safety, State,
+    Actuation, Inputs, JointRules, Output, Protected, Refusal, Request, Rules, SafeAction, Safety, State, TorqueRequest,
 };
-use dynamics_core::trig::Polynomial;
-use dynamics_core::{
-    Body, Controller, ControllerConfig, Dh, Dynamics, Fault, Frame, InertiaBounds, JointKind, JointSpec, Limits, Model,
-    ModelError, Reference, Rotor, Scene, Sensed, Tool,
-};
+use dynamics_core::{Command, ControllerConfig, Fault, InertiaBounds, Limits, Reference, Sensed};
 
-fn main() -> Result<(), ModelError> {
-    let limits = Limits { position: (-2.0, 2.0), velocity: 3.0, torque: 30.0, torque_rate: 2000.0 };
-    let com = Vector3::new(-0.5, 0.0, 0.0);
-    let body = Body { mass: 2.0, com, inertia: Matrix3::from_diagonal(&Vector3::new(0.0, 0.17, 0.17)) };
-    let frame = Frame::ClassicalDh(Dh { a: 1.0, ..Dh::default() });
-    let pendulum = JointSpec { kind: JointKind::Revolute, frame, body, rotor: Rotor::default(), limits };
-    let model = Model::new(&[pendulum], &Tool::default())?.cast::<f32>();
-    let dynamics = Dynamics::new(model, Scene::with_gravity(Vector3::new(0.0, -9.81, 0.0), &model));
-
-    // One tick a millisecond.
+/// Settings for a joint with a holding brake, at one tick a millisecond.
+fn settings() -> Protected<f32, 1> {
     let control = ControllerConfig {
         law: ControlLaw::ComputedTorque,
         gains: [Gains::new(20.0, 1.0, 1.0)],
         friction: None,
-        limits: [limits],
+        limits: [Limits { position: (-2.0, 2.0), velocity: 3.0, torque: 30.0, torque_rate: 2000.0 }],
         torque_step: [2.0],
         guard: [Guard { position_margin: 0.1, velocity_max: 6.0 }],
         age_max: 2,
@@ -38,14 +25,13 @@ fn main() -> Result<(), ModelError> {
         integral: None,
         teach: None,
         posture_damping: None,
-    }
-    .cast::<f32>();
+    };
     let joint = JointRules {
-        rest_speed: 0.05, // rad/s
-        jump_step: 0.05,  // rad in a tick
-        resolution: 1e-3, // rad
+        rest_speed: 0.05,
+        jump_step: 0.05,
+        resolution: 1e-3,
         deceleration: 10.0,
-        reach: 0.2, // rad from the arm to the reference
+        reach: 0.2,
         reach_speed: 0.3,
         rotor_max: 0.0,
         damping: 1.0,
@@ -55,8 +41,8 @@ fn main() -> Result<(), ModelError> {
         safe_action: SafeAction::Brake,
         heartbeat_max: 50,
         hold_max: 500,
-        supply: (20.0, 30.0),       // V
-        temperature: (-10.0, 80.0), // degrees Celsius
+        supply: (20.0, 30.0),
+        temperature: (-10.0, 80.0),
         period: 1e-3,
         rate: 1e3,
         latency: 2e-3,
@@ -70,10 +56,12 @@ fn main() -> Result<(), ModelError> {
         payload: InertiaBounds { mass: 0.0, radius: 0.0 },
         joints: [joint],
     };
-    let mut safety = Safety::new(Protected { control, rules });
-    let mut controller = Controller::new(control, dynamics, Polynomial).with_settings::<Protected<f32, 1>>();
+    Protected { control: control.cast(), rules }
+}
 
-    // A resting arm at 0 rad, and a board that reports no problem.
+fn main() {
+    let mut machine = Safety::new(settings());
+    // A joint at rest, and a board that reports no problem.
     let calm = Inputs {
         request: None,
         emergency_stop: false,
@@ -90,6 +78,32 @@ fn main() -> Result<(), ModelError> {
         temperature: Some(25.0),
         reference: Some(Reference::at_rest([0.0])),
     };
-    let _ = calm;
-    Ok(())
+    let mut tick = |what: &str, request, emergency_stop| {
+        let inputs = Inputs { request, emergency_stop, ..calm };
+        // The control law: here the weight of the link, 9.81 N m. With a `Controller` it is `|ask| ask.of(&mut controller)`.
+        let law = |_: TorqueRequest<'_, f32, 1>| Command::Drive { torque: [9.81], limits: [LimitFlags::NONE] };
+        let Output { state, actuation, refused, .. } = machine.tick(&inputs, law);
+        if !what.is_empty() {
+            let torque = if matches!(actuation, Actuation::Drive { .. }) { "torque" } else { "no torque" };
+            let reason = refused.map_or(String::new(), |reason| format!(", refused: {reason:?}"));
+            println!("{what:<24} {state:?}, {torque}{reason}");
+        }
+        (state, refused)
+    };
+    assert_eq!(tick("start", None, false), (State::Idle, None));
+    assert_eq!(tick("arm, not homed", Some(Request::Arm), false), (State::Idle, Some(Refusal::NotHomed)));
+    assert_eq!(tick("home", Some(Request::Home), false).0, State::Homing);
+    assert_eq!(tick("confirm", Some(Request::Confirm), false).0, State::Idle);
+    assert_eq!(tick("arm", Some(Request::Arm), false).0, State::Arming);
+    // The drives take up the weight at the allowed torque rate before the brake opens.
+    let waited = (1..100).take_while(|_| tick("", None, false).0 == State::Arming).count();
+    assert_eq!(tick("drives carry the weight", None, false).0, State::Armed, "after {waited} ticks");
+    assert_eq!(tick("run", Some(Request::Run), false).0, State::Running);
+
+    let stopped = State::Fault(Fault::EmergencyStop);
+    assert_eq!(tick("emergency stop pressed", None, true), (stopped, None));
+    println!("{:24} check {}", "", Fault::EmergencyStop.check());
+    assert_eq!(tick("clear, still pressed", Some(Request::Clear), true).0, stopped);
+    assert_eq!(tick("released", None, false).0, stopped);
+    assert_eq!(tick("clear", Some(Request::Clear), false).0, State::Idle);
 }

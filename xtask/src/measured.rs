@@ -112,11 +112,11 @@ pub(crate) fn write_into(document: &str, tables: &[(&str, String)]) -> Result<()
 fn renew(block: &MeasuredBlock) -> Result<()> {
     eprintln!("measured: {}: {}", block.place(), block.command);
     let mut words = block.command.split_whitespace();
-    let program = words.next().filter(|&program| program == "cargo");
-    let Some(program) = program else {
-        bail!("{} is measured by hand: {}", block.place(), block.command);
+    let mut command = match words.next() {
+        Some("cargo") => Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())),
+        Some(script) if script.starts_with("bench/") => Command::new(root().join(script)),
+        _ => bail!("{} is measured by hand: {}", block.place(), block.command),
     };
-    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| program.into()));
     run_command(command.current_dir(root()).args(words.flat_map(spread)))
 }
 

@@ -39,7 +39,33 @@ fn static_checks(tally: &mut Tally) {
         tally.command(&format!("documentation{workspace}"), doc.env("RUSTDOCFLAGS", "-D warnings"));
     }
     tally.step("each package alone", each_alone);
+    // What a stranger would get is built from its packed files alone.
+    let mut package = cargo(["package", "--locked", "--allow-dirty", "--quiet"]);
+    tally.command("packages for others", package.args(FOR_OTHERS.iter().flat_map(|name| ["--package", name])));
 }
+
+/// Programs that show others how to use these packages. Each asserts what it prints.
+const EXAMPLES: [&str; 16] = [
+    "buffered_motion",
+    "check_robot",
+    "control_loop",
+    "emit_kernel",
+    "forward_dynamics",
+    "four_bar",
+    "frames",
+    "friction",
+    "gravity_compensation",
+    "kernel",
+    "payload",
+    "safety",
+    "tip_pose",
+    "torques",
+    "trajectory",
+    "urdf",
+];
+
+/// Packages that others can depend on.
+const FOR_OTHERS: [&str; 4] = ["dynamics-core", "newtau-link", "newtau-session", "robot-compiler"];
 
 /// Checks each package alone, with only the features that it requests. In a workspace build, another package could enable a feature that this one
 /// lacks. Packages that board and desk share are also checked for the chip, where no standard library hides a missing feature.
@@ -68,7 +94,7 @@ fn host_tests(tally: &mut Tally, urdfs: &Path) {
     tally.tests("host tests", tests.env("NEWTAU_URDF_DIR", urdfs).env("INSTA_UPDATE", "no"));
     let mut tests = Workspace::Bench.cargo(["nextest", "run", "--workspace", "--locked", "--no-fail-fast"]);
     tally.tests("tests of bench", tests.args(["--run-ignored", "all"]));
-    for example in ["torques", "control_loop", "kernel"] {
+    for example in EXAMPLES {
         // Use the program that was built with the tests. `cargo run` for one package would build it again, with that package's features.
         let program = target_directory().join("debug/examples").join(example);
         tally.command(&format!("example {example}"), &mut Command::new(program));

@@ -2,10 +2,10 @@
 
 use dynamics_core::control::Unprotected;
 
-/// Nothing.
+/// No protection.
 pub type Protection = Unprotected;
 
-/// Nothing.
+/// No protection.
 pub const fn protection() -> Protection {
     Unprotected
 }

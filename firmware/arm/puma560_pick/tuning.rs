@@ -1,7 +1,7 @@
-/// Where the controller finds its configuration.
-pub type Tuning = crate::Settings;
+/// Type of the controller's configuration.
+pub type Tuning = super::Settings;
 
 /// Its value.
 pub const fn tuning() -> Tuning {
-    crate::Settings
+    super::Settings
 }

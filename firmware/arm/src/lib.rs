@@ -24,6 +24,8 @@ pub use generated::tuning::Tuning;
     reason = "generated: imports and holds what any scene may need"
 )]
 mod generated {
+    use super::Settings;
+
     pub(crate) mod arm {
         include!(concat!(env!("ARM"), "/arm.rs"));
     }

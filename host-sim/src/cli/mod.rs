@@ -1,10 +1,11 @@
-//! The command line: twelve commands, each with a file or folder that holds its arguments, its help, the call and the output.
+//! The command line: thirteen commands, each with a file or folder that holds its arguments, its help, the call and the output.
 
 pub mod chain;
 pub mod check;
 pub mod choose;
 pub mod connect;
 pub mod doctor;
+pub mod emit;
 pub mod explain;
 pub mod firmware;
 pub mod force;
@@ -67,6 +68,7 @@ Choose
 
 Compute
   model     dynamics, terms, statics, contact, energy, linkage, kernel and more
+  emit      a Rust crate of an arm for your own firmware
 
 Options:
 {options}{after-help}";
@@ -120,6 +122,8 @@ pub enum Command {
     Choose(choose::ChooseCommand),
     /// Compute the arm's equations of motion.
     Model(model::ModelArgs),
+    /// Write code for your own firmware.
+    Emit(emit::EmitArgs),
     /// Print a completion script for a shell.
     #[command(hide = true, after_help = "Example:\n  newtau completions bash")]
     Completions {
@@ -147,6 +151,7 @@ impl Command {
             Self::Explain(args) => explain::run(args, &EmulatedChip, &stop_on_interrupt()).map(|()| 0),
             Self::Choose(command) => choose::run(command, &EmulatedChip),
             Self::Model(args) => args.run(),
+            Self::Emit(args) => emit::run(args).map(|()| 0),
             Self::Completions { shell } => {
                 let mut script = Vec::new();
                 clap_complete::generate(*shell, &mut Cli::command(), "newtau", &mut script);

@@ -28,13 +28,13 @@ fn help(words: &[String]) -> String {
 }
 
 #[test]
-fn there_are_twelve_commands_and_the_help_lists_each() {
+fn there_are_thirteen_commands_and_the_help_lists_each() {
     let shown: Vec<String> = Cli::command()
         .get_subcommands()
         .filter(|command| !command.is_hide_set())
         .map(|command| command.get_name().to_owned())
         .collect();
-    assert_eq!(shown.len(), 12, "{shown:?}");
+    assert_eq!(shown.len(), 13, "{shown:?}");
     let text = help(&[]);
     let listed: Vec<&str> = text
         .lines()

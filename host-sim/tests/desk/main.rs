@@ -14,6 +14,7 @@ mod compare_page;
 mod contact;
 mod doctor;
 mod dynamics;
+mod emit;
 mod energy;
 mod excite;
 mod explain_command;

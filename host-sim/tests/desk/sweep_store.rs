@@ -97,6 +97,15 @@ fn a_kill_at_any_byte_resumes_to_the_same_bytes() {
 }
 
 #[test]
+fn the_manifest_exists_before_the_table() {
+    let out = folder("order");
+    // A table that cannot be made ends the process where a kill could.
+    fs::create_dir(out.join("runs.csv")).unwrap();
+    assert!(write(&study(2), &out, "1/1", 1).is_err());
+    assert_eq!(Manifest::read(&out).unwrap().map(|manifest| manifest.rows), Some(0));
+}
+
+#[test]
 fn a_killed_process_continues_where_its_last_block_ended() {
     let command = |out: &Path| {
         let mut command = at_its_fixtures();

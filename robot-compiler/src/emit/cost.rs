@@ -176,7 +176,7 @@ fn table<const N: usize>(rows: &[Input<N>]) -> String {
     )
 }
 
-fn live_item<S: Float, const N: usize>(live: &Live<f64, N>) -> Item {
+pub(super) fn live_item<S: Float, const N: usize>(live: &Live<f64, N>) -> Item {
     record(
         "Live",
         vec![

@@ -57,7 +57,7 @@ pub fn write_firmware(scene: &Path, choices: Choices<'_>, folder: &Path) -> Resu
     });
     // An included file cannot hold a module's own documentation.
     let modules = [("arm", arm), ("dynamics", dynamics), ("drives", drives), ("protection", protection)];
-    for (name, text) in modules.into_iter().chain([("tuning", tuning_module(file.control.tunable))]) {
+    for (name, text) in modules.into_iter().chain([("tuning", tuning_module(file.control.tunable, "f32"))]) {
         write_changed(&folder.join(format!("{name}.rs")), &text.replace("//!", "//"))?;
     }
     Ok(())
@@ -70,11 +70,11 @@ fn frames(protocol: Option<Protocol>) -> String {
 }
 
 /// Location of the controller's configuration: in RAM if it can be changed, otherwise in the program.
-fn tuning_module(tunable: bool) -> String {
+pub(super) fn tuning_module(tunable: bool, real: &str) -> String {
     let (kind, value) = if tunable {
-        ("dynamics_core::control::ControllerConfig<f32, { super::arm::N }>", "super::arm::config()")
+        (format!("dynamics_core::control::ControllerConfig<{real}, {{ super::arm::N }}>"), "super::arm::config()")
     } else {
-        ("crate::Settings", "crate::Settings")
+        ("super::Settings".to_owned(), "super::Settings")
     };
     format!(
         "/// Type of the controller's configuration.\npub type Tuning = {kind};\n\n/// Its value.\npub const fn tuning() -> Tuning {{\n    {value}\n}}\n"

@@ -64,6 +64,10 @@ const PEERS: Artefact = Files("sources of the peers' harness", &["bench/peers"])
 const MUJOCO: Artefact = Files("sources of MuJoCo's side", &["bench/simulators"]);
 const BATCH: Artefact =
     Files("sources of the batch", &["bench/batch/src", "dynamics-core/src/trig", "dynamics-core/src/dynamics"]);
+const SHARDS: Artefact = Files(
+    "sources of the shards",
+    &["host-sim/studies/src/sweep/store", "host-sim/studies/src/sweep/submit.rs", "bench/scale"],
+);
 
 const ARMS: &[Artefact] = &[Log("yam_move"), Log("rebot_move"), Log("yam_split")];
 const BUDGET: &[Artefact] = &[Programs(&[]), CHIP, ESTIMATOR];
@@ -115,7 +119,7 @@ pub(super) const BLOCKS: &[MeasuredBlock] = &[
     block("kernels", "compiler", BENCH, &[Kernels]),
     block("peers", "peers", "cargo xtask bench --peers", &[Kernels, PEERS]),
     block("report", "report", "cargo xtask report --time", &[Log("puma560_pick")]),
-    block("scale", "scale", "by hand: the page says how", SCALE),
+    block("scale", "scale", "bench/scale/measure.py --write", &[SHARDS]),
     block("simulators", "simulators", SIMULATORS, SIMULATED),
     block("simulators", "simulators, equal error", SIMULATORS, SIMULATED),
     block("simulators", "simulators, cost by time and runs", SIMULATORS, SIMULATED),
@@ -131,7 +135,6 @@ const FLOOD: &[Artefact] = &[Programs(&["puma560_collision"]), CHIP];
 const DRIVES: &[Artefact] = &[Printed("campaign --target drives --runs 700")];
 const QEMU: &[Artefact] = &[CAMPAIGNS, CHIP, Files("sources of the campaign", &["xtask/trials/src/campaign"])];
 const BOUND: &[Artefact] = &[Printed("choose bound robots/scara.toml --samples 100 --boxes 20")];
-const SCALE: &[Artefact] = &[Printed("sweep scenes/studies/pick_payload_friction.toml --runs 32")];
 
 /// The command of docs/trade.md.
 const TRADE: &str = "cargo newtau choose trade scenes/puma560_pick.toml --write docs/measured/trade_puma560_pick.md \

@@ -54,7 +54,11 @@ pub fn write(prepared: &Prepared, folder: &Path, progress: &Progress<'_>) -> Res
     let known = Manifest::read(folder)?;
     match &known {
         Some(known) => fits(known, &fresh, folder)?,
-        None => prepared.may_lie_in(folder)?,
+        None => {
+            prepared.may_lie_in(folder)?;
+            // Before the table, because a table without a manifest is a stranger's file: after a kill it could not be continued.
+            fresh.write(folder)?;
+        }
     }
     let path = folder.join(RUNS);
     let failed = |error: std::io::Error| in_file(&path, &error);
