@@ -141,7 +141,7 @@ impl Run {
                 _ => 0,
             };
             // `doctor` reports with code 2 what a machine lacks.
-            let lacks = console.how == How::NotCompared && output.code == Some(2);
+            let lacks = call.starts_with("doctor") && console.how == How::NotCompared && output.code == Some(2);
             if output.code != Some(expected) && !lacks {
                 let end: Vec<_> = output.printed.lines().rev().take(6).collect();
                 let end: Vec<_> = end.into_iter().rev().collect();

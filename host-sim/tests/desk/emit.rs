@@ -64,6 +64,13 @@ fn an_emitted_arm_compiles_alone_and_has_the_desk_s_bits() {
     }
 }
 
+/// The scene, in another folder and with a key that does not exist.
+fn wrong_text(scene: &Path) -> String {
+    let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots/").display().to_string();
+    let text = fs::read_to_string(scene).unwrap().replace("../robots/", &robots);
+    format!("ratte = 1000.0\n{text}")
+}
+
 #[test]
 fn a_build_script_gets_the_same_arm() {
     let folder = out("built");
@@ -83,9 +90,9 @@ fn a_build_script_gets_the_same_arm() {
     let (passed, text) = tested(&folder, "test");
     assert!(passed && !text.contains("warning"), "{text}");
     let wrong = folder.join("wrong.toml");
-    fs::write(&wrong, fs::read_to_string(&scene).unwrap().replace("rate", "ratte")).unwrap();
+    fs::write(&wrong, wrong_text(&scene)).unwrap();
     let error = robot_compiler::emit::write_arm(&wrong, &folder).unwrap_err().to_string();
-    assert!(error.contains("wrong.toml:") && error.contains("ratte"), "{error}");
+    assert!(error.contains("wrong.toml:") && error.contains("ratte") && error.contains("expected"), "{error}");
 }
 
 #[test]
@@ -100,6 +107,14 @@ fn an_arm_is_emitted_over_its_own_files_alone() {
     assert_eq!(code, 2);
     assert!(message.contains("lib.rs") && message.contains("--force"), "{message}");
     assert_eq!(fs::read_to_string(folder.join("src/lib.rs")).unwrap(), "// mine\n");
+    let bench = Path::new(env!("CARGO_TARGET_TMPDIR")).join("bench_only.toml");
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/planar2r_swing.toml");
+    let text = wrong_text(&scene).replace("ratte = 1000.0\n", "");
+    let text = text + "\n[safety]\nbench_only = true\n";
+    fs::write(&bench, text).unwrap();
+    let for_the_bench = at_the_top().args(["emit", "arm"]).arg(&bench).arg("--out").arg(out("bench")).output().unwrap();
+    let (code, _, message) = told(for_the_bench);
+    assert!(code == 2 && message.contains("bench_only"), "{message}");
     let f64_collision = at_the_top()
         .args(["emit", "arm", "scenes/puma560_collision.toml", "--scalar", "f64", "--out"])
         .arg(out("f64"))

@@ -97,12 +97,26 @@ fn a_kill_at_any_byte_resumes_to_the_same_bytes() {
 }
 
 #[test]
-fn the_manifest_exists_before_the_table() {
-    let out = folder("order");
-    // A table that cannot be made ends the process where a kill could.
-    fs::create_dir(out.join("runs.csv")).unwrap();
-    assert!(write(&study(2), &out, "1/1", 1).is_err());
-    assert_eq!(Manifest::read(&out).unwrap().map(|manifest| manifest.rows), Some(0));
+fn a_kill_between_the_empty_table_and_its_manifest_can_be_continued() {
+    let study = Path::new("tests/fixtures/study.toml");
+    let out = folder("empty_table");
+    fs::remove_dir(&out).unwrap();
+    let sweep = || {
+        let mut command = at_its_fixtures();
+        command.arg("sweep").arg(study).args(["--runs", "3", "--shard", "1/2", "--quiet", "--out"]).arg(&out);
+        told(command.output().unwrap())
+    };
+    assert_eq!(sweep().0, 0);
+    // As after a kill: the folder is marked as newtau's, the table exists and is empty, and there is no manifest.
+    fs::remove_file(out.join("manifest.json")).unwrap();
+    fs::write(out.join("runs.csv"), "").unwrap();
+    let (code, _, error) = sweep();
+    assert_eq!(code, 0, "{error}");
+    // A table that somebody filled is not overwritten.
+    fs::remove_file(out.join("manifest.json")).unwrap();
+    fs::write(out.join("runs.csv"), "mine\n").unwrap();
+    assert_eq!(sweep().0, 2);
+    assert_eq!(fs::read(out.join("runs.csv")).unwrap(), b"mine\n");
 }
 
 #[test]

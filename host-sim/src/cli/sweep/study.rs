@@ -112,7 +112,11 @@ pub fn run(args: &SweepArgs, stop: &AtomicBool) -> Result<u8, Failure> {
         output.known_folder(&folder, FILES)?;
     } else {
         prepared.may_lie_in(&folder)?;
-        output.folder(&folder, &[FILES, &[store::RUNS]].concat())?;
+        // An empty table is what a kill leaves in the first milliseconds.
+        let is_empty =
+            std::fs::metadata(folder.join(store::RUNS)).is_ok_and(|table| table.is_file() && table.len() == 0);
+        let table: &[&str] = if is_empty { &[] } else { &[store::RUNS] };
+        output.folder(&folder, &[FILES, table].concat())?;
     }
     let Some(done) = write(args, &prepared, &folder, stop)? else { return Ok(failure::INTERRUPTED) };
     if !args.shard.is_whole() {

@@ -6,7 +6,7 @@
 use super::keys::{Editor, Event, Keyboard, Presses};
 use super::screen::Screen;
 use std::collections::VecDeque;
-use std::io::{self, BufRead, IsTerminal, Read};
+use std::io::{self, BufRead, IsTerminal, Read, Write as _};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -33,6 +33,7 @@ pub struct Console {
     /// Presses of the stop key; `None` without a terminal.
     stops: Option<Presses>,
     screen: Screen,
+    prompted: bool,
     /// Restores the terminal's settings when the console ends.
     _keyboard: Option<Keyboard>,
 }
@@ -81,6 +82,10 @@ impl Console {
     fn with_stop_key(mut self) -> (Self, Receiver<String>) {
         let (sender, lines) = channel();
         let (stops, keyboard) = (Presses::default(), Keyboard::take());
+        // Without single keys the terminal itself echoes, and the program does not know what is on the screen.
+        if keyboard.is_some() {
+            self.screen = Screen::new();
+        }
         let (count, by_key, screen) = (Arc::clone(&stops), keyboard.is_some(), self.screen.clone());
         std::thread::spawn(
             move || if by_key { read_keys(&sender, &count, &screen) } else { read_lines(&sender, &count) },
@@ -98,7 +103,7 @@ impl Console {
     }
 
     fn new(source: Source, name: String) -> Self {
-        Self { source, name, number: 0, stops: None, screen: Screen::new(), _keyboard: None }
+        Self { source, name, number: 0, stops: None, screen: Screen::default(), prompted: false, _keyboard: None }
     }
 
     /// Counter of presses of the stop key, if a user types at a terminal.
@@ -125,9 +130,32 @@ impl Console {
         format!("{}:{}", self.name, self.number)
     }
 
+    /// Discards all lines that were typed and not executed, and returns their number. After a stop, none of them may move the arm again.
+    pub fn discard(&mut self) -> usize {
+        match &self.source {
+            Source::Terminal(lines) => lines.try_iter().filter(|line| !line.trim().is_empty()).count(),
+            Source::Script(_) | Source::Pipe(_) => 0,
+        }
+    }
+
+    /// Shows that the program waits for a line, if a user types at a terminal.
+    fn prompt(&mut self) {
+        if self.prompted || !self.is_a_person() {
+            return;
+        }
+        self.prompted = true;
+        if self.screen.is_drawn() {
+            self.screen.prompts(true);
+        } else if io::stderr().is_terminal() {
+            eprint!("> ");
+            // If flushing fails, only the prompt may be missing.
+            io::stderr().flush().ok();
+        }
+    }
+
     /// The next line. Waits no longer than `wait`.
     pub fn next(&mut self, wait: Duration) -> Line {
-        self.screen.prompts(self.is_a_person());
+        self.prompt();
         let line = match &mut self.source {
             Source::Script(lines) => lines.pop_front().map_or(Line::End, Line::Text),
             Source::Pipe(lines) | Source::Terminal(lines) if wait.is_zero() => match lines.try_recv() {
@@ -143,6 +171,7 @@ impl Console {
         };
         if let Line::Text(_) = line {
             self.number += 1;
+            self.prompted = false;
             self.screen.prompts(false);
         }
         line
@@ -162,12 +191,11 @@ fn is_stop(line: &str) -> bool {
 
 /// Sends a line, or counts it if it requests a stop. A script takes no typed lines, but the stop key works all the same.
 fn pass_on(line: String, lines: &Sender<String>, stops: &AtomicU32) {
-    let stop = is_stop(&line);
-    if stop {
+    if is_stop(&line) {
         stops.fetch_add(1, Ordering::Relaxed);
+    } else {
+        lines.send(line).ok();
     }
-    // After a stop, an empty line makes the prompt appear again.
-    lines.send(if stop { String::new() } else { line }).ok();
 }
 
 /// Reads lines of a terminal whose keys cannot be read one by one.
@@ -195,11 +223,7 @@ fn read_keys(lines: &Sender<String>, stops: &AtomicU32, screen: &Screen) {
                     stops.fetch_add(1, Ordering::Relaxed);
                 }
                 Event::Typed(line) => screen.typed(line),
-                // A stop counts before it is shown, because a terminal that accepts no text must not delay it.
-                Event::Line(line) if is_stop(&line) => {
-                    pass_on(line.clone(), lines, stops);
-                    screen.entered(&line);
-                }
+                // Shown before it is sent, so that its answer comes below it. Showing does not wait for the terminal.
                 Event::Line(line) => {
                     screen.entered(&line);
                     pass_on(line, lines, stops);

@@ -73,6 +73,13 @@ pub fn converse(operator: &mut Operator, console: &mut Console) -> Result<(), St
             Err(Stop::Pressed) => {
                 pending = None;
                 operator.stop()?;
+                // Nothing is resumed after a stop: lines that were typed before it would move the arm again.
+                let discarded = console.discard();
+                if discarded > 0 {
+                    let lines = if discarded == 1 { "1 typed line" } else { "typed lines" };
+                    let count = if discarded == 1 { String::new() } else { format!("{discarded} ") };
+                    operator.say("stop", &format!("stop: {count}{lines} discarded"))?;
+                }
                 if !person {
                     // The lines that follow would move the arm again.
                     return operator.keep_holding().and(Err(Stop::Interrupted));

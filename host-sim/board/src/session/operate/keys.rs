@@ -44,9 +44,9 @@ impl Editor {
                     rest = after.get(end.map_or(after.len(), |end| end + 2)..).unwrap_or_default();
                 }
                 ESCAPE => events.push(Event::Stop),
-                // In pasted text a space at the beginning of a line is an indentation.
+                // In pasted text a space at the beginning of a line is an indentation. Several presses may arrive together.
                 b' ' if self.line.is_empty() => {
-                    if bytes.len() == 1 {
+                    if bytes.iter().all(|byte| *byte == b' ') {
                         events.push(Event::Stop);
                     }
                 }
@@ -68,7 +68,9 @@ impl Editor {
                 byte => {
                     self.line.push(byte);
                     // A character of several bytes is shown once it is whole.
-                    if str::from_utf8(&self.line).is_ok() {
+                    let is_whole =
+                        str::from_utf8(&self.line).map_or_else(|error| error.error_len().is_some(), |_| true);
+                    if is_whole {
                         events.push(Event::Typed(self.text()));
                     }
                 }
@@ -148,6 +150,8 @@ mod tests {
         let mut editor = Editor::default();
         assert_eq!(stops(&editor.take(b"\x1b")), 1);
         assert_eq!(stops(&editor.take(b" ")), 1);
+        // Two quick presses may arrive in one read.
+        assert_eq!((stops(&editor.take(b"  ")), stops(&editor.take(b"\x1b\x1b"))), (2, 2));
         // Within a line, space is a character, and Esc stops.
         let mut all = Vec::new();
         b"jog 1 2".iter().for_each(|byte| all.extend(editor.take(&[*byte])));
@@ -163,6 +167,23 @@ mod tests {
         assert_eq!(editor.take(b"\x1b[1;5C"), []);
         let pasted = editor.take(b"  home\n confirm\narm\n");
         assert_eq!((stops(&pasted), lines(&pasted)), (0, vec!["home", "confirm", "arm"]));
+    }
+
+    #[test]
+    fn what_is_entered_was_shown() {
+        let mut editor = Editor::default();
+        let shown = |events: &[Event]| {
+            let typed = events
+                .iter()
+                .rev()
+                .find_map(|event| if let Event::Typed(line) = event { Some(line.clone()) } else { None });
+            typed.unwrap_or_default()
+        };
+        // Half of a character is not shown; a byte that is no character is.
+        assert_eq!(shown(&editor.take("h\u{e9}".as_bytes().get(..2).unwrap())), "h");
+        assert_eq!(shown(&editor.take(&[0xA9])), "h\u{e9}");
+        assert_eq!(shown(&editor.take(&[0xFF, b'x'])), "h\u{e9}\u{fffd}x");
+        assert_eq!(lines(&editor.take(b"\n")), ["h\u{e9}\u{fffd}x"]);
     }
 
     #[test]

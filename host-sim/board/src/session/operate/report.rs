@@ -7,7 +7,9 @@ use console::style;
 use dynamics_core::safety::heat::HeatLevel;
 use link::{Actuation, DriveFaultReport, Status};
 use serde_json::{Value, json};
-use std::io::{self, Write};
+use std::cell::Cell;
+use std::io;
+use std::time::{Duration, Instant};
 
 /// A status in the units of the arm.
 #[derive(Clone, Debug)]
@@ -145,17 +147,22 @@ impl StatusView<'_> {
     }
 }
 
+/// Time between two drawings of the live line.
+const REFRESH: Duration = Duration::from_millis(100);
+
 /// Writer of the output.
 pub struct Report {
     json: bool,
     screen: Screen,
+    /// Time at which the live line was last sent; `None` if it is not shown.
+    drawn: Cell<Option<Instant>>,
 }
 
 impl Report {
     /// A writer to standard output, above the lowest lines of the terminal.
     #[must_use]
     pub const fn new(json: bool, screen: Screen) -> Self {
-        Self { json, screen }
+        Self { json, screen, drawn: Cell::new(None) }
     }
 
     /// Prints the result of a command, or an event.
@@ -168,23 +175,23 @@ impl Report {
         } else {
             text.to_owned()
         };
-        self.screen.above(|| {
-            let mut out = io::stdout().lock();
-            writeln!(out, "{line}")?;
-            out.flush()
-        })
+        self.screen.above(&line)
     }
 
     /// Updates the live line.
     pub fn live(&self, seen: &StatusView<'_>) {
-        if !self.json {
+        let is_due = self.drawn.get().is_none_or(|at| at.elapsed() >= REFRESH);
+        if !self.json && self.screen.is_drawn() && is_due {
+            self.drawn.set(Some(Instant::now()));
             self.screen.live(Some(seen.line()));
         }
     }
 
     /// Removes the live line, because it is out of date. It stays away until [`Report::live`].
     pub fn still(&self) {
-        self.screen.live(None);
+        if self.drawn.take().is_some() {
+            self.screen.live(None);
+        }
     }
 }
 

@@ -54,11 +54,7 @@ pub fn write(prepared: &Prepared, folder: &Path, progress: &Progress<'_>) -> Res
     let known = Manifest::read(folder)?;
     match &known {
         Some(known) => fits(known, &fresh, folder)?,
-        None => {
-            prepared.may_lie_in(folder)?;
-            // Before the table, because a table without a manifest is a stranger's file: after a kill it could not be continued.
-            fresh.write(folder)?;
-        }
+        None => prepared.may_lie_in(folder)?,
     }
     let path = folder.join(RUNS);
     let failed = |error: std::io::Error| in_file(&path, &error);
@@ -66,7 +62,14 @@ pub fn write(prepared: &Prepared, folder: &Path, progress: &Progress<'_>) -> Res
     let mut file = options.map_err(failed)?;
     lock(&file, &path)?;
     // Read it again now that the lock excludes other writers.
-    let known = Manifest::read(folder)?.filter(|known| known.rows > 0);
+    let known = Manifest::read(folder)?;
+    match &known {
+        Some(known) => fits(known, &fresh, folder)?,
+        // Before anything is in the table, because a table without a manifest is a stranger's file: after a kill it could not be continued.
+        None if file.metadata().is_ok_and(|file| file.len() == 0) => fresh.write(folder)?,
+        None => {}
+    }
+    let known = known.filter(|known| known.rows > 0);
     let (mut manifest, mut hash) = match known {
         Some(known) => match sure(&mut file, &known).map_err(failed)? {
             Some(hash) => (known, hash),
