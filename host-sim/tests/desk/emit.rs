@@ -35,12 +35,13 @@ fn tested(folder: &Path, subcommand: &str) -> (bool, String) {
 
 #[test]
 fn an_emitted_arm_compiles_alone_and_has_the_desk_s_bits() {
-    // A kernel at each level, friction terms and a live payload, collision detection, the recursion in f64.
-    let scenes: [(&str, &[&str]); 5] = [
+    // A kernel, collision detection, drive springs, live inputs, friction terms, f64.
+    let scenes: [(&str, &[&str]); 6] = [
         ("scenes/puma560_pick.toml", &[]),
         ("scenes/puma560_collision.toml", &[]),
         ("scenes/yam_split.toml", &[]),
-        ("scenes/examples/yam_payload.toml", &[]),
+        ("scenes/campaign/yam.toml", &[]),
+        ("scenes/examples/yam_friction.toml", &[]),
         ("scenes/planar2r_swing.toml", &["--scalar", "f64"]),
     ];
     for (scene, more) in scenes {

@@ -76,9 +76,8 @@ pub fn converse(operator: &mut Operator, console: &mut Console) -> Result<(), St
                 // Nothing is resumed after a stop: lines that were typed before it would move the arm again.
                 let discarded = console.discard();
                 if discarded > 0 {
-                    let lines = if discarded == 1 { "1 typed line" } else { "typed lines" };
-                    let count = if discarded == 1 { String::new() } else { format!("{discarded} ") };
-                    operator.say("stop", &format!("stop: {count}{lines} discarded"))?;
+                    let lines = if discarded == 1 { "line" } else { "lines" };
+                    operator.say("stop", &format!("stop: {discarded} typed {lines} discarded"))?;
                 }
                 if !person {
                     // The lines that follow would move the arm again.
