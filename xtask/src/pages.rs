@@ -156,13 +156,16 @@ impl Run {
             last = index;
             self.commands += 1;
         }
-        if console.how == How::NotCompared || console.calls.is_empty() {
+        if console.how == How::NotCompared || console.shown.is_empty() || console.calls.is_empty() {
             return Ok(());
         }
-        let shown = console.shown.join("\n...\n");
+        let shown = console.shown.join("\n");
         let difference = match console.how {
             How::Typed => {
-                compare::difference_typed(&shown, &printed).map(|at| format!("{at}\n  the whole session:\n{printed}"))
+                // Without a simulated link, time passes only while a command needs it, not by the clock.
+                let paced = console.calls[last].contains("--simulate-link");
+                let difference = compare::difference_typed(&shown, &printed, paced);
+                difference.map(|at| format!("{at}\n  the whole session:\n{printed}"))
             }
             _ => compare::difference(&shown, &printed, self.masked),
         };

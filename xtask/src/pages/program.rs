@@ -12,6 +12,9 @@ use std::time::Duration;
 /// Time between two lines that are typed. `home` and `jog` are done before the next line.
 const BETWEEN_LINES: Duration = Duration::from_millis(600);
 
+/// Time after which a session that waits for a line that no page types is ended, s. Its exit code is then 124.
+const LONGEST: u32 = 120;
+
 /// Size of a terminal that keeps a whole session.
 const ROWS: NonZeroU16 = NonZeroU16::new(1000).unwrap();
 const COLUMNS: NonZeroU16 = NonZeroU16::new(400).unwrap();
@@ -53,7 +56,10 @@ impl Program {
     /// Runs a command at a terminal of its own, types what the page shows after `> `, and presses the keys that it shows in brackets.
     pub(super) fn typed(&self, call: &str, folder: &Path, shown: &[String]) -> Result<Ended> {
         // `script`, a part of every Debian, makes the terminal.
-        let line = format!("stty rows {ROWS} cols {COLUMNS}; exec {} {call}", self.path.display());
+        let line = format!(
+            "stty rows {ROWS} cols {COLUMNS}; exec timeout --foreground {LONGEST} {} {call}",
+            self.path.display()
+        );
         let mut child = Command::new("script")
             .args(["--quiet", "--return", "--command", &line, "/dev/null"])
             .current_dir(folder)
@@ -62,7 +68,10 @@ impl Program {
             .spawn()
             .context("cannot start `script`, which makes a terminal")?;
         let mut keys = child.stdin.take().context("no standard input")?;
-        let typed: Vec<Typed> = shown.iter().flat_map(|block| block.lines()).filter_map(typed).collect();
+        let typed = shown.iter().flat_map(|block| block.lines()).filter_map(typed);
+        // A session that the page leaves open: Ctrl-D ends it, and `y` accepts that joints sink.
+        let typed: Vec<Typed> =
+            typed.chain(["\u{4}", "y\r", "\u{4}"].map(|keys| Typed::Keys(keys.to_owned()))).collect();
         let typist = thread::spawn(move || {
             for one in typed {
                 thread::sleep(BETWEEN_LINES);
