@@ -8,6 +8,7 @@
 mod angles;
 mod arm;
 mod arm_crate;
+pub mod c;
 mod changed;
 pub mod cost;
 mod drives;
@@ -25,7 +26,7 @@ mod robot_file;
 pub mod urdf;
 
 pub use arm::{arm_module, arm_module_in};
-pub use arm_crate::{ArmCrate, arm_crate, build_arm, write_arm};
+pub use arm_crate::{ArmCrate, arm_crate, build_arm, write_arm, write_arm_of};
 pub use drives::drives_module;
 pub use dynamics::{dynamics_module, dynamics_module_in};
 pub use firmware::{Choices, write_firmware};

@@ -45,6 +45,9 @@ pub mod names;
 pub mod precision;
 mod read;
 
+/// The core, in the version that this package's types are made of.
+pub use dynamics_core;
+
 pub use describe::cut::{Ends, UrdfArm};
 pub use describe::diagnostics::FileError;
 pub use describe::friction::{Breakaway, FrictionPart, JointFriction};

@@ -4,7 +4,7 @@
 
 #[path = "../../dynamics-core/tests/common/arms.rs"]
 #[allow(dead_code, unreachable_pub, reason = "shared with the core's tests, which use more of it")]
-mod arms;
+pub(crate) mod arms;
 
 use arms::{arm, body, joints, vector};
 use dynamics_core::momentum::{GeneralizedMomentum, Momentum};

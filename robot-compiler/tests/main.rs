@@ -3,6 +3,7 @@
 mod auto_terms;
 mod bad_files;
 mod bounds;
+mod c_language;
 mod check;
 mod common;
 mod drives;

@@ -1,10 +1,11 @@
 //! `emit`: writes code for programs of other people.
 
 use crate::cli::force::ForceArgs;
-use crate::cli::names::named;
+use crate::cli::names::{Language, named};
 use clap::{Args, Subcommand};
 use robot_compiler::SceneFile;
 use robot_compiler::emit::arm_crate;
+use robot_compiler::emit::c::c_library;
 use robot_compiler::scene::ScalarChoice;
 use sim::failure::{Failure, in_file};
 use sim::terminal::print;
@@ -17,10 +18,14 @@ const EXAMPLES: &str = "\
 Examples:
   newtau emit arm scenes/puma560_pick.toml --out out/arm
   newtau emit arm my_arm/move.toml --scalar f64 --out ../my_firmware/arm
+  newtau emit arm my_arm/move.toml --language c --out ../my_firmware/arm
 
 The crate is no_std and depends on dynamics-core alone. It has inverse_dynamics(q, qd, qdd), gravity(q), controller() and
 safety(); a test with the torques of eight states, to the last bit; and a README. Copy it, or make it a member of your own
-workspace. With a build script instead: robot_compiler::emit::build_arm(\"arm/move.toml\").";
+workspace. With a build script instead: robot_compiler::emit::build_arm(\"arm/move.toml\").
+
+In C (--language c): C99 without dependencies, with inverse dynamics, gravity, mass matrix, forward dynamics and the law of
+computed torque; a header for C++; CMake and Arduino files; and the same test. No controller and no state machine.";
 
 /// Options of `emit`.
 #[derive(Clone, Debug, Args)]
@@ -34,7 +39,7 @@ pub struct EmitArgs {
 /// Kind of the code.
 #[derive(Clone, Debug, Subcommand)]
 pub enum EmitKind {
-    /// Write a Rust crate for your own firmware: model, inverse dynamics, controller, safety state machine.
+    /// Write a Rust crate for your own firmware (model, inverse dynamics, controller, safety state machine), or a C library (dynamics).
     Arm(ArmArgs),
 }
 
@@ -44,9 +49,12 @@ pub enum EmitKind {
 pub struct ArmArgs {
     /// The scene file (TOML).
     pub scene: PathBuf,
-    /// Folder of the crate.
+    /// Folder of the crate or library.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+    /// Programming language.
+    #[arg(long, value_enum, default_value_t)]
+    pub language: Language,
     /// Floating-point type. Without it, the scene's.
     #[arg(long, value_parser = named::<ScalarChoice>())]
     pub scalar: Option<ScalarChoice>,
@@ -74,25 +82,38 @@ fn core_folder() -> Option<PathBuf> {
 fn arm(args: &ArmArgs) -> Result<(), Failure> {
     let scene = SceneFile::load(&args.scene).map_err(Failure::input)?;
     let scalar = args.scalar.unwrap_or(scene.control.scalar);
-    let written = arm_crate(&scene, scalar, core_folder().as_deref())
-        .map_err(|error| Failure::Input(miette::miette!("{error}")))?;
+    let refused = |error: Box<dyn std::error::Error>| Failure::Input(miette::miette!("{error}"));
+    let out = args.out.display();
+    let (files, operations, end) = match args.language {
+        Language::Rust => {
+            let arm = arm_crate(&scene, scalar, core_folder().as_deref()).map_err(refused)?;
+            let end =
+                format!("check it            cargo test --manifest-path {}\n", args.out.join("Cargo.toml").display());
+            let files = arm.files.into_iter().map(|(name, text)| (name.to_owned(), text)).collect();
+            (files, arm.operations, (format!("crate               {}", arm.name), end))
+        }
+        Language::C => {
+            let library = c_library(&scene, scalar).map_err(refused)?;
+            let check = format!(
+                "check it            cc -O2 -I{out}/src {out}/src/{prefix}.c {out}/test/golden.c -o golden && ./golden\n",
+                prefix = library.prefix
+            );
+            (library.files, Some(library.operations), (format!("C library           {}", library.prefix), check))
+        }
+    };
+    let files: Vec<(String, String)> = files;
     let mut output = args.force.output().reads(&args.scene).reads(&scene.robot.path);
     output.folder(&args.out, &[])?;
-    for (name, _) in &written.files {
+    for (name, _) in &files {
         output.file(&args.out.join(name))?;
     }
-    for (name, text) in &written.files {
+    for (name, text) in &files {
         let path = args.out.join(name);
         fs::write(&path, text).map_err(|error| in_file(&path, &error))?;
     }
     output.finish()?;
-    let cost = written.operations.map_or_else(String::new, |operations| {
+    let cost = operations.map_or_else(String::new, |operations| {
         format!("operations          {} of one inverse dynamics\n", operations.total())
     });
-    print(&format!(
-        "crate               {} in {}\n{cost}check it            cargo test --manifest-path {}\n",
-        written.name,
-        args.out.display(),
-        args.out.join("Cargo.toml").display()
-    ))
+    print(&format!("{} in {out}\n{cost}{}", end.0, end.1))
 }

@@ -31,3 +31,13 @@ pub enum Presence {
     /// It is left out.
     Absent,
 }
+
+/// Programming language of written code.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Language {
+    /// `no_std` Rust.
+    #[default]
+    Rust,
+    /// C99, with a header for C++.
+    C,
+}

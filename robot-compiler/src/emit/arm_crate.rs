@@ -16,7 +16,8 @@ use crate::with_dof;
 use dynamics_core::trig::Method;
 use dynamics_core::{Dynamics, InverseDynamics, Live, Model, Reference, Trig};
 use std::path::{Path, PathBuf};
-use text::{ALLOWED, STATES, crate_name, head, manifest, readme, root};
+pub(super) use text::STATES;
+use text::{ALLOWED, crate_name, head, manifest, readme, root};
 
 /// Files of the crate, relative to its folder, with their text; and the operations of its inverse dynamics, if they are a kernel.
 #[derive(Clone, Debug)]
@@ -91,6 +92,7 @@ where
     // Paths of nalgebra go through the core: the crate needs no second dependency, and gets the core's version of it.
     let through_core = |text: String| text.replace("use nalgebra::", "use dynamics_core::nalgebra::");
     let root = root(S::NAME, live.as_deref());
+    let states = golden_states::<S, N>(file, &model, is_live, rounds_otherwise.as_ref())?;
     let files = vec![
         ("Cargo.toml", manifest(&name, &file.robot.name, core)),
         ("README.md", readme(file, &name, S::NAME, operations, is_live)),
@@ -105,7 +107,7 @@ where
             "src/tuning.rs",
             format!("//! Where the controller's configuration is.\n\n{}", tuning_module(file.control.tunable, S::NAME)),
         ),
-        ("tests/golden.rs", golden::<S, N>(file, &model, &name, is_live, rounds_otherwise.as_ref())?),
+        ("tests/golden.rs", golden(&states, &name, is_live)),
     ];
     Ok(ArmCrate { files, operations, name, root })
 }
@@ -120,24 +122,21 @@ fn body(text: &str) -> String {
         .to_owned()
 }
 
-/// The test: torques of states along the scene's motion, as the desk computes them, by `program` or by the recursion.
-fn golden<S: Float, const N: usize>(
+/// States along the scene's motion and their torques, as the desk computes them, by `program` or by the recursion: position, velocity, acceleration,
+/// torque.
+pub(super) fn golden_states<S: Float, const N: usize>(
     file: &SceneFile,
     model: &Model<f64, N>,
-    name: &str,
     is_live: bool,
     program: Option<&Program>,
-) -> Result<String, Box<dyn std::error::Error>>
+) -> Result<Vec<[[S; N]; 4]>, Box<dyn std::error::Error>>
 where
     Method: Trig<S>,
 {
     let rows = cost::inputs(file, model).map_err(|error| format!("{}: {error}", file.path.display()))?;
-    let scene = file.scene(model);
-    let live = file.live(model);
-    let (recursion, cast) = (Dynamics::new(model.cast::<S>(), scene.cast::<S>()), live.cast::<S>());
-    let given = if is_live { cast } else { Live::zero() };
-    let state = |reference: Reference<S, N>| -> Item {
-        let Reference { q, qd, qdd } = reference;
+    let recursion = Dynamics::new(model.cast::<S>(), file.scene(model).cast::<S>());
+    let given = if is_live { file.live(model).cast() } else { Live::zero() };
+    let state = |Reference { q, qd, qdd }: Reference<S, N>| {
         let turn = file.control.trig.sin_cos_all(&q);
         let tau = match program {
             Some(program) => {
@@ -146,21 +145,26 @@ where
             }
             None => recursion.inverse_dynamics(&turn, &q, &qd, &qdd, &given),
         };
-        list([q, qd, qdd, tau].iter().map(|row| numbers(row)).collect())
+        [q, qd, qdd, tau]
     };
     let every = rows.len().div_ceil(STATES);
-    let states: Vec<Item> = rows.iter().step_by(every).map(|row| state(row.reference.cast::<S>())).collect();
+    Ok(rows.iter().step_by(every).map(|row| state(row.reference.cast::<S>())).collect())
+}
+
+/// The test: states and their torques.
+fn golden<S: Float, const N: usize>(states: &[[[S; N]; 4]], name: &str, is_live: bool) -> String {
+    let items: Vec<Item> = states.iter().map(|state| list(state.iter().map(|row| numbers(row)).collect())).collect();
     let (count, real, module) = (states.len(), S::NAME, name.replace('-', "_"));
     let pass = if is_live { ", &live()" } else { "" };
     let also = if is_live { ", live" } else { "" };
-    Ok(format!(
+    format!(
         "//! Torques of {count} states, as the desk computed them when this crate was written.\n#![allow(clippy::excessive_precision, clippy::approx_constant, reason = \"generated numbers\")]\n\n\
          use {module}::{{N, inverse_dynamics{also}}};\n\n\
          /// Position, velocity, acceleration, and the torque that they need.\nconst STATES: [[[{real}; N]; 4]; {count}] = {};\n\n\
          #[test]\nfn torques_are_those_of_the_desk() {{\n    for [q, qd, qdd, tau] in STATES {{\n        \
          assert_eq!(inverse_dynamics(&q, &qd, &qdd{pass}), tau);\n    }}\n}}\n",
-        list(states).print(0)
-    ))
+        list(items).print(0)
+    )
 }
 
 /// Writes the same modules for the crate that is being built: call it in `build.rs`, and include `arm.rs` of `OUT_DIR`.
@@ -200,7 +204,16 @@ pub fn build_arm(scene: impl AsRef<Path>) {
 /// As [`arm_crate`]; a scene that cannot be read, with file, line and key; a folder that cannot be written to.
 pub fn write_arm(scene: &Path, folder: &Path) -> Result<Vec<PathBuf>, Box<dyn std::error::Error>> {
     let file = SceneFile::load(scene).map_err(|error| format!("{error}; expected {}", error.expected()))?;
-    let arm = arm_crate(&file, file.control.scalar, None)?;
+    write_arm_of(&file, folder)?;
+    Ok(vec![scene.to_owned(), file.robot.path])
+}
+
+/// As [`write_arm`], for a scene that was read before.
+///
+/// # Errors
+/// As [`arm_crate`]; a folder that cannot be written to.
+pub fn write_arm_of(file: &SceneFile, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let arm = arm_crate(file, file.control.scalar, None)?;
     let mut root_text = String::new();
     for (name, text) in &arm.files {
         let Some(module) = name.strip_prefix("src/") else { continue };
@@ -213,5 +226,5 @@ pub fn write_arm(scene: &Path, folder: &Path) -> Result<Vec<PathBuf>, Box<dyn st
     }
     root_text += &format!("\n{}", arm.root);
     super::changed::write_changed(&folder.join("arm.rs"), &root_text)?;
-    Ok(vec![scene.to_owned(), file.robot.path])
+    Ok(())
 }

@@ -4,10 +4,10 @@ use crate::kernel::{Function, Level, Precision, Program, compile};
 use dynamics_core::{Model, Scene};
 use text::{INVERSE_DYNAMICS, MOMENTUM, Scalars, Text};
 
-mod phrases;
+pub(super) mod phrases;
 mod text;
 mod title;
-mod writer;
+pub(super) mod writer;
 
 pub use title::Title;
 

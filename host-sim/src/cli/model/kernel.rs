@@ -1,7 +1,7 @@
-//! `model kernel`: the arm's dynamics as straight-line Rust, and the savings by each rewrite and each term of the scene.
+//! `model kernel`: the arm's dynamics as straight-line Rust or C, and the savings by each rewrite and each term of the scene.
 
 use crate::cli::chain::ChainArgs;
-use crate::cli::names::named;
+use crate::cli::names::{Language, named};
 use clap::Args;
 use robot_compiler::kernel::{Function, Level};
 use robot_compiler::scene::ScalarChoice;
@@ -18,6 +18,7 @@ Examples:
   newtau model kernel robots/puma560.toml > kernel.rs
   newtau model kernel robots/puma560.toml --scene scenes/puma560_pick.toml --level regrouped --scalar f32
   newtau model kernel robots/ur5.toml --function mass-matrix
+  newtau model kernel robots/ur5.toml --language c > kernel.c
   newtau model kernel robots/ur5.toml --table
   newtau model kernel robots/ur5.toml --json | jq '.[] | select(.level == \"regrouped\")'
 
@@ -49,6 +50,9 @@ pub struct KernelArgs {
     /// Floating-point type. Without it, the scene's.
     #[arg(long, value_parser = named::<ScalarChoice>())]
     pub scalar: Option<ScalarChoice>,
+    /// Programming language of the source.
+    #[arg(long, value_enum, default_value_t, conflicts_with_all = ["json", "table"])]
+    pub language: Language,
     /// Print operation counts as JSON instead of the source.
     #[arg(long, conflicts_with = "table")]
     pub json: bool,
@@ -68,6 +72,7 @@ pub fn run(args: &KernelArgs) -> Result<(), Failure> {
     let form = match (args.json, args.table) {
         (true, _) => Form::Counts,
         (false, true) => Form::Tables,
+        (false, false) if args.language == Language::C => Form::SourceInC,
         (false, false) => Form::Source,
     };
     print(&text(&asked, &file, form)?)

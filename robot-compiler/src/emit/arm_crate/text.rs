@@ -5,7 +5,7 @@ use crate::kernel::Operations;
 use std::path::Path;
 
 /// Number of states in the emitted test.
-pub(super) const STATES: usize = 8;
+pub(in crate::emit) const STATES: usize = 8;
 
 /// Everything that the emitted modules may import without use.
 pub(super) const ALLOWED: &str = "#[allow(\n    unused_imports,\n    clippy::approx_constant,\n    clippy::excessive_precision,\n    \

@@ -20,7 +20,7 @@ pub(super) const fn name(function: Function) -> &'static str {
 }
 
 /// Equation, order of the outputs and units.
-pub(super) fn documentation(function: Function, title: &Title<'_>) -> String {
+pub(in crate::emit) fn documentation(function: Function, title: &Title<'_>) -> String {
     let meaning = match function {
         Function::InverseDynamics => "`tau = D(q) qdd + C(q, qd) qd + G(q) - J^T w`, one per joint, N m or N.",
         Function::Gravity => "`G(q)`, what holds the arm still: one per joint, N m or N.",

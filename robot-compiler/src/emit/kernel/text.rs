@@ -2,7 +2,7 @@
 
 use super::phrases::{self, documentation, presence};
 use super::title::Title;
-use super::writer::Writer;
+use super::writer::{Language, Writer};
 use crate::emit::expression::{Item, list, record, word};
 use crate::kernel::inputs::{argument, live_inputs};
 use crate::kernel::{Function, Level, Precision, Program};
@@ -166,7 +166,7 @@ impl Text<'_> {
     /// The body of a function, indented by `indent`; `value` makes the result from the outputs.
     fn body(&self, indent: usize, value: fn(Vec<Item>) -> Item) -> String {
         let hoisted = self.scalars == Scalars::Every;
-        let writer = Writer::new(self.program, self.joints, self.precision, hoisted);
+        let writer = Writer::new(self.program, self.joints, self.precision, hoisted, Language::Rust);
         let pad = " ".repeat(indent);
         let outputs = value(self.program.outputs().iter().map(|&e| word(&writer.value(e))).collect());
         format!("{}{pad}{}\n", writer.statements(&pad), outputs.print(indent))

@@ -1,4 +1,4 @@
-//! The statements of a program as Rust.
+//! The statements of a program as Rust or C.
 
 use crate::kernel::inputs::input_name;
 use crate::kernel::{Precision, Program};
@@ -6,21 +6,36 @@ use crate::kernel::{Precision, Program};
 use crate::kernel::tape::{Expr, Node};
 use std::collections::{HashMap, HashSet};
 
+/// Language of the statements.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::emit) enum Language {
+    Rust,
+    /// C99. Live inputs and the reference are pointers.
+    C,
+}
+
 /// Names for the values of a program.
-pub(super) struct Writer<'a> {
+pub(in crate::emit) struct Writer<'a> {
     program: &'a Program,
     names: HashMap<Expr, String>,
     /// Numbers declared at the top, in order of their first use.
     hoisted: Vec<Expr>,
     joints: usize,
     precision: Precision,
+    language: Language,
 }
 
 impl<'a> Writer<'a> {
     /// Names the values: a labelled value by its label, `w3_z`; any other by its position in the order, `t17`.
     ///
     /// With `hoist`, numbers are declared at the top as `c3`, through `S::literal`, so that the statements stay readable.
-    pub(super) fn new(program: &'a Program, joints: usize, precision: Precision, hoist: bool) -> Self {
+    pub(in crate::emit) fn new(
+        program: &'a Program,
+        joints: usize,
+        precision: Precision,
+        hoist: bool,
+        language: Language,
+    ) -> Self {
         let mut names = HashMap::new();
         let mut taken: HashMap<String, usize> = HashMap::new();
         let mut plain = 0;
@@ -47,21 +62,26 @@ impl<'a> Writer<'a> {
                 });
             }
         }
-        Self { program, names, hoisted, joints, precision }
+        Self { program, names, hoisted, joints, precision, language }
     }
 
-    pub(super) fn statements(&self, pad: &str) -> String {
+    pub(in crate::emit) fn statements(&self, pad: &str) -> String {
         let mut text = String::new();
         for &number in &self.hoisted {
             let value = self.program.number(number).map_or_else(String::new, |x| self.argument(x));
             text += &format!("{pad}let {} = S::literal({value});\n", self.value(number));
         }
         let mut announced = HashSet::new();
+        let (declare, open, close) = match (self.language, self.precision) {
+            (Language::Rust, _) => ("let", "//", ""),
+            (Language::C, Precision::Single) => ("const float", "/*", " */"),
+            (Language::C, Precision::Double) => ("const double", "/*", " */"),
+        };
         for &expr in self.program.order() {
             if let Some(label) = self.program.label(expr) {
                 let pass = if matches!(label.symbol, "f" | "n") { "Inward" } else { "Outward" };
                 if announced.insert((pass, label.link)) {
-                    text += &format!("{pad}// {pass}: link {}.\n", label.link);
+                    text += &format!("{pad}{open} {pass}: link {}.{close}\n", label.link);
                 }
             }
             let (a, b, operator) = match self.program.node(expr) {
@@ -70,23 +90,26 @@ impl<'a> Writer<'a> {
                 Node::Mul(a, b) => (a, b, "*"),
                 Node::Div(a, b) => (a, b, "/"),
                 Node::Neg(a) => {
-                    text += &format!("{pad}let {} = -{};\n", self.value(expr), self.value(a));
+                    text += &format!("{pad}{declare} {} = -{};\n", self.value(expr), self.value(a));
                     continue;
                 }
                 Node::Constant(_) | Node::Input(_) => continue,
             };
-            text += &format!("{pad}let {} = {} {operator} {};\n", self.value(expr), self.value(a), self.value(b));
+            text += &format!("{pad}{declare} {} = {} {operator} {};\n", self.value(expr), self.value(a), self.value(b));
         }
         text
     }
 
-    pub(super) fn value(&self, expr: Expr) -> String {
+    pub(in crate::emit) fn value(&self, expr: Expr) -> String {
         if let Some(name) = self.names.get(&expr) {
             return name.clone();
         }
         match self.program.node(expr) {
             Node::Constant(bits) => self.literal(f64::from_bits(bits)),
-            Node::Input(number) => input_name(number, self.joints),
+            Node::Input(number) => match self.language {
+                Language::Rust => input_name(number, self.joints),
+                Language::C => by_pointer(&input_name(number, self.joints)),
+            },
             // Nodes that are statements have names.
             Node::Add(..) | Node::Sub(..) | Node::Mul(..) | Node::Div(..) | Node::Neg(_) => String::new(),
         }
@@ -94,8 +117,9 @@ impl<'a> Writer<'a> {
 
     /// The shortest decimal that reads back as the same number.
     fn literal(&self, x: f64) -> String {
+        let suffix = if self.language == Language::C { "f" } else { "" };
         match self.precision {
-            Precision::Single => format!("{:?}", x as f32),
+            Precision::Single => format!("{:?}{suffix}", x as f32),
             Precision::Double => format!("{x:?}"),
         }
     }
@@ -110,4 +134,14 @@ impl<'a> Writer<'a> {
             Precision::Single | Precision::Double => short,
         }
     }
+}
+
+/// `live->gravity.x` for `live.gravity.x`.
+fn by_pointer(name: &str) -> String {
+    for structure in ["live", "reference"] {
+        if let Some(field) = name.strip_prefix(structure).and_then(|rest| rest.strip_prefix('.')) {
+            return format!("{structure}->{field}");
+        }
+    }
+    name.to_owned()
 }
