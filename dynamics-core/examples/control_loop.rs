@@ -4,8 +4,8 @@
 //! $ cargo run -p dynamics-core --example control_loop
 //! ```
 
+use dynamics_core::control::Gains;
 use dynamics_core::control::trajectory::{Bounds, Motion, Timing, Waypoint};
-use dynamics_core::control::{ControlLaw, Encoder, Gains, Guard, TrackingObserver};
 use dynamics_core::forward_dynamics::forward_dynamics;
 use dynamics_core::trig::{Libm, Polynomial};
 use dynamics_core::{
@@ -36,21 +36,8 @@ fn arm(outer: f64) -> Result<Dynamics<f64, 2>, Box<dyn Error>> {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let config = ControllerConfig {
-        law: ControlLaw::ComputedTorque,
-        // 20 rad/s, critically damped; the last number is for laws with a fixed inertia.
-        gains: [Gains::new(20.0, 1.0, 1.0); 2],
-        friction: None,
-        limits: [Limits::none(); 2],
-        torque_step: [f64::INFINITY; 2],
-        guard: [Guard { position_margin: 0.1, velocity_max: 50.0 }; 2],
-        age_max: 2,
-        encoder: [Encoder { zero: 0, per_count: 1e-4 }; 2],
-        observer: TrackingObserver::new(200.0, PERIOD),
-        integral: None,
-        teach: None,
-        posture_damping: None,
-    };
+    // 20 rad/s, critically damped; the last number is for laws with a fixed inertia.
+    let config = ControllerConfig::new([Gains::new(20.0, 1.0, 1.0); 2], [Limits::none(); 2], PERIOD);
     let model = arm(1.5)?;
     let mut controller =
         Controller::new(config.cast::<f32>(), Dynamics::new(model.model().cast(), model.scene().cast()), Polynomial);

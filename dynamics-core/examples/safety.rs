@@ -4,7 +4,7 @@
 //! $ cargo run -p dynamics-core --example safety
 //! ```
 
-use dynamics_core::control::{ControlLaw, Encoder, Gains, Guard, LimitFlags, TrackingObserver};
+use dynamics_core::control::{Gains, LimitFlags};
 use dynamics_core::safety::{
     Actuation, Inputs, JointRules, Output, Protected, Refusal, Request, Rules, SafeAction, Safety, State, TorqueRequest,
 };
@@ -12,20 +12,8 @@ use dynamics_core::{Command, ControllerConfig, Fault, InertiaBounds, Limits, Ref
 
 /// Settings for a joint with a holding brake, at one tick a millisecond.
 fn settings() -> Protected<f32, 1> {
-    let control = ControllerConfig {
-        law: ControlLaw::ComputedTorque,
-        gains: [Gains::new(20.0, 1.0, 1.0)],
-        friction: None,
-        limits: [Limits { position: (-2.0, 2.0), velocity: 3.0, torque: 30.0, torque_rate: 2000.0 }],
-        torque_step: [2.0],
-        guard: [Guard { position_margin: 0.1, velocity_max: 6.0 }],
-        age_max: 2,
-        encoder: [Encoder { zero: 0, per_count: 1e-4 }],
-        observer: TrackingObserver::new(200.0, 1e-3),
-        integral: None,
-        teach: None,
-        posture_damping: None,
-    };
+    let limits = Limits { position: (-2.0, 2.0), velocity: 3.0, torque: 30.0, torque_rate: 2000.0 };
+    let control = ControllerConfig::new([Gains::new(20.0, 1.0, 1.0)], [limits], 1e-3);
     let joint = JointRules {
         rest_speed: 0.05,
         jump_step: 0.05,
@@ -63,7 +51,6 @@ fn main() {
     let mut machine = Safety::new(settings());
     // A joint at rest, and a board that reports no problem.
     let calm = Inputs {
-        request: None,
         emergency_stop: false,
         overrun: false,
         heartbeat_age: 0,
@@ -73,10 +60,10 @@ fn main() {
         drive_fault: [false],
         on: [true],
         zero_lost: false,
-        live_age: 0,
         supply: Some(24.0),
         temperature: Some(25.0),
         reference: Some(Reference::at_rest([0.0])),
+        ..Inputs::unknown()
     };
     let mut tick = |what: &str, request, emergency_stop| {
         let inputs = Inputs { request, emergency_stop, ..calm };

@@ -4,14 +4,12 @@
 //! $ cargo run -p dynamics-core --example tip_pose
 //! ```
 
-use dynamics_core::chapter::lagrange::tip_jacobian;
-use dynamics_core::chapter::posture::Chain;
-use dynamics_core::kinematics::tip_pose;
+use dynamics_core::kinematics::{tip_jacobian, tip_pose};
 use dynamics_core::nalgebra::{Matrix3, Vector3};
 use dynamics_core::trig::Libm;
 use dynamics_core::{
-    Body, Dynamics, Frame, Inertia, InverseDynamics, JointKind, JointSpec, Limits, Live, Model, ModelError, Rotor,
-    Scene, Term, Tool, Trig, Wrench,
+    Body, Dynamics, Frame, InverseDynamics, JointKind, JointSpec, Limits, Live, Model, ModelError, Rotor, Scene, Term,
+    Tool, Trig, Wrench,
 };
 
 /// A link without mass, placed as in a URDF: kinematics needs no body.
@@ -45,7 +43,7 @@ fn main() -> Result<(), ModelError> {
     assert!((tip.translation - Vector3::new(reach * q[0].cos(), reach * q[0].sin(), height)).norm() < 1e-15);
 
     // One column per joint: velocity of the tip (m/s) at a joint velocity of 1 rad/s, in the base frame.
-    let jacobian = tip_jacobian(&Chain::<f64, 3>::new(&model, &Inertia::zero()).posture(&turn, &q));
+    let jacobian = tip_jacobian(&model, &turn, &q);
     for (number, column) in jacobian.linear.iter().enumerate() {
         println!("joint {} moves the tip by {} m/rad", number + 1, position(column));
     }

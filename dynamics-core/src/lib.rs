@@ -21,7 +21,7 @@
 //! | [`mass_matrix`] | the joint-space inertia matrix |
 //! | [`momentum`] | generalised momentum and its rate, for observers of external torques |
 //! | [`forward_dynamics`], [`articulated_body`] | accelerations from torques, by factoring the inertia matrix and without it |
-//! | [`kinematics`] | the poses of the links and the tip |
+//! | [`kinematics`] | the poses of the links and the tip, and the tip's Jacobian |
 //! | [`energy`] | kinetic and potential energy |
 //! | [`linkage`] | planar closed loops: four-bar and slider-crank |
 //! | [`drive`] | scales, offsets and ranges between a joint and its drive |

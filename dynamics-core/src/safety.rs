@@ -50,6 +50,9 @@ pub use rules::{JointRules, LiveInput, Protected, Rules, SafeAction, SafetyConfi
 use crate::control::{Fault, LimitFlags, Reference, Sensed};
 
 /// Request to the machine. At most one a tick; the machine accepts it, or rejects it with a reason.
+///
+/// From a reset to motion: `Clear` if the emergency stop was pressed, which is a fault; then `Home`, `Confirm`, `Arm`, and `Run` when the state is
+/// `Armed`. In its first motion after homing the arm accepts only slow references ([`Rules::first_motion`]), until `FullRange`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Request {
     /// Any state `-> Fault`: emergency stop over the link, [`Fault::EmergencyStop`]. Always accepted.
@@ -304,6 +307,32 @@ pub struct Inputs<S, const N: usize> {
     pub temperature: Option<S>,
     /// Reference of this tick; `None` when the host has not sent one.
     pub reference: Option<Reference<S, N>>,
+}
+
+impl<S: crate::Real, const N: usize> Inputs<S, N> {
+    /// Nothing is known, and every field is the worst case: the emergency stop is pressed, the host is silent, no drive is on. Start from it, and replace
+    /// each field that your board measures; a field that was forgotten then stops the arm. A board
+    /// that does not measure them sets `supply` and `temperature` to `None`; `overrun` is set in every tick.
+    #[must_use]
+    pub fn unknown() -> Self {
+        let unknown = S::literal(f64::NAN);
+        Self {
+            request: None,
+            emergency_stop: true,
+            overrun: true,
+            heartbeat_age: u32::MAX,
+            zeroed: false,
+            sensed: Sensed::State { q: [unknown; N], qd: [unknown; N] },
+            age_ticks: [u32::MAX; N],
+            drive_fault: [true; N],
+            on: [false; N],
+            zero_lost: true,
+            live_age: u32::MAX,
+            supply: Some(unknown),
+            temperature: Some(unknown),
+            reference: None,
+        }
+    }
 }
 
 /// Action of the drives in one tick.

@@ -267,6 +267,8 @@ impl Check<2> for Contact {
         let free = lagrange::inverse_dynamics(&posture, &case.qd, &case.qdd, &case.gravity, &Wrench::zero());
         let balance = lagrange::generalized_force(&posture, &recursive, &push);
         let contact = lagrange::tip_jacobian(&posture).transposed(&push);
+        let direct = dynamics_core::kinematics::tip_jacobian(&case.model, &case.turn(), &case.q).transposed(&push);
+        assert!(relative_error(&direct, &contact) < 1e-13, "{direct:?} {contact:?}");
         let added: [f64; N] = core::array::from_fn(|i| recursive[i] + contact[i]);
         assert!(relative_error(&balance, &added) < 1e-16);
         [relative_error(&found, &recursive), relative_error(&balance, &free)]

@@ -47,6 +47,9 @@ pub mod packet;
 pub mod seal;
 pub mod state;
 
+/// The core, in the version that this package's types are made of.
+pub use dynamics_core;
+
 pub use channel::{Access, BoardChannel, Distrust, HostChannel};
 pub use circular::{Circular, Filling, Halves};
 pub use codec::{Decoder, Encoder, Received};

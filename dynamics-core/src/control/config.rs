@@ -51,6 +51,29 @@ record! {
     }
 }
 
+impl<const N: usize> ControllerConfig<f64, N> {
+    /// Computed torque with these gains and limits at this period, s. No friction, no integral action; the greatest age of a measurement is 2 ticks.
+    /// A state is a fault from 0.1 rad or m beyond a position limit, or at 1.5 times the velocity limit: never, for a joint without limits. The observer
+    /// of velocities follows at 200 rad/s. The scale of the encoders is NaN, so that counts are a fault until you set it.
+    #[must_use]
+    pub fn new(gains: [Gains<f64>; N], limits: [Limits<f64>; N], period: f64) -> Self {
+        Self {
+            law: ControlLaw::ComputedTorque,
+            gains,
+            friction: None,
+            torque_step: limits.map(|limits| limits.torque_rate * period),
+            guard: limits.map(|limits| Guard { position_margin: 0.1, velocity_max: 1.5 * limits.velocity }),
+            limits,
+            age_max: 2,
+            encoder: [Encoder { zero: 0, per_count: f64::NAN }; N],
+            observer: TrackingObserver::new(200.0, period),
+            integral: None,
+            teach: None,
+            posture_damping: None,
+        }
+    }
+}
+
 /// Source of a controller's configuration.
 ///
 /// On the desk this is the configuration itself. A firmware knows its configuration when it is built, and implements

@@ -1,6 +1,8 @@
-//! The poses of the links and the tip.
+//! The poses of the links and the tip, and the tip's Jacobian.
 
+pub use crate::chapter::lagrange::Jacobian;
 use crate::geometry::{apply, compose};
+use crate::joint::JointKind;
 use crate::mass_matrix::link_placement;
 use crate::model::{Model, Placement};
 use crate::scalar::Scalar;
@@ -32,6 +34,32 @@ pub fn link_poses<S: Scalar, const N: usize>(
 #[must_use]
 pub fn tip_pose<S: Scalar, const N: usize>(model: &Model<S, N>, turn: &[SinCos<S>; N], q: &[S; N]) -> Placement<S> {
     beyond(&link_poses(model, turn, q)[N - 1], model.tip())
+}
+
+/// Jacobian of the tip's origin: its linear and angular velocity in the base frame per joint velocity (eq. 12.223-12.225).
+///
+/// `v = J_v qd`, `omega = J_w qd`; columns in m/rad and 1 for a revolute joint, 1 and 0 for a prismatic one. Inputs as
+/// [`crate::InverseDynamics::inverse_dynamics`]. [`Jacobian::transposed`] turns a wrench at the tip into joint torques. O(N).
+#[must_use]
+pub fn tip_jacobian<S: Scalar, const N: usize>(
+    model: &Model<S, N>,
+    turn: &[SinCos<S>; N],
+    q: &[S; N],
+) -> Jacobian<S, N> {
+    let poses = link_poses(model, turn, q);
+    let tip = beyond(&poses[N - 1], model.tip()).translation;
+    let mut columns = Jacobian { linear: [nalgebra::Vector3::zeros(); N], angular: [nalgebra::Vector3::zeros(); N] };
+    for (i, pose) in poses.iter().enumerate() {
+        let axis = pose.rotation.column(2).into_owned();
+        match model.links()[i].kind {
+            JointKind::Revolute => {
+                columns.linear[i] = axis.cross(&(tip - pose.translation));
+                columns.angular[i] = axis;
+            }
+            JointKind::Prismatic => columns.linear[i] = axis,
+        }
+    }
+    columns
 }
 
 fn beyond<S: Scalar>(first: &Placement<S>, next: &Placement<S>) -> Placement<S> {

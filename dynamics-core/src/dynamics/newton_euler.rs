@@ -54,6 +54,16 @@ pub trait InverseDynamics<S, const N: usize> {
         live: &Live<S, N>,
     ) -> [S; N];
 
+    /// Torques that hold the arm at rest: [`InverseDynamics::inverse_dynamics`] at zero velocity and acceleration. For gravity compensation.
+    #[inline]
+    fn gravity_torque(&self, turn: &[SinCos<S>; N], q: &[S; N], live: &Live<S, N>) -> [S; N]
+    where
+        S: Scalar,
+    {
+        let still = [S::zero(); N];
+        self.inverse_dynamics(turn, q, &still, &still, live)
+    }
+
     /// As [`InverseDynamics::inverse_dynamics`], called once in every tick of a controller. An implementation with
     /// memory updates it here.
     ///

@@ -47,4 +47,7 @@ mod session;
 pub mod supervisor;
 pub mod trajectory;
 
+/// The core, in the version that this package's types are made of.
+pub use dynamics_core;
+
 pub use session::{Buffers, Drives, JUMP, Message, Outcome, Reaction, Session, State};
