@@ -1,0 +1,46 @@
+//! Check, simulation and identification, as data for the dataclasses of the package.
+
+pub(crate) mod identification;
+pub(crate) mod simulation;
+
+use crate::arrays::internal;
+use crate::load::file_error;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use robot_compiler::Ends;
+use robot_compiler::check::Draft;
+use sim::failure::Failure;
+use std::path::PathBuf;
+use studies::check::answer_in;
+use studies::robot_or_scene::scene_about;
+
+/// Checks a robot file. Returns the program's JSON.
+#[pyfunction]
+pub(crate) fn check(
+    py: Python<'_>,
+    path: PathBuf,
+    tip: Option<&str>,
+    base: Option<&str>,
+    gravity: Option<[f64; 3]>,
+    scene: Option<PathBuf>,
+) -> PyResult<String> {
+    py.detach(|| {
+        let ends = Ends { base, tip };
+        let draft = Draft::load_between(&path, ends).map_err(|error| file_error(&error))?;
+        let scene = scene.map(|scene| scene_about(&path, ends, Some(&scene))).transpose().map_err(failure)?;
+        let gravity = gravity.unwrap_or_else(|| draft.robot.gravity().into());
+        let answer = answer_in(draft, &gravity, scene).map_err(failure)?;
+        serde_json::to_string(&answer.json()).map_err(internal)
+    })
+}
+
+/// The error for a failure of a command: `ValueError` for wrong input, otherwise `RuntimeError`.
+fn failure(failure: Failure) -> PyErr {
+    let input = matches!(failure, Failure::Input(_));
+    let report = failure.report();
+    let mut message = report.to_string();
+    if let Some(help) = report.help() {
+        message += &format!("; {help}");
+    }
+    if input { PyValueError::new_err(message) } else { PyRuntimeError::new_err(message) }
+}
