@@ -126,9 +126,18 @@ mod rtos {
     /// `init`.
     #[inline(never)]
     fn set_up(places: &'static mut Places, chip: boards::Chip) -> (Shared, Local) {
+        let rounds_as_the_desk = chip.rounds_as_the_desk();
         let Places { buffers, session, joints: joints_place, channel } = places;
         let Parts { input, incoming, output, ticker, counter, lines, joints, nonces } =
             <ThisBoard as Board<{ arm::N }>>::start(chip, arm::RATE_HZ);
+        if !rounds_as_the_desk {
+            // After the start, which has set the lines: its torques would not be those that were tested, and the check of the arm's hash would not see it.
+            <ThisBoard as Board<{ arm::N }>>::halt(|| {
+                defmt::error!(
+                    "floating-point mode changed before the start: FPSCR or FPDSCR has FZ, DN, RMode or AHP set"
+                )
+            })
+        }
         let meter = Meter::new(counter);
         defmt::info!("{} on {}: {} joints, {} Hz", arm::NAME, BOARD, arm::N, arm::RATE_HZ);
         if !meter.is_exact() {

@@ -54,6 +54,15 @@ pub struct Chip {
     /// Peripherals of the microcontroller.
     pub device: pac::Peripherals,
     /// Peripherals of the Cortex-M core.
-    #[allow(dead_code, reason = "not every board needs it")]
     pub core: cortex_m::Peripherals,
+}
+
+impl Chip {
+    /// True if the floating-point unit rounds as the desk does, here and in interrupts: to nearest, subnormal numbers kept, NaN handed on (RMode, FZ,
+    /// DN and AHP of FPSCR and FPDSCR are 0). So it is after a reset; a boot loader or an operating system may have changed it.
+    #[must_use]
+    pub fn rounds_as_the_desk(&self) -> bool {
+        const MODES: u32 = 0b1_1111 << 22;
+        (cortex_m::register::fpscr::read().bits() | self.core.FPU.fpdscr.read()) & MODES == 0
+    }
 }

@@ -7,6 +7,7 @@ mod dry_run;
 mod faults;
 #[cfg(unix)]
 mod flash;
+mod float_mode;
 mod golden;
 mod interrupt;
 mod live;
