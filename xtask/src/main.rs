@@ -3,6 +3,7 @@
 mod bench;
 mod budget;
 mod check;
+mod cores;
 mod cost;
 mod docs;
 mod gate;
@@ -10,6 +11,7 @@ mod machine;
 mod measured;
 mod pages;
 mod peers;
+mod python;
 mod qemu;
 mod report;
 mod robot_data;
@@ -17,6 +19,7 @@ mod scenes;
 mod setup;
 mod table;
 mod tally;
+mod templates;
 mod test;
 mod trials;
 mod workspace;
@@ -77,6 +80,15 @@ enum Task {
         #[arg(long, requires = "port")]
         flash: bool,
     },
+    /// Run the dynamics on a dozen cores in emulators: results equal to the desk's, instructions in their ranges
+    Cores {
+        #[command(flatten)]
+        options: cores::CoresOptions,
+    },
+    /// Install the Python wheel into an environment of its own, and run its tests
+    Python,
+    /// Compile every firmware template for its chip, test its loop here, and run one in the emulated chip
+    Templates,
     /// Show which pages of docs/measured are current, and measure again; exit code 1 if one is not current and is not measured again
     Measured {
         #[command(flatten)]
@@ -180,6 +192,9 @@ fn run(task: Task) -> anyhow::Result<()> {
         Task::Budget { options } => budget::run(&options),
         Task::Cycles { micro, port, flash, .. } if micro || port.is_some() => bench::micro::run(port.as_deref(), flash),
         Task::Cycles { write, .. } => bench::cycles::run(write),
+        Task::Cores { options } => cores::run(&options),
+        Task::Python => python::check(),
+        Task::Templates => templates::run(),
         Task::Measured { options } => measured::run(&options),
         Task::Report { options } => report::run_task(&options),
         Task::Docs => docs::build(),

@@ -4,7 +4,7 @@ use crate::process::{cargo, run, target_directory};
 use crate::tally::Tally;
 use crate::toolchain::Toolchain;
 use crate::workspace::Workspace;
-use crate::{bench, budget, check, gate, pages, report, robot_data, setup};
+use crate::{bench, budget, check, cores, gate, pages, python, report, robot_data, setup, templates};
 use anyhow::Result;
 use firmware_image::board::SCENE_DEFAULT;
 use firmware_image::{Board, Build};
@@ -19,6 +19,7 @@ pub(crate) fn all() -> Result<()> {
     static_checks(&mut tally);
     host_tests(&mut tally, &urdfs);
     chip_tests(&mut tally);
+    tally.step("Python wheel", python::check);
     tally.step("commands of the pages", || pages::run_commands(&[]));
     if !tally.report() {
         exit(1)
@@ -38,6 +39,7 @@ fn static_checks(tally: &mut Tally) {
         let mut doc = workspace.cargo(["doc", "--workspace", "--no-deps", "--locked"]);
         tally.command(&format!("documentation{workspace}"), doc.env("RUSTDOCFLAGS", "-D warnings"));
     }
+    tally.step("format of the firmware templates", templates::format);
     tally.step("each package alone", each_alone);
     // What a stranger would get is built from its packed files alone.
     let mut package = cargo(["package", "--locked", "--allow-dirty", "--quiet"]);
@@ -121,6 +123,8 @@ fn chip_tests(tally: &mut Tally) {
     }
     tally.step("gate", || gate::check(scene));
     tally.step("instruction counts", bench::gate);
+    tally.step("cores of other kinds", cores::quick);
+    tally.step("firmware templates", templates::run);
     tally.step("budget, its cheap part", budget::gate);
     tally.step("cycles, estimated", || bench::cycles::run(false));
     tally.step("cycles of one class of instructions each", || bench::micro::run(None, false));

@@ -8,8 +8,19 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Top-level folders. `bench` is a separate workspace.
-const ROOMS: [&str; 10] =
-    ["dynamics-core", "robot-compiler", "link", "firmware", "host-sim", "xtask", "bench", "robots", "scenes", "docs"];
+const ROOMS: [&str; 11] = [
+    "dynamics-core",
+    "robot-compiler",
+    "link",
+    "firmware",
+    "host-sim",
+    "xtask",
+    "bench",
+    "python",
+    "robots",
+    "scenes",
+    "docs",
+];
 
 /// Top-level folders that are not in git.
 const MADE: [&str; 2] = ["target", "out"];

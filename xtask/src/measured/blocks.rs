@@ -71,6 +71,8 @@ const SHARDS: Artefact = Files(
 
 const ARMS: &[Artefact] = &[Log("yam_move"), Log("rebot_move"), Log("yam_split")];
 const BUDGET: &[Artefact] = &[Programs(&[]), CHIP, ESTIMATOR];
+const CORES: &[Artefact] =
+    &[Kernels, Files("sources of the program for every core", &["xtask/cores/src", "xtask/src/cores/table.rs"])];
 const CYCLES: &[Artefact] = &[Kernels, ESTIMATOR];
 const SIMULATED: &[Artefact] = &[Log("puma560_pick"), MUJOCO];
 
@@ -107,6 +109,8 @@ pub(super) const BLOCKS: &[MeasuredBlock] = &[
     block("campaign", "campaign, desk", "cargo xtask campaign --runs 10000 --write", &[Printed("campaign --runs 700")]),
     block("campaign", "campaign, drives", "cargo xtask campaign --target drives --runs 10000 --write", DRIVES),
     block("campaign", "campaign, qemu", "cargo xtask campaign --target qemu --runs 700 --write", QEMU),
+    block("cores", "cores", "cargo xtask cores --write", CORES),
+    block("cores", "C", "cargo xtask cores --write", CORES),
     block("cycles", "cycles", CYCLE_COMMAND, CYCLES),
     block("cycles", "cycles by class", CYCLE_COMMAND, CYCLES),
     block("kernels", "machine", BENCH, &[Kernels]),

@@ -1,0 +1,20 @@
+//! The tests of the Python wheel: installed into an environment of its own, as a user installs it.
+
+use crate::process::{root, run, target_directory};
+use anyhow::Result;
+use std::process::Command;
+
+/// Installs the wheel and runs its tests, and those of its engine.
+pub(crate) fn check() -> Result<()> {
+    let environment = target_directory().join("python");
+    let python = environment.join("bin/python");
+    if !python.is_file() {
+        run(Command::new("python3").args(["-m", "venv", "--clear"]).arg(&environment))?;
+    }
+    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "./python[test]"];
+    run(Command::new(&python).args(install).current_dir(root()))?;
+    run(Command::new(&python).args(["-m", "pytest", "--quiet", "python/tests"]).current_dir(root()))?;
+    let engine =
+        ["test", "--release", "--locked", "--quiet", "--manifest-path", "python/Cargo.toml", "-p", "batch-engine"];
+    run(crate::process::cargo(engine).current_dir(root()))
+}
