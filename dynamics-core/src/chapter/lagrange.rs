@@ -38,41 +38,9 @@ use crate::chapter::posture::{LinkPosture, Posture};
 use crate::geometry::apply;
 use crate::inertia::Wrench;
 use crate::joint::JointKind;
+pub use crate::kinematics::Jacobian;
 use crate::scalar::Scalar;
 use nalgebra::{SMatrix, Vector3};
-
-/// Jacobian of a point of the arm and of the link that carries it (eq. 12.223), in the base frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Jacobian<S, const N: usize> {
-    /// Columns of `J_D`: velocity of the point per joint velocity, m/rad or without unit.
-    pub linear: [Vector3<S>; N],
-    /// Columns of `J_R`: angular velocity of the link per joint velocity, without unit; zero for a prismatic joint.
-    pub angular: [Vector3<S>; N],
-}
-
-impl<S: Scalar, const N: usize> Jacobian<S, N> {
-    /// Velocity of the point, m/s: `J_D qd`.
-    #[must_use]
-    pub fn velocity(&self, qd: &[S; N]) -> Vector3<S> {
-        combine(&self.linear, qd)
-    }
-
-    /// Angular velocity of the link, rad/s: `J_R qd`.
-    #[must_use]
-    pub fn angular_velocity(&self, qd: &[S; N]) -> Vector3<S> {
-        combine(&self.angular, qd)
-    }
-
-    /// Joint torques that do the same work as a wrench on the link, N m or N: `J^T w`.
-    ///
-    /// | name | quantity | unit | frame |
-    /// |---|---|---|---|
-    /// | `wrench` | force on the link, and its moment about the point | N, N m | base |
-    #[must_use]
-    pub fn transposed(&self, wrench: &Wrench<S>) -> [S; N] {
-        core::array::from_fn(|i| self.linear[i].dot(&wrench.force) + self.angular[i].dot(&wrench.moment))
-    }
-}
 
 /// Jacobian of every link at its mass centre, base first (eq. 12.223-12.225).
 ///
@@ -316,10 +284,6 @@ fn turning_axis<S: Scalar>(link: &LinkPosture<S>) -> Vector3<S> {
         JointKind::Revolute => link.axis,
         JointKind::Prismatic => Vector3::zeros(),
     }
-}
-
-fn combine<S: Scalar, const N: usize>(columns: &[Vector3<S>; N], factors: &[S; N]) -> Vector3<S> {
-    columns.iter().zip(factors).fold(Vector3::zeros(), |sum, (column, factor)| sum + column * *factor)
 }
 
 fn dot<S: Scalar, const N: usize>(a: &[S; N], b: &[S; N]) -> S {

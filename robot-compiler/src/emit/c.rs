@@ -3,6 +3,7 @@
 //! C compilers fuse a product with a sum unless something forbids it, and each in its own way. The guard at the head of every emitted source tells
 //! GCC and Clang, and stops compilers whose settings change floating-point results. `PREFIX_conditions` checks the rest when it runs.
 
+mod arm;
 mod files;
 mod golden;
 mod header;
@@ -14,14 +15,12 @@ use crate::describe::scene::{ScalarChoice, SceneFile};
 use crate::kernel::functions::Springs;
 use crate::kernel::{Function, Level, Operations, Precision, Program, compile};
 use crate::with_dof;
+use arm::Arm;
 use dynamics_core::control::ControlLaw;
 use dynamics_core::trig::Method;
 use dynamics_core::{Model, Trig};
 
 pub use source::kernel_source;
-
-/// Head of every source: it forbids fused operations to the compiler, and refuses settings that change results.
-const GUARD: &str = include_str!("c/guard.c");
 
 /// Files of a C library, relative to its folder, with their text.
 #[derive(Clone, Debug)]
@@ -90,33 +89,6 @@ where
         ("README.md".to_owned(), files::readme(&arm)),
     ];
     Ok(CLibrary { files, operations: arm.kernels[0].1.operations(), prefix })
-}
-
-/// Parts from which the texts of a library are made.
-struct Arm<'a> {
-    prefix: String,
-    file: &'a SceneFile,
-    joints: usize,
-    precision: Precision,
-    live: bool,
-    /// Inverse dynamics first.
-    kernels: Vec<(Function, Program)>,
-}
-
-impl Arm<'_> {
-    /// The type of numbers.
-    fn real(&self) -> &'static str {
-        source::real(self.precision)
-    }
-
-    /// The prefix in capitals, for macros.
-    fn capitals(&self) -> String {
-        self.prefix.to_ascii_uppercase()
-    }
-
-    fn has_law(&self) -> bool {
-        self.kernels.iter().any(|(function, _)| matches!(function, Function::ComputedTorque(_)))
-    }
 }
 
 fn kernels<const N: usize>(file: &SceneFile, model: &Model<f64, N>, precision: Precision) -> Vec<(Function, Program)> {

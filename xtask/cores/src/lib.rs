@@ -18,7 +18,7 @@ pub const TICKS: usize = 16;
 pub struct Row {
     /// Floating-point type.
     pub scalar: &'static str,
-    /// What was computed.
+    /// The computation.
     pub what: &'static str,
     /// Hash of all results.
     pub hash: u64,

@@ -1,6 +1,6 @@
 //! Files around the sources: README, CMake, Arduino.
 
-use super::Arm;
+use super::arm::Arm;
 use crate::emit::arm_crate::STATES;
 
 /// A text inside of a comment: on one line, and without the comment's end.

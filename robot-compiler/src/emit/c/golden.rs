@@ -1,7 +1,9 @@
 //! The test of a library: torques of states along the scene's motion, as the desk computes them.
 
-use super::{Arm, Float, header::finite};
+use super::arm::Arm;
+use super::header::finite;
 use crate::emit::arm_crate::golden_states;
+use crate::emit::expression::Float;
 use crate::kernel::Level;
 use dynamics_core::trig::Method;
 use dynamics_core::{Live, Model, Trig};

@@ -1,7 +1,8 @@
 //! The headers, for C and for C++.
 
+use super::arm::Arm;
+use super::files::comment;
 use super::source::{declaration, gravity_declaration, types};
-use super::{Arm, files::comment};
 use crate::kernel::{Function, Precision};
 use dynamics_core::Model;
 

@@ -1,7 +1,8 @@
 //! The source file: sine and cosine, kernels, and the functions around them.
 
+use super::arm::{Arm, real};
 use super::files::comment;
-use super::{Arm, GUARD, trig};
+use super::trig;
 use crate::emit::kernel::Title;
 use crate::emit::kernel::phrases;
 use crate::emit::kernel::writer::{Language, Writer};
@@ -9,13 +10,8 @@ use crate::kernel::inputs::argument;
 use crate::kernel::{Function, Level, Precision, Program};
 use std::collections::HashSet;
 
-/// The name of a precision's type in C.
-pub(super) const fn real(precision: Precision) -> &'static str {
-    match precision {
-        Precision::Single => "float",
-        Precision::Double => "double",
-    }
-}
+/// Head of every source: it forbids fused operations to the compiler, and refuses settings that change results.
+const GUARD: &str = include_str!("guard.c");
 
 /// Arguments of a kernel in their order.
 const ARGUMENTS: [&str; 7] = ["turn", "q", "qd", "qdd", "tau", "live", "reference"];
