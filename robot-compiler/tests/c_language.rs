@@ -141,7 +141,7 @@ fn no_level_and_no_flag_changes_a_bit() {
     }
 }
 
-/// Each condition that is broken is told: rounding, and subnormal numbers.
+/// `PREFIX_conditions` reports each broken condition: rounding, and subnormal numbers.
 #[test]
 #[cfg(target_arch = "x86_64")]
 fn a_processor_that_rounds_otherwise_is_told() {

@@ -2,25 +2,21 @@
 //!
 //! The program is the workspace `xtask/cores`. Targets and emulators that are missing are installed.
 
+mod record;
+mod row;
 mod table;
 
 use crate::process::{output, root, run as run_command, which};
-use crate::table::{Table, thousands};
 use crate::toolchain::Toolchain;
-use crate::{measured, setup};
-use anyhow::{Context as _, Result, bail, ensure};
+use crate::{measured, qemu, setup};
+use anyhow::{Context as _, Result, ensure};
 use firmware_image::install;
-use serde::Serialize;
+use record::{compare, in_c, page, record};
+use row::{Row, rows};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use table::{CORES, Core, Emulator};
-
-/// Allowed difference of an instruction count from the recorded one, in per cent, either way.
-const TOLERANCE: f64 = 1.0;
-
-/// Instruction counts of every row, recorded.
-const RECORD: &str = "xtask/cores/instructions.toml";
 
 const EXAMPLES: &str = "\
 Examples:
@@ -46,29 +42,6 @@ pub(crate) struct CoresOptions {
     #[arg(long, conflicts_with_all = ["cores", "quick"])]
     write: bool,
 }
-
-/// One computation on one core.
-#[derive(Clone, Debug, Serialize)]
-struct Row {
-    core: &'static str,
-    scalar: String,
-    what: String,
-    equal: bool,
-    /// Instructions of one evaluation; absent for WebAssembly, which has none.
-    instructions: Option<u64>,
-    #[serde(skip)]
-    hash: String,
-}
-
-impl Row {
-    /// Scalar and computation; that in C is the same as that in Rust.
-    fn key(&self) -> (String, String) {
-        (self.scalar.clone(), self.what.trim_end_matches(IN_C).to_owned())
-    }
-}
-
-/// The end of the name of a computation in C.
-const IN_C: &str = ", in C";
 
 /// Builds, runs and compares. Fails if a result differs from the desk's or a count is outside its range.
 pub(crate) fn run(options: &CoresOptions) -> Result<()> {
@@ -178,7 +151,9 @@ fn on(core: &Core, features: &[&str], in_c: bool) -> Result<Vec<Row>> {
             if which(program).is_none() {
                 install::apt(&[package])?;
             }
-            emulated(program, arguments, &product.join("cores"))?
+            // A program that waits for ever would stop nothing else.
+            let mut emulator = Command::new("timeout");
+            qemu::semihosted_by(emulator.args(["120", program]).args(arguments.split(' ')), &product.join("cores"))?
         }
     };
     rows(core.name, &said)
@@ -187,18 +162,6 @@ fn on(core: &Core, features: &[&str], in_c: bool) -> Result<Vec<Row>> {
 /// `CARGO_TARGET_THUMBV6M_NONE_EABI_RUSTFLAGS`: flags for the core alone, not for the build script.
 fn flags_of(target: &str) -> String {
     format!("CARGO_TARGET_{}_RUSTFLAGS", target.to_uppercase().replace(['-', '.'], "_"))
-}
-
-fn emulated(program: &str, arguments: &str, elf: &Path) -> Result<String> {
-    let mut command = Command::new("timeout");
-    command.arg("120").arg(program).args(arguments.split(' '));
-    command.args(["-icount", "shift=0", "-display", "none", "-monitor", "none", "-serial", "null"]);
-    command.args(["-semihosting-config", "enable=on,target=native", "-kernel"]).arg(elf);
-    let said =
-        command.stdin(std::process::Stdio::null()).output().with_context(|| format!("cannot start {program}"))?;
-    let text = String::from_utf8_lossy(&said.stdout).into_owned() + &String::from_utf8_lossy(&said.stderr);
-    ensure!(said.status.success(), "{program} {arguments}: {}\n{text}", said.status);
-    Ok(text)
 }
 
 /// False, with a message, on a machine where rustup cannot fetch targets: Debian's tool chain, which builds the firmware there, has that one alone.
@@ -222,135 +185,6 @@ pub(crate) fn target(name: &str) -> Result<()> {
     Ok(())
 }
 
-/// The lines `row|SCALAR|WHAT|HASH|INSTRUCTIONS` of a program's output.
-fn rows(core: &'static str, said: &str) -> Result<Vec<Row>> {
-    let rows = said.lines().filter_map(|line| line.trim().strip_prefix("row|"));
-    rows.map(|line| {
-        let [scalar, what, hash, count] = line.split('|').collect::<Vec<_>>()[..] else { bail!("{core}: row {line}") };
-        let instructions = Some(count.parse::<u64>()?).filter(|count| *count > 0);
-        Ok(Row {
-            core,
-            scalar: scalar.to_owned(),
-            what: what.to_owned(),
-            equal: true,
-            instructions,
-            hash: hash.to_owned(),
-        })
-    })
-    .collect()
-}
-
 fn hashes(rows: &[Row]) -> BTreeMap<(String, String), String> {
     rows.iter().map(|row| (row.key(), row.hash.clone())).collect()
-}
-
-/// The table of the page: a line for each core and precision.
-fn page(rows: &[Row]) -> String {
-    let whats = ["inverse dynamics, exact", "inverse dynamics, regrouped", "six sines and cosines", "control tick"];
-    let mut table =
-        Table::new(&["core", "emulator", "scalar", "equal", "exact", "regrouped", "sines and cosines", "control tick"]);
-    for core in CORES {
-        for scalar in ["f32", "f64"] {
-            let of: Vec<&Row> = rows.iter().filter(|row| row.core == core.name && row.scalar == scalar).collect();
-            if of.is_empty() {
-                continue;
-            }
-            let equal = of.iter().filter(|row| row.equal).count();
-            let emulator = match &core.emulator {
-                Emulator::Node => "Node.js",
-                Emulator::Qemu { arguments, .. } => arguments.split(' ').nth(1).unwrap_or_default(),
-            };
-            let mut cells =
-                vec![core.title.to_owned(), emulator.to_owned(), scalar.to_owned(), format!("{equal} of {}", of.len())];
-            cells.extend(whats.iter().map(|what| {
-                of.iter()
-                    .find(|row| row.what == *what)
-                    .and_then(|row| row.instructions)
-                    .map_or("-".to_owned(), thousands)
-            }));
-            table.row(&cells);
-        }
-    }
-    table.0
-}
-
-/// The table of the kernels in C against those in Rust.
-fn in_c(rows: &[Row]) -> String {
-    let mut table = Table::new(&["core", "scalar", "kernel", "equal", "Rust", "C, gcc -O2", "ratio"]);
-    for row in rows.iter().filter(|row| row.what.ends_with(IN_C)) {
-        let of = rows.iter().find(|other| other.core == row.core && other.key() == row.key() && other.what != row.what);
-        let (Some(c), Some(rust)) = (row.instructions, of.and_then(|row| row.instructions)) else { continue };
-        let title = CORES.iter().find(|core| core.name == row.core).map_or(row.core, |core| core.title);
-        let equal = if row.equal { "yes" } else { "no" };
-        let ratio = format!("{:.2}", c as f64 / rust as f64);
-        table.put(&[&title, &row.scalar, &row.key().1, &equal, &thousands(rust), &thousands(c), &ratio]);
-    }
-    table.0
-}
-
-/// The recorded counts: a table for each core.
-type Record = BTreeMap<String, BTreeMap<String, u64>>;
-
-fn record(rows: &[Row]) -> Result<()> {
-    let mut all = Record::new();
-    for row in rows {
-        if let Some(count) = row.instructions {
-            all.entry(row.core.to_owned()).or_default().insert(format!("{} {}", row.scalar, row.what), count);
-        }
-    }
-    let mut text = "# Instructions of one evaluation; written by `cargo xtask cores --write`.\n".to_owned();
-    for (core, counts) in &all {
-        text += &format!("\n[{core}]\n");
-        counts.iter().for_each(|(name, count)| text += &format!("\"{name}\" = {count}\n"));
-    }
-    std::fs::write(root().join(RECORD), text)?;
-    Ok(())
-}
-
-/// Fails if a count is not recorded, or differs by more than the tolerance.
-fn compare(rows: &[Row]) -> Result<()> {
-    let path = root().join(RECORD);
-    let recorded: Record =
-        toml::from_str(&std::fs::read_to_string(&path).with_context(|| format!("{}", path.display()))?)?;
-    let outside: Vec<String> = rows.iter().filter_map(|row| outside(row, &recorded)).collect();
-    ensure!(
-        outside.is_empty(),
-        "instructions outside of {RECORD}; if that is meant, `cargo xtask cores --write`:\n{}",
-        outside.join("\n")
-    );
-    Ok(())
-}
-
-fn outside(row: &Row, recorded: &Record) -> Option<String> {
-    let found = row.instructions?;
-    let name = format!("{} {}", row.scalar, row.what);
-    match recorded.get(row.core).and_then(|counts| counts.get(&name)) {
-        None => Some(format!("{} {name}: {found}, not recorded", row.core)),
-        Some(&expected) => {
-            let allowed = (expected as f64 * TOLERANCE / 100.0).max(1.0);
-            (found.abs_diff(expected) as f64 > allowed)
-                .then(|| format!("{} {name}: {found}, expected {expected} to within {TOLERANCE} %", row.core))
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Record, Row, outside, rows};
-
-    fn row(count: u64) -> Row {
-        rows("cortex-m4f", &format!("noise\nrow|f32|control tick|00ff|{count}\n")).unwrap().remove(0)
-    }
-
-    #[test]
-    fn a_count_is_held_from_both_sides() {
-        let recorded: Record = toml::from_str("[cortex-m4f]\n\"f32 control tick\" = 1000\n").unwrap();
-        for (count, inside) in [(989, false), (990, true), (1000, true), (1010, true), (1011, false)] {
-            assert_eq!(outside(&row(count), &recorded).is_none(), inside, "{count}");
-        }
-        assert!(outside(&row(1000), &Record::new()).unwrap().contains("not recorded"));
-        // WebAssembly counts nothing.
-        assert_eq!(outside(&row(0), &recorded), None);
-        assert!(rows("desk", "row|f32|x").is_err());
-    }
 }

@@ -52,13 +52,18 @@ pub(crate) fn run(elf: &Path, limit: Option<Duration>) -> Result<()> {
 
 /// Runs a program that prints over semihosting and then ends. One instruction takes 1 ns of emulated time.
 pub(crate) fn semihosted(elf: &Path) -> Result<String> {
-    let output = Command::new("qemu-system-arm")
-        .args(["-M", "netduinoplus2", "-icount", "shift=0", "-display", "none", "-monitor", "none"])
+    semihosted_by(Command::new("qemu-system-arm").args(["-M", "netduinoplus2"]), elf)
+}
+
+/// As [`semihosted`], by a command that names the emulator and the machine.
+pub(crate) fn semihosted_by(emulator: &mut Command, elf: &Path) -> Result<String> {
+    let output = emulator
+        .args(["-icount", "shift=0", "-display", "none", "-monitor", "none"])
         .args(["-serial", "null", "-semihosting-config", "enable=on,target=native", "-kernel"])
         .arg(elf)
         .stdin(Stdio::null())
         .output()
-        .context("cannot start qemu-system-arm")?;
+        .with_context(|| format!("cannot start {emulator:?}"))?;
     // The emulator writes semihosting debug messages to its standard error, and semihosting files to its standard output.
     let said = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
     if !output.status.success() {

@@ -22,6 +22,9 @@ const EMULATED: &str = "rtic-stm32f4";
 /// Files that are the same in every template, because each template is copied alone.
 const COMMON: [&str; 4] = ["src/control.rs", "src/dry_run.rs", "src/joints.rs", "tests/loop.rs"];
 
+/// The file that is the same in every template for an Arm core.
+const COMMON_ON_ARM: &str = "src/float_mode.rs";
+
 /// Compares, builds, tests and runs.
 pub(crate) fn run() -> Result<()> {
     let folder = root().join("firmware/templates");
@@ -56,9 +59,11 @@ fn same_files(folder: &Path) -> Result<()> {
         let path = folder.join(name).join(file);
         fs::read(&path).with_context(|| format!("{}", path.display()))
     };
-    for file in COMMON {
+    for file in COMMON.into_iter().chain([COMMON_ON_ARM]) {
         let first = read(TEMPLATES[0].0, file)?;
-        for (name, _) in TEMPLATES {
+        for (name, _) in
+            TEMPLATES.into_iter().filter(|(_, triple)| file != COMMON_ON_ARM || triple.starts_with("thumb"))
+        {
             ensure!(read(name, file)? == first, "{name}/{file} differs from {}/{file}: copy it", TEMPLATES[0].0);
         }
     }

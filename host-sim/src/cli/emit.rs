@@ -84,24 +84,20 @@ fn arm(args: &ArmArgs) -> Result<(), Failure> {
     let scalar = args.scalar.unwrap_or(scene.control.scalar);
     let refused = |error: Box<dyn std::error::Error>| Failure::Input(miette::miette!("{error}"));
     let out = args.out.display();
-    let (files, operations, end) = match args.language {
+    let (files, operations, written, check): (Vec<(String, String)>, _, _, _) = match args.language {
         Language::Rust => {
             let arm = arm_crate(&scene, scalar, core_folder().as_deref()).map_err(refused)?;
-            let end =
-                format!("check it            cargo test --manifest-path {}\n", args.out.join("Cargo.toml").display());
+            let check = format!("cargo test --manifest-path {}", args.out.join("Cargo.toml").display());
             let files = arm.files.into_iter().map(|(name, text)| (name.to_owned(), text)).collect();
-            (files, arm.operations, (format!("crate               {}", arm.name), end))
+            (files, arm.operations, format!("crate               {}", arm.name), check)
         }
         Language::C => {
             let library = c_library(&scene, scalar).map_err(refused)?;
-            let check = format!(
-                "check it            cc -O2 -I{out}/src {out}/src/{prefix}.c {out}/test/golden.c -o golden && ./golden\n",
-                prefix = library.prefix
-            );
-            (library.files, Some(library.operations), (format!("C library           {}", library.prefix), check))
+            let prefix = library.prefix;
+            let check = format!("cc -O2 -I{out}/src {out}/src/{prefix}.c {out}/test/golden.c -o golden && ./golden");
+            (library.files, Some(library.operations), format!("C library           {prefix}"), check)
         }
     };
-    let files: Vec<(String, String)> = files;
     let mut output = args.force.output().reads(&args.scene).reads(&scene.robot.path);
     output.folder(&args.out, &[])?;
     for (name, _) in &files {
@@ -115,5 +111,5 @@ fn arm(args: &ArmArgs) -> Result<(), Failure> {
     let cost = operations.map_or_else(String::new, |operations| {
         format!("operations          {} of one inverse dynamics\n", operations.total())
     });
-    print(&format!("{} in {out}\n{cost}{}", end.0, end.1))
+    print(&format!("{written} in {out}\n{cost}check it            {check}\n"))
 }

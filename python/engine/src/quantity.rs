@@ -1,10 +1,10 @@
 //! Functions of an arm: their inputs, their outputs, and their evaluation in any scalar.
 
 use dynamics_core::forward_dynamics::acceleration;
-use dynamics_core::kinematics::{link_poses, tip_pose};
+use dynamics_core::kinematics::{tip_jacobian, tip_pose};
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::regressor::{PARAMETERS, inverse_dynamics_regressor};
-use dynamics_core::{Dynamics, Field, InverseDynamics, JointKind, Live, SinCos};
+use dynamics_core::{Dynamics, Field, InverseDynamics, Live, SinCos};
 
 /// A function of an arm's state.
 ///
@@ -82,12 +82,11 @@ impl Quantity {
         out: &mut [S],
     ) {
         let live = Live::zero();
-        let zero = [S::zero(); N];
         match self {
             Self::InverseDynamics => {
                 out.copy_from_slice(&dynamics.inverse_dynamics(turn, q, second, third, &live));
             }
-            Self::Gravity => out.copy_from_slice(&dynamics.inverse_dynamics(turn, q, &zero, &zero, &live)),
+            Self::Gravity => out.copy_from_slice(&dynamics.gravity_torque(turn, q, &live)),
             Self::MassMatrix => {
                 let matrix = mass_matrix(dynamics, turn, q, &live);
                 for (at, entry) in out.iter_mut().enumerate() {
@@ -100,7 +99,15 @@ impl Quantity {
                 accelerations.copy_from_slice(&found.qdd);
                 pivots.copy_from_slice(&found.pivot);
             }
-            Self::Jacobian => jacobian(dynamics, turn, q, out),
+            Self::Jacobian => {
+                let columns = tip_jacobian(dynamics.model(), turn, q);
+                for (joint, (linear, angular)) in columns.linear.iter().zip(&columns.angular).enumerate() {
+                    for row in 0..3 {
+                        out[row * N + joint] = linear[row];
+                        out[(row + 3) * N + joint] = angular[row];
+                    }
+                }
+            }
             Self::Regressor => {
                 let columns = inverse_dynamics_regressor(dynamics, turn, q, second, third, &live);
                 let entries = columns.iter().flatten().flatten();
@@ -117,24 +124,6 @@ impl Quantity {
                 out[12..15].fill(S::zero());
                 out[15] = S::one();
             }
-        }
-    }
-}
-
-/// Column of a revolute joint: `z x (p_tip - p)`, then `z`; of a prismatic one: `z`, then zero.
-fn jacobian<S: Field, const N: usize>(dynamics: &Dynamics<S, N>, turn: &[SinCos<S>; N], q: &[S; N], out: &mut [S]) {
-    let model = dynamics.model();
-    let poses = link_poses(model, turn, q);
-    let tip = tip_pose(model, turn, q).translation;
-    for (joint, (link, pose)) in model.links().iter().zip(&poses).enumerate() {
-        let axis = pose.rotation.column(2).into_owned();
-        let (linear, angular) = match link.kind {
-            JointKind::Revolute => (axis.cross(&(tip - pose.translation)), axis),
-            JointKind::Prismatic => (axis, nalgebra::Vector3::zeros()),
-        };
-        for row in 0..3 {
-            out[row * N + joint] = linear[row];
-            out[(row + 3) * N + joint] = angular[row];
         }
     }
 }

@@ -37,3 +37,11 @@ pub(super) const fn real(precision: Precision) -> &'static str {
         Precision::Double => "double",
     }
 }
+
+/// A literal; infinity is the greatest finite number, for which C needs no header.
+pub(super) fn finite(x: f64, precision: Precision) -> String {
+    match precision {
+        Precision::Single => format!("{:?}f", (x as f32).clamp(f32::MIN, f32::MAX)),
+        Precision::Double => format!("{:?}", x.clamp(f64::MIN, f64::MAX)),
+    }
+}

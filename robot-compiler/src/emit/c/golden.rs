@@ -1,7 +1,6 @@
 //! The test of a library: torques of states along the scene's motion, as the desk computes them.
 
-use super::arm::Arm;
-use super::header::finite;
+use super::arm::{Arm, finite};
 use crate::emit::arm_crate::golden_states;
 use crate::emit::expression::Float;
 use crate::kernel::Level;
@@ -33,7 +32,7 @@ where
     };
     Ok(format!(
         "/* Torques of {count} states, as the desk computed them when this library was written. Returns the number of states that differ. */\n\
-         #include \"{prefix}.h\"\n#include <stdio.h>\n#include <string.h>\n\n\
+         #include \"{prefix}.h\"\n#include <stdio.h>\n\n\
          /* Position, velocity, acceleration, and the torque that they need. */\n\
          static const {real} states[{count}][4][{capitals}_JOINTS] = {{\n{table}}};\n\n\
          int main(void)\n{{\n    int wrong = 0;\n{live}    if ({prefix}_conditions() != 0) {{\n        \
@@ -44,12 +43,11 @@ where
          wrong++;\n                break;\n            }}\n        }}\n    }}\n    \
          printf(\"%d of {count} states differ\\n\", wrong);\n    return wrong;\n}}\n",
         count = states.len(),
-    )
-    .replace("#include <string.h>\n", ""))
+    ))
 }
 
 /// The scene's live inputs as a C initialiser.
-pub(super) fn live_value<const N: usize>(live: &Live<f64, N>, arm: &Arm<'_>) -> String {
+fn live_value<const N: usize>(live: &Live<f64, N>, arm: &Arm<'_>) -> String {
     let Live { gravity, payload, tip_wrench, rotor } = live;
     let number = |x: &f64| finite(*x, arm.precision);
     let list = |all: &[f64]| format!("{{{}}}", all.iter().map(number).collect::<Vec<_>>().join(", "));

@@ -1,6 +1,6 @@
 //! The headers, for C and for C++.
 
-use super::arm::Arm;
+use super::arm::{Arm, finite};
 use super::files::comment;
 use super::source::{declaration, gravity_declaration, types};
 use crate::kernel::{Function, Precision};
@@ -84,14 +84,6 @@ pub(super) fn header<const N: usize>(arm: &Arm<'_>, model: &Model<f64, N>) -> St
         },
         gravity = gravity_declaration(arm),
     )
-}
-
-/// A literal; infinity is the greatest finite number, for which C needs no header.
-pub(super) fn finite(x: f64, precision: Precision) -> String {
-    match precision {
-        Precision::Single => format!("{:?}f", (x as f32).clamp(f32::MIN, f32::MAX)),
-        Precision::Double => format!("{:?}", x.clamp(f64::MIN, f64::MAX)),
-    }
 }
 
 /// `PREFIX.hpp`.

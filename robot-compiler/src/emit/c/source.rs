@@ -1,6 +1,6 @@
 //! The source file: sine and cosine, kernels, and the functions around them.
 
-use super::arm::{Arm, real};
+use super::arm::{Arm, finite, real};
 use super::files::comment;
 use super::trig;
 use crate::emit::kernel::Title;
@@ -156,28 +156,28 @@ pub(super) fn library(arm: &Arm<'_>) -> String {
             let given = kernel.arguments().into_iter().chain([out]).collect::<Vec<_>>().join(", ");
             format!("    {}({given});\n", kernel.name())
         };
-        let (head, tail) = match function {
+        // Where the kernel writes, the lines around its call, and the name of the result.
+        let (out, head, tail, result) = match function {
             Function::MassMatrix => (
+                "triangle",
                 format!("    {real} triangle[{}];\n", joints * (joints + 1) / 2),
                 format!(
                     "    int at = 0;\n    for (int row = 0; row < {joints}; row++) {{\n        for (int column = row; column < {joints}; column++) {{\n            \
                      mass[row][column] = triangle[at];\n            mass[column][row] = triangle[at];\n            at++;\n        }}\n    }}\n"
                 ),
+                "mass",
             ),
             Function::ForwardDynamics => (
+                "result",
                 format!("    {real} result[{}];\n", 2 * joints),
                 format!(
                     "    int regular = 1;\n    for (int i = 0; i < {joints}; i++) {{\n        qdd[i] = result[i];\n        \
                      if (!(result[{joints} + i] > {zero})) {{\n            regular = 0;\n        }}\n    }}\n    return regular;\n",
-                    zero = if arm.precision == Precision::Single { "0.0f" } else { "0.0" }
+                    zero = finite(0.0, arm.precision)
                 ),
+                "qdd",
             ),
-            _ => (String::new(), String::new()),
-        };
-        let out = match function {
-            Function::MassMatrix => "triangle",
-            Function::ForwardDynamics => "result",
-            _ => "tau",
+            _ => ("tau", String::new(), String::new(), "tau"),
         };
         let unread: String = public_arguments(*function, arm.live, true)
             .into_iter()
@@ -189,11 +189,7 @@ pub(super) fn library(arm: &Arm<'_>) -> String {
             (if matches!(function, Function::ForwardDynamics) { "return " } else { "" }, function_name(*function));
         let mut given = vec!["turn"];
         given.extend(public_arguments(*function, arm.live, false));
-        given.push(match function {
-            Function::MassMatrix => "mass",
-            Function::ForwardDynamics => "qdd",
-            _ => "tau",
-        });
+        given.push(result);
         text += &format!(
             "{}\n{{\n    {prefix}_sin_cos_t turn[{joints}];\n    for (int i = 0; i < {joints}; i++) {{\n        \
              turn[i] = {prefix}_sin_cos(q[i]);\n    }}\n    {give}{prefix}_{name}_at({});\n}}\n\n",
@@ -210,12 +206,11 @@ pub(super) fn library(arm: &Arm<'_>) -> String {
 
 /// The function that checks compiler and processor.
 fn conditions(arm: &Arm<'_>) -> String {
-    let (bits, suffix) = match arm.precision {
-        Precision::Single => (13, "f"),
-        Precision::Double => (27, ""),
+    // Digits after which the square of `1 + 2^-bits` rounds, the distance from 1 to the next number, and the smallest normal number.
+    let (bits, step, smallest) = match arm.precision {
+        Precision::Single => (13, -23, f64::from(f32::MIN_POSITIVE)),
+        Precision::Double => (27, -52, f64::MIN_POSITIVE),
     };
-    let step = if arm.precision == Precision::Single { -23 } else { -52 };
-    let smallest = if arm.precision == Precision::Single { f64::from(f32::MIN_POSITIVE) } else { f64::MIN_POSITIVE };
     let numbers = [
         ("ONE_AND_A_BIT", 1.0 + 2.0_f64.powi(-bits)),
         ("ITS_SQUARE", 1.0 + 2.0_f64.powi(1 - bits)),
@@ -227,7 +222,7 @@ fn conditions(arm: &Arm<'_>) -> String {
         ("ZERO", 0.0),
     ];
     let text = include_str!("conditions.c").replace("PREFIX", &arm.prefix).replace("REAL", arm.real());
-    numbers.iter().fold(text, |text, (name, value)| text.replace(name, &format!("{value:?}{suffix}"))) + "\n"
+    numbers.iter().fold(text, |text, (name, value)| text.replace(name, &finite(*value, arm.precision))) + "\n"
 }
 
 /// Arguments of a function of the library, without the result.
