@@ -128,9 +128,8 @@ fn chip_tests(tally: &mut Tally) {
     tally.step("budget, its cheap part", budget::gate);
     tally.step("cycles, estimated", || bench::cycles::run(false));
     tally.step("cycles of one class of instructions each", || bench::micro::run(None, false));
-    // One emulator at a time: it fully uses one processor, and the test uses another.
     let mut tests = cargo(["nextest", "run", "--workspace", "--locked", "--no-fail-fast"]);
-    tally.tests("chip tests", tests.args(["--test-threads", "1", "--filterset", CHIP_TESTS]));
+    tally.tests("chip tests", tests.args(["--filterset", CHIP_TESTS]));
 }
 
 /// Tests that need the emulator.

@@ -1,4 +1,4 @@
-//! Check that common dependencies of simulator and tasks are compiled only once: cargo compiles a package again for every set of its features.
+//! Check that common dependencies of simulator, tasks and Python wheel are compiled only once: cargo compiles a package again for every set of its features.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 use std::collections::BTreeMap;
@@ -26,11 +26,14 @@ fn differing(one: &BTreeMap<String, String>, other: &BTreeMap<String, String>) -
 }
 
 #[test]
-fn simulator_and_tasks_ask_each_package_for_the_same_features() {
-    let (simulator, tasks) = (features("host-sim"), features("xtask"));
-    assert!(tasks.keys().any(|name| name.starts_with("robot-compiler ")), "{:?}", tasks.keys());
-    let found = differing(&simulator, &tasks);
-    assert!(found.is_empty(), "name the features in robot-compiler/Cargo.toml:\n{}", found.join("\n"));
+fn simulator_tasks_and_wheel_ask_each_package_for_the_same_features() {
+    let simulator = features("host-sim");
+    for (package, common) in [("xtask", "robot-compiler "), ("trials", "studies "), ("newtau-python", "studies ")] {
+        let other = features(package);
+        assert!(other.keys().any(|name| name.starts_with(common)), "{:?}", other.keys());
+        let found = differing(&simulator, &other);
+        assert!(found.is_empty(), "{package}: name the features in robot-compiler/Cargo.toml:\n{}", found.join("\n"));
+    }
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Torques of the core for the tests in Python: `tests/golden/inverse_dynamics.json`.
 //!
 //! The numbers are written as hexadecimal bits. After a change of the core that is meant to change bits:
-//! `GOLDEN=write cargo test --manifest-path python/engine/Cargo.toml --test golden`.
+//! `GOLDEN=write cargo test -p batch-engine --test golden`.
 #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
 use dynamics_core::trig::Polynomial;
