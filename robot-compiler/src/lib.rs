@@ -56,7 +56,7 @@ pub use describe::linkage::{LinkageFile, Mechanism};
 pub use describe::robot::{JointEncoder, JointHeat, Robot, RobotJoint};
 pub use describe::scene::SceneFile;
 pub use describe::{drive, scene};
-pub use read::actuators;
+pub use read::{actuators, conflict_on_one_bus};
 
 /// Studies: many runs of one scene.
 pub mod study {

@@ -15,3 +15,4 @@ mod text;
 mod urdf;
 
 pub use robot::actuators::all as actuators;
+pub use robot::drive_bus::conflict_on_one_bus;

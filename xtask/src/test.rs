@@ -4,7 +4,7 @@ use crate::process::{cargo, run, target_directory};
 use crate::tally::Tally;
 use crate::toolchain::Toolchain;
 use crate::workspace::Workspace;
-use crate::{bench, budget, check, cores, gate, pages, python, report, robot_data, setup, templates};
+use crate::{bench, budget, cores, gate, pages, python, report, robot_data, setup, templates};
 use anyhow::Result;
 use firmware_image::board::SCENE_DEFAULT;
 use firmware_image::{Board, Build};
@@ -40,7 +40,7 @@ fn static_checks(tally: &mut Tally) {
         tally.command(&format!("documentation{workspace}"), doc.env("RUSTDOCFLAGS", "-D warnings"));
     }
     tally.step("format of the firmware templates", templates::format);
-    tally.step("each package alone", each_alone);
+    tally.step("packages that the chip shares", for_the_chip);
     // What a stranger would get is built from its packed files alone.
     let mut package = cargo(["package", "--locked", "--allow-dirty", "--quiet"]);
     tally.command("packages for others", package.args(FOR_OTHERS.iter().flat_map(|name| ["--package", name])));
@@ -69,14 +69,11 @@ const EXAMPLES: [&str; 16] = [
 /// Packages that others can depend on.
 const FOR_OTHERS: [&str; 4] = ["dynamics-core", "newtau-link", "newtau-session", "robot-compiler"];
 
-/// Checks each package alone, with only the features that it requests. In a workspace build, another package could enable a feature that this one
-/// lacks. Packages that board and desk share are also checked for the chip, where no standard library hides a missing feature.
-fn each_alone() -> Result<()> {
-    for workspace in Workspace::ALL {
-        for (package, _) in check::packages(workspace)? {
-            run(workspace.cargo(["check", "--locked", "--quiet", "--all-targets"]).args(["--package", &package]))?;
-        }
-    }
+/// Checks the packages that board and desk share for the chip, where no standard library hides a missing feature.
+///
+/// In a build of the workspace, one package could enable a feature that another one lacks. Packages for others are compiled alone by
+/// `cargo package`, and programs alone by the steps that run them.
+fn for_the_chip() -> Result<()> {
     let toolchain = Toolchain::find_or_install()?;
     for package in ["dynamics-core", "newtau-link", "newtau-session", "joint-io"] {
         run(toolchain.cargo("check").args(["--locked", "--quiet", "--package", package]))?;

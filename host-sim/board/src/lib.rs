@@ -1,12 +1,14 @@
-//! Boards and their operator: the emulated chip, the serial port, the firmware's session on the desk.
+//! Boards and their operator: the emulated chip, the serial port, the firmware's session on the desk and at CAN adapters.
 //!
 //! | module | holds |
 //! |---|---|
+//! | [`can`] | CAN adapters of a computer |
 //! | [`chip`] | the firmware in an emulated STM32F405, driven in lock step |
 //! | [`session`] | the firmware under its safety state machine, and its hosts: dry run, operator, replay, serial port |
 //! | [`key`] | keys of the link |
 #![forbid(unsafe_code)]
 
+pub mod can;
 pub mod chip;
 pub mod key;
 pub mod session;

@@ -54,7 +54,7 @@ boards! {
         chip: Chip::F405,
         scene: "scenes/examples/mit6_wave.toml",
         drives: Some("mit"),
-        can_buses: Some(CanBuses { count: 2, fd: false }),
+        can_buses: Some(CanBuses { count: 2, fd: false, actuators: Some(3) }),
     };
     /// A bare STM32F405 with H-bridges on PWM and magnetic encoders
     F405Pwm Properties {
@@ -70,7 +70,7 @@ boards! {
         chip: Chip::G474,
         scene: "scenes/examples/mit6_fd_wave.toml",
         drives: Some("mit"),
-        can_buses: Some(CanBuses { count: 3, fd: true }),
+        can_buses: Some(CanBuses { count: 3, fd: true, actuators: None }),
     };
 }
 
@@ -109,6 +109,8 @@ pub struct CanBuses {
     pub count: u8,
     /// True if they support FD frames.
     pub fd: bool,
+    /// Most actuators on a bus, if fewer than an arm has: a bxCAN has three transmit mailboxes, and its receiver holds three replies.
+    pub actuators: Option<usize>,
 }
 
 /// A microcontroller.

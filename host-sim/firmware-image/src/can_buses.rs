@@ -60,6 +60,13 @@ pub fn schedules(file: &SceneFile, scene: &Path, board: Board) -> Result<Vec<Sch
             let expected = format!("a bus of {board}, 1 to {}", buses.count);
             return wrong("bus", u32::from(drive.bus) + 1, expected);
         }
+        let before = drives.iter().take(index).filter(|other| other.bus == drive.bus).count();
+        if let Some(most) = buses.actuators.filter(|&most| before >= most) {
+            let expected = format!(
+                "another bus: {board} sends to at most {most} actuators on a bus, and {before} are on this one"
+            );
+            return wrong("bus", u32::from(drive.bus) + 1, expected);
+        }
         if let (Some(rate), false) = (drive.data_rate, buses.fd) {
             return wrong("data_rate", rate.bits_per_second(), format!("no such key: {board} has classic CAN alone"));
         }
@@ -161,6 +168,26 @@ mod tests {
         let expected =
             "joint 1 (base).drive.data_rate: found 5000000, expected no such key: f405-can has classic CAN alone";
         assert!(why.contains("mit6_fd.toml:") && why.ends_with(expected), "{why}");
+    }
+
+    #[test]
+    fn six_actuators_on_a_classic_bus_are_for_a_board_with_queues_and_a_rate_that_the_bus_holds() {
+        let mut file = SceneFile::load(&path(CLASSIC)).unwrap();
+        for joint in &mut file.robot.joints {
+            if let Some(JointDrive::Mit(spec)) = &mut joint.drive {
+                spec.bus = 1;
+            }
+        }
+        file.control.rate = 500.0;
+        assert!(schedules(&file, &path(CLASSIC), Board::G474Fdcan).is_ok());
+        let why = schedules(&file, &path(CLASSIC), Board::F405Can).unwrap_err();
+        let expected =
+            "found 1, expected another bus: f405-can sends to at most 3 actuators on a bus, and 3 are on this one";
+        assert!(why.ends_with(expected), "{why}");
+        file.control.rate = 1000.0;
+        assert!(
+            schedules(&file, &path(CLASSIC), Board::G474Fdcan).unwrap_err().contains("control.rate: found 1000 Hz")
+        );
     }
 
     #[test]

@@ -1,10 +1,11 @@
-//! The command line: thirteen commands, each with a file or folder that holds its arguments, its help, the call and the output.
+//! The command line: fifteen commands, each with a file or folder that holds its arguments, its help, the call and the output.
 
 pub mod chain;
 pub mod check;
 pub mod choose;
 pub mod connect;
 pub mod doctor;
+pub mod drive;
 pub mod emit;
 pub mod explain;
 pub mod firmware;
@@ -13,6 +14,7 @@ pub mod gravity;
 pub mod identify;
 pub mod import;
 pub mod model;
+pub mod motors;
 pub mod names;
 pub mod parts;
 pub mod renamed;
@@ -59,6 +61,8 @@ Simulate
 
 Operate
   connect   operate an arm: status, arm, jog, run, record; `connect replay` demands the bits of a record
+  drive     the same from this computer, with the drives at a CAN adapter
+  motors    search a CAN bus for motors, show one, change its settings
   firmware  build it, flash it, make and write the key
   doctor    find what is missing on this computer, and what to do
 
@@ -112,6 +116,10 @@ pub enum Command {
     Report(report::ReportArgs),
     /// Operate an arm through a board on a serial port, or in a dry run: status, arm, jog, run the motion, record.
     Connect(connect::ConnectCommand),
+    /// Operate an arm from this computer, with its drives at a CAN adapter.
+    Drive(drive::DriveArgs),
+    /// Search a CAN bus for motors, show a motor, change its settings. Enables none.
+    Motors(motors::MotorsArgs),
     /// Build the firmware, flash it, and make and write the key that a host and a board share.
     Firmware(firmware::FirmwareArgs),
     /// Check the installation: tool chain, emulator, probe, serial port, the firmware on a board; and say what to do.
@@ -146,6 +154,8 @@ impl Command {
             Self::Sweep(command) => sweep::run(command),
             Self::Report(args) => report::run(args).map(|()| 0),
             Self::Connect(command) => connect::run(command),
+            Self::Drive(args) => drive::run(args, interrupt::presses_of_any_kind),
+            Self::Motors(args) => motors::run(args),
             Self::Firmware(args) => firmware::run(args),
             Self::Doctor(args) => doctor::run(args),
             Self::Explain(args) => explain::run(args, &EmulatedChip, &stop_on_interrupt()).map(|()| 0),

@@ -13,6 +13,7 @@ mod command_line;
 mod compare_page;
 mod contact;
 mod doctor;
+mod drive;
 mod dynamics;
 mod emit;
 mod energy;

@@ -17,7 +17,7 @@ use session::{Buffers, Drives, Session};
 #[inline]
 pub fn run_tick<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>, M: Counter>(
     session: &mut Session<N, A, B>,
-    joints: &mut impl JointIo<N>,
+    joints: &mut (impl JointIo<N> + ?Sized),
     meter: &Meter<M>,
     lines: impl FnOnce() -> Lines,
     is_due: impl Fn() -> bool,

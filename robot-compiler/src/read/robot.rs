@@ -11,7 +11,7 @@ use std::path::Path;
 
 pub(crate) mod actuators;
 mod drive;
-mod drive_bus;
+pub(crate) mod drive_bus;
 mod heat;
 mod places;
 mod refusals;

@@ -87,8 +87,18 @@ impl<const N: usize> OnDesk<N> {
     /// Starts a dry run: sends a hello to the session of a scene.
     #[must_use]
     pub fn start(scene: &SceneFile, model: &Model<f64, N>) -> Self {
+        Self::paced(scene, model, Pacing::DryRun)
+    }
+
+    /// As [`OnDesk::start`], in lock step without supervision: every tick with a reference evaluates the control law.
+    #[must_use]
+    pub fn bench(scene: &SceneFile, model: &Model<f64, N>) -> Self {
+        Self::paced(scene, model, Pacing::LockStep)
+    }
+
+    fn paced(scene: &SceneFile, model: &Model<f64, N>, pacing: Pacing) -> Self {
         let mut desk = Self { session: desk_session(scene, model), meter: Meter::new(Uncounted), answers: Vec::new() };
-        desk.take(Frame::Hello(hello(scene, model, Pacing::DryRun)));
+        desk.take(Frame::Hello(hello(scene, model, pacing)));
         desk
     }
 

@@ -2,6 +2,7 @@
 //!
 //! | module | holds |
 //! |---|---|
+//! | [`drive`] | the firmware's session in this program, with the drives at CAN adapters |
 //! | [`dry_run`] | the firmware under its safety state machine, on the desk and in the chip |
 //! | [`states`] | the numbers of that machine's states, and the transitions between them |
 //! | [`operate`] | an operator at a board on a serial port, or in a dry run |
@@ -11,6 +12,7 @@
 //! | [`doctor`] | checks of everything that a use of the project needs |
 
 pub mod doctor;
+pub mod drive;
 pub mod dry_run;
 pub mod frame_log;
 pub mod operate;

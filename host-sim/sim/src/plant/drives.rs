@@ -12,6 +12,7 @@
 use super::drive_wiring::{self, Joints, Line};
 use super::{Clock, State};
 use actuator_model::bus::{Bus, Fate};
+use actuator_model::frame::Frame;
 use actuator_model::mit::{Actuator, Electronics, Language, Ranges, Shaft};
 use dynamics_core::control::Spring;
 use dynamics_core::drive::MitDrive;
@@ -191,8 +192,8 @@ impl<const N: usize> Drives<N> {
         self.serve(measured);
     }
 
-    /// Lets the commands of a tick arrive, and the actuators measure and reply.
-    pub fn serve(&mut self, measured: &State<N>) {
+    /// Moves the actuators' shafts to this state of the arm.
+    fn turn_shafts(&mut self, measured: &State<N>) {
         for joint in 0..N {
             let JointMount { bus, place, .. } = self.seats[joint];
             let shaft = self.seats[joint].shaft(measured, joint);
@@ -200,6 +201,24 @@ impl<const N: usize> Drives<N> {
                 actuator.shaft = shaft;
             }
         }
+    }
+
+    /// Delivers a frame from a controller outside this program, and returns the replies. Every bus receives it: identifiers are unique.
+    pub(crate) fn deliver(&mut self, frame: &Frame, measured: &State<N>) -> Vec<Frame> {
+        self.turn_shafts(measured);
+        let mut replies = Vec::new();
+        for index in 0..BUSES {
+            let bus = self.bus(index);
+            bus.send(frame.clone());
+            bus.serve();
+            replies.extend(core::iter::from_fn(|| bus.receive()));
+        }
+        replies
+    }
+
+    /// Lets the commands of a tick arrive, and the actuators measure and reply.
+    pub fn serve(&mut self, measured: &State<N>) {
+        self.turn_shafts(measured);
         // Each interrupt handles the received frames and sends the next three commands: two interrupts handle all six.
         (0..BUSES).for_each(|bus| self.bus(bus).serve());
         self.joints.io().interrupt();

@@ -4,6 +4,7 @@ use crate::plant::drives::{Drives, Order};
 use crate::plant::sensor::{Reading, Sample, Sensors};
 use crate::plant::solver::{AtOnce, Solver, now};
 use crate::plant::{Diverged, Plant};
+use actuator_model::frame::Frame;
 use core::fmt;
 use dynamics_core::control::Spring;
 use dynamics_core::control::trajectory::Motion;
@@ -189,6 +190,44 @@ impl<const N: usize> World<N> {
         Ok(())
     }
 
+    /// Simulates one control period with drives that a controller outside this program commands ([`World::deliver`]).
+    ///
+    /// # Errors
+    /// As [`Plant::drive`].
+    pub fn pass(&mut self) -> Result<(), Diverged> {
+        let Compiled(compiled) = self.compiled;
+        compiled.pass(self)
+    }
+
+    /// As [`World::pass`], with this solver.
+    async fn pass_with(&mut self, solver: &impl Solver<N>) -> Result<(), Diverged> {
+        self.begin_tick();
+        let Self { plant, drives, .. } = self;
+        match drives {
+            None => plant.brake(),
+            Some(drives) => {
+                return plant.drive_by(solver, drives.turns(), |state, dt| drives.torque(state, dt)).await;
+            }
+        }
+        Ok(())
+    }
+
+    /// Simulates one control period in which a stand holds the arm.
+    pub fn stand(&mut self) {
+        self.begin_tick();
+        let Self { plant, drives, .. } = self;
+        match drives {
+            None => plant.brake(),
+            Some(drives) => hold(plant, drives),
+        }
+    }
+
+    /// Delivers a frame to the simulated drives, and returns their replies.
+    pub fn deliver(&mut self, frame: &Frame) -> Vec<Frame> {
+        let Self { plant, sensors, drives, .. } = self;
+        drives.as_mut().map_or(Vec::new(), |drives| drives.deliver(frame, &sensors.disturbed(plant.measured())))
+    }
+
     fn begin_tick(&mut self) {
         if let Some(drives) = &mut self.drives {
             drives.begin_tick();
@@ -209,6 +248,8 @@ trait Steps<const N: usize>: Send + Sync {
     fn drive(&self, world: &mut World<N>, torque: &[f64; N]) -> Result<(), Diverged>;
 
     fn rest(&self, world: &mut World<N>, order: &Order<N>) -> Result<(), Diverged>;
+
+    fn pass(&self, world: &mut World<N>) -> Result<(), Diverged>;
 }
 
 /// [`Steps`] of the package that made the world.
@@ -238,6 +279,10 @@ impl<const N: usize> Steps<N> for OneByOne {
 
     fn rest(&self, world: &mut World<N>, order: &Order<N>) -> Result<(), Diverged> {
         now(world.rest_with(&AtOnce, order))
+    }
+
+    fn pass(&self, world: &mut World<N>) -> Result<(), Diverged> {
+        now(world.pass_with(&AtOnce))
     }
 }
 

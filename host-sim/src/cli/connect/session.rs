@@ -129,6 +129,14 @@ pub struct ConnectArgs {
     /// Cables that lose frames at random.
     #[arg(long, value_enum, default_value_t = Lossy::Both, requires = "target")]
     pub lossy: Lossy,
+    /// Script, record, motion and output.
+    #[command(flatten)]
+    pub session: SessionArgs,
+}
+
+/// Options of every session with an arm.
+#[derive(Clone, Debug, Args)]
+pub struct SessionArgs {
     /// Read commands from this file, not from standard input.
     #[arg(long, value_name = "FILE")]
     pub script: Option<PathBuf>,
@@ -152,70 +160,112 @@ pub struct ConnectArgs {
 /// # Errors
 /// A wrong scene or command; a board that is silent, dies or has other firmware; a record that cannot be written.
 pub fn run(args: &ConnectArgs, presses: Presses) -> Result<u8, Failure> {
-    let scene = SceneFile::load(&args.scene).map_err(Failure::input)?;
-    if scene.safety.bench_only {
-        let place = args.scene.display();
-        return Err(Failure::Input(miette::miette!(
-            help = "expected `safety.bench_only = false`",
-            "{place}: safety.bench_only: the scene's bounds on old measurements are lifted, and its arm is never armed"
-        )));
+    let setup = Setup::new(&args.scene, &args.session, args.key.as_deref())?;
+    let device = device(args, &setup)?;
+    setup.operate(device, presses, args.take_over, || None)
+}
+
+/// A scene and a session with its arm, before the arm is reached.
+pub struct Setup<'a> {
+    args: &'a SessionArgs,
+    path: &'a Path,
+    /// The scene.
+    pub scene: SceneFile,
+    head: Head,
+    console: Console,
+    outputs: Output,
+    report: Report,
+}
+
+impl<'a> Setup<'a> {
+    /// Reads the scene and opens the source of the commands.
+    ///
+    /// # Errors
+    /// A wrong scene, a script that cannot be read, a record that exists.
+    pub fn new(path: &'a Path, args: &'a SessionArgs, key: Option<&Path>) -> Result<Self, Failure> {
+        let scene = SceneFile::load(path).map_err(Failure::input)?;
+        if scene.safety.bench_only {
+            let place = path.display();
+            return Err(Failure::Input(miette::miette!(
+                help = "expected `safety.bench_only = false`",
+                "{place}: safety.bench_only: the scene's bounds on old measurements are lifted, and its arm is never armed"
+            )));
+        }
+        let text = std::fs::read_to_string(path).map_err(|error| bad_file(path, &error))?;
+        let inputs = [key, args.script.as_deref(), args.motion.as_deref(), Some(path)].into_iter().flatten();
+        let mut outputs = inputs.fold(args.force.output(), |outputs, path| outputs.reads(path));
+        args.record.as_deref().map_or(Ok(()), |record| outputs.file(record))?;
+        let console = match &args.script {
+            Some(script) => Console::script(script).map_err(|error| bad_file(script, &error))?,
+            None => Console::standard_input(),
+        };
+        let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        let head = Head { hash: hello_of(&scene, Pacing::LockStep)?.robot, scene: absolute, text };
+        let report = Report::new(args.json, console.screen());
+        Ok(Self { args, path, scene, head, console, outputs, report })
     }
-    let text = std::fs::read_to_string(&args.scene).map_err(|error| bad_file(&args.scene, &error))?;
-    let inputs = [&args.key, &args.script, &args.motion].into_iter().flatten().chain([&args.scene]);
-    let mut outputs = inputs.fold(args.force.output(), |outputs, path| outputs.reads(path));
-    args.record.as_deref().map_or(Ok(()), |record| outputs.file(record))?;
-    let console = match &args.script {
-        Some(script) => Console::script(script).map_err(|error| bad_file(script, &error))?,
-        None => Console::standard_input(),
-    };
-    run_arm(args, &scene, text, console, outputs, presses)
+
+    /// Prints an event of this kind.
+    ///
+    /// # Errors
+    /// The output is closed.
+    pub fn say(&self, kind: &'static str, text: &str) -> Result<(), Failure> {
+        self.report.say(kind, text, None).map_err(Failure::Output)
+    }
+
+    /// Operates the arm at this device until the commands end, and prints the text of `last`. Returns the exit code.
+    ///
+    /// # Errors
+    /// A wrong command; a device that dies; a record that cannot be written.
+    pub fn operate(
+        self,
+        device: Box<dyn Device>,
+        presses: Presses,
+        take_over: bool,
+        last: impl FnOnce() -> Option<String>,
+    ) -> Result<u8, Failure> {
+        let Self { args, path, scene, head, console, outputs, report } = self;
+        // The board was built from the scene's own motion. Only `run` follows the other one.
+        let mut plays = scene.clone();
+        if let Some(motion) = &args.motion {
+            plays.take_motion(motion).map_err(Failure::input)?;
+        }
+        let operator = Operator::new(device, (&scene, &plays), head, report, presses)
+            .map_err(|stop| failure(stop, &path.display().to_string()))?;
+        let operator = operator.with_outputs(outputs).with_stop_key(console.stops());
+        operate(args.record.as_deref(), take_over, operator, console, last)
+    }
 }
 
 fn bad_file(path: &Path, error: &std::io::Error) -> Failure {
     Failure::Input(miette::miette!("{}: {error}", path.display()))
 }
 
-fn run_arm(
-    args: &ConnectArgs,
-    scene: &SceneFile,
-    text: String,
-    console: Console,
-    outputs: Output,
-    presses: Presses,
-) -> Result<u8, Failure> {
-    let path = std::path::absolute(&args.scene).unwrap_or_else(|_| args.scene.clone());
-    let head = Head { hash: hello_of(scene, Pacing::LockStep)?.robot, scene: path, text };
-    let report = Report::new(args.json, console.screen());
-    let pace = Pace::new(console.is_a_person());
-    let wrong = |stop| failure(stop, &args.scene.display().to_string());
+/// Reaches the board, or simulates it.
+fn device(args: &ConnectArgs, setup: &Setup<'_>) -> Result<Box<dyn Device>, Failure> {
+    let scene = &setup.scene;
+    let pace = Pace::new(setup.console.is_a_person());
     let disturbance = args.disturbance();
     if disturbance.is_some() && args.target == Some(Target::Qemu) {
         return Err(Failure::Input(miette::miette!(
             "a simulated link needs `--target desk`; the emulated chip has none"
         )));
     }
-    let device: Box<dyn Device> = match (&args.port, args.target, disturbance) {
+    Ok(match (&args.port, args.target, disturbance) {
         (Some(port), ..) => {
             let key = key::given(args.key.as_deref())?;
             let device = SerialLink::open(port, args.baud).map_err(DeviceError::from);
             let joined = device.and_then(|link| OnWire::join(link, key));
             let (device, trust) = joined.map_err(|error| failure(error.into(), port))?;
             if trust == Trust::Insecure {
-                report.say("insecure", &style(INSECURE).red().bold().to_string(), None).map_err(Failure::Output)?;
+                setup.say("insecure", &style(INSECURE).red().bold().to_string())?;
             }
             Box::new(device)
         }
         (None, Some(Target::Qemu), _) => simulated::on_chip(scene, pace)?,
         (None, _, Some((disturbance, places))) => simulated::on_board(scene, disturbance, places, pace)?,
         (None, _, None) => simulated::on_desk(scene, pace)?,
-    };
-    // The board was built from the scene's own motion. Only `run` follows the other one.
-    let mut plays = scene.clone();
-    if let Some(motion) = &args.motion {
-        plays.take_motion(motion).map_err(Failure::input)?;
-    }
-    let operator = Operator::new(device, (scene, &plays), head, report, presses).map_err(wrong)?;
-    operate(args, operator.with_outputs(outputs).with_stop_key(console.stops()), console)
+    })
 }
 
 /// Converts the reason for the end to a failure; `place` is the position of a wrong command.
@@ -231,8 +281,14 @@ fn failure(stop: Stop, place: &str) -> Failure {
     }
 }
 
-fn operate(args: &ConnectArgs, mut operator: Operator, mut console: Console) -> Result<u8, Failure> {
-    if let Some(record) = &args.record {
+fn operate(
+    record: Option<&Path>,
+    take_over: bool,
+    mut operator: Operator,
+    mut console: Console,
+    last: impl FnOnce() -> Option<String>,
+) -> Result<u8, Failure> {
+    if let Some(record) = record {
         operator.keep(record).map_err(|stop| failure(stop, ""))?;
     }
     let begun = loop {
@@ -245,7 +301,7 @@ fn operate(args: &ConnectArgs, mut operator: Operator, mut console: Console) -> 
             other => break other,
         }
     };
-    let leaves = begun.is_ok() && operator.found_driven() && !console.is_a_person() && !args.take_over;
+    let leaves = begun.is_ok() && operator.found_driven() && !console.is_a_person() && !take_over;
     if leaves {
         operator.complain(HELD).map_err(|stop| failure(stop, ""))?;
         operator.close().map_err(Failure::Output)?;
@@ -265,14 +321,15 @@ fn operate(args: &ConnectArgs, mut operator: Operator, mut console: Console) -> 
         }
         other => other,
     };
-    let closed = operator.close();
+    let told = last().map_or(Ok(()), |text| operator.report().say("timing", &text, None));
+    let closed = operator.close().and(told);
     let (person, content) = (console.is_a_person(), operator.is_content());
     match ended {
         Ok(()) => {}
         Err(Stop::Interrupted | Stop::Pressed) => return Ok(failure::INTERRUPTED),
         Err(stop) => return Err(failure(stop, &console.place())),
     }
-    closed.map_err(|error| match &args.record {
+    closed.map_err(|error| match record {
         Some(record) => in_file(record, &error),
         None => Failure::Output(error),
     })?;

@@ -2,17 +2,10 @@
 
 use crate::describe::diagnostics::FileError;
 use crate::describe::drive::{JointDrive, MitSpec};
-use crate::describe::robot::RobotJoint;
-use crate::read::shown::counted;
+use crate::describe::robot::{Robot, RobotJoint};
 use crate::read::table::Table;
 use dynamics_core::drive::DriveFacts;
 use dynamics_core::drive::bus_time::Identifier;
-
-/// Most actuators on a bus with classic frames: a bxCAN has three transmit mailboxes, and its receiver holds three replies.
-pub(super) const PER_BUS: usize = 3;
-
-/// Most actuators on a bus with FD frames: all joints of an arm.
-pub(super) const PER_FD_BUS: usize = 6;
 
 /// Checks the drives of all joints together: all or none, of one kind, distinct on their buses.
 pub(super) fn check(joints: &[RobotJoint], tables: &[Table<'_>]) -> Result<(), FileError> {
@@ -44,15 +37,6 @@ pub(super) fn check(joints: &[RobotJoint], tables: &[Table<'_>]) -> Result<(), F
                     let problem = format!("another `data_rate` than {name:?}, on bus {}", spec.bus);
                     return Err(table.error("drive", problem, "one `data_rate` on a bus, or classic frames alone"));
                 }
-                let (most, expected) = match spec.data_rate {
-                    None => (PER_BUS, "at most three actuators on a bus with classic frames"),
-                    Some(_) => (PER_FD_BUS, "at most six actuators on a bus with FD frames"),
-                };
-                if beside.len() >= most {
-                    let problem =
-                        format!("bus {} has {} already", spec.bus, counted(beside.len(), "actuator", "actuators"));
-                    return Err(table.error("drive", problem, expected));
-                }
                 let on_bus = |id: u16| {
                     joints.iter().any(|other| matches!(other.drive, Some(JointDrive::Mit(o)) if o.bus == spec.bus && u16::from(o.id) == id))
                 };
@@ -83,6 +67,31 @@ pub(super) fn check(joints: &[RobotJoint], tables: &[Table<'_>]) -> Result<(), F
         }
     }
     Ok(())
+}
+
+/// The first conflict between the CAN drives of an arm if all are on one bus, whatever their bus in the robot file; `None` if there is none.
+#[must_use]
+pub fn conflict_on_one_bus(robot: &Robot) -> Option<String> {
+    let drives: Vec<(&String, MitSpec)> = robot
+        .joints
+        .iter()
+        .filter_map(|joint| Some((&joint.name, MitSpec { bus: 1, ..joint.drive?.mit()? })))
+        .collect();
+    drives.iter().enumerate().find_map(|(index, (name, spec))| {
+        let before: Vec<_> = drives.iter().take(index).map(|(name, spec)| (*name, JointDrive::Mit(*spec))).collect();
+        let same = drives.iter().take(index).find(|(_, other)| other.id == spec.id);
+        let command = drives.iter().find(|(_, other)| u16::from(other.id) == spec.reply_id);
+        if let Some((other, _)) = same {
+            return Some(format!("the drives of {other:?} and {name:?} both have identifier {}", spec.id));
+        }
+        if let Some((other, _)) = command {
+            return Some(format!(
+                "the drive of {name:?} replies with identifier {}, which is that of commands to {other:?}",
+                spec.reply_id
+            ));
+        }
+        mistaken(spec, &before).map(|it| format!("the drive of {name:?} {}", it.problem))
+    })
 }
 
 /// A conflict: one drive of a bus would accept a frame that is meant for, or sent by, another.

@@ -120,6 +120,9 @@ pub enum DeviceError {
     /// The simulated arm diverged.
     #[error("the simulated arm cannot be followed further: {0}")]
     Diverged(Diverged),
+    /// The control thread of this program has ended.
+    #[error("the control thread has ended; the drives' own timeouts stop the arm")]
+    ControlEnded,
     /// The board is silent.
     #[error("the board is silent: no {what} came within {time:?}")]
     Silent {
@@ -172,7 +175,7 @@ impl Tap {
     }
 
     /// Counts and records a sent frame.
-    pub(super) fn hear_sent(&mut self, at: Duration, frame: &Frame) -> io::Result<()> {
+    pub(crate) fn hear_sent(&mut self, at: Duration, frame: &Frame) -> io::Result<()> {
         // A board restarts its count after a hello.
         self.sent = if matches!(frame, Frame::Hello(_)) { 0 } else { self.sent.wrapping_add(1) };
         self.keep(Direction::Sent, 0, at, frame)
@@ -191,7 +194,7 @@ impl Tap {
     }
 
     /// Records a received frame.
-    pub(super) fn hear_received(&mut self, missed: u32, at: Duration, frame: &Frame) -> io::Result<()> {
+    pub(crate) fn hear_received(&mut self, missed: u32, at: Duration, frame: &Frame) -> io::Result<()> {
         if let Frame::Refusal(link::Refusal::Lost { missed }) = frame {
             self.lost.0 += u64::from(*missed);
             self.lost_more |= *missed == u8::MAX;

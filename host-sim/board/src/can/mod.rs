@@ -1,0 +1,26 @@
+//! CAN adapters of a computer, as the buses of the joints' driver.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`adapter`] | interface to an adapter; opening one by its name |
+//! | [`damiao_motor`] | registers, state and settings of a Damiao motor |
+//! | [`frame`] | a classic CAN frame |
+//! | [`host_bus`] | an adapter as a bus of [`CanJoints`](joint_io::can::CanJoints) |
+//! | `socket` | SocketCAN of Linux |
+//! | [`motors`] | search for motors on a bus |
+//! | [`slcan`] | adapters that speak the text protocol of Lawicel on a serial port |
+//! | [`damiao_usb`] | Damiao's own USB adapter |
+//! | `serial_adapter` | serial ports of both: a thread that reads, and writing without waiting |
+//! | [`simulated`] | a simulated arm at the other end of the buses |
+
+pub mod adapter;
+pub mod damiao_motor;
+pub mod damiao_usb;
+pub mod frame;
+pub mod host_bus;
+pub mod motors;
+mod serial_adapter;
+pub mod simulated;
+pub mod slcan;
+#[cfg(target_os = "linux")]
+mod socket;

@@ -1,0 +1,204 @@
+//! Motors on a bus: search, state and settings. Nothing here enables a motor.
+//!
+//! A search reads a setting of every identifier. Kinds without readable settings answer only to commands, so they are not searched for.
+
+use super::adapter::{Adapter, RECEIVED_MAX};
+use super::frame::CanFrame;
+use dynamics_core::drive::{Gearing, MitDrive, MitRanges, Protocol, Range, TIMEOUT_UNIT_US};
+use dynamics_core::with_drive_kinds;
+use embedded_can::Frame as _;
+use joint_io::frames::{Frames, Packet, Setting};
+use std::io;
+use std::time::{Duration, Instant};
+
+/// Identifiers that are searched: those that a robot file can have.
+const IDS: core::ops::RangeInclusive<u8> = 1..=127;
+
+/// Interval of the requests of a search. A request and its answer take 0.3 ms.
+const EVERY: Duration = Duration::from_millis(1);
+
+/// Time for an answer.
+pub const ANSWER: Duration = Duration::from_millis(50);
+
+/// A motor that has answered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Found {
+    /// Its kind.
+    pub kind: &'static str,
+    /// Its identifier.
+    pub id: u8,
+    /// Identifier of its answer.
+    pub reply_id: u32,
+    /// Its communication timeout, us; 0 for none.
+    pub timeout_us: u32,
+}
+
+/// Identifier with which this program asks RobStride motors, which reply to it.
+const HOST_ID: u16 = 0xFD;
+
+/// A drive of which only the identifier is known. The other numbers are in no frame of this module.
+fn with_id(id: u8) -> MitDrive {
+    let range = Range { min: -1.0, max: 1.0 };
+    MitDrive {
+        bus: 0,
+        data_rate: None,
+        id,
+        reply_id: HOST_ID,
+        reply_bytes: 8,
+        temperature_offset: None,
+        ranges: MitRanges { position: range, velocity: range, kp: range, kd: range, torque: range },
+        gearing: Gearing { ratio: 1.0, per_ratio: 1.0, zero: 0.0 },
+        damping: 0.0,
+        timeout: 0,
+        restart_ticks: 0,
+        absolute: false,
+    }
+}
+
+/// Searches a bus for motors of this kind. `None` if the kind has no setting that can be read.
+///
+/// # Errors
+/// The adapter is gone, or sends nothing.
+pub fn search(adapter: &mut dyn Adapter, kind: Protocol) -> io::Result<Option<Vec<Found>>> {
+    macro_rules! search_kind {
+        ($($kind:ident)*) => {
+            match kind {
+                $(Protocol::$kind => search_of::<dynamics_core::drive::$kind>(adapter, kind.facts().name),)*
+            }
+        };
+    }
+    with_drive_kinds!(search_kind)
+}
+
+fn search_of<F: Frames>(adapter: &mut dyn Adapter, kind: &'static str) -> io::Result<Option<Vec<Found>>> {
+    let mut found = Vec::new();
+    for id in IDS {
+        let Some(request) = F::read_timeout(&with_id(id)) else { return Ok(None) };
+        send(adapter, &frame(&request)?)?;
+        std::thread::sleep(EVERY);
+        collect::<F>(adapter, kind, &mut found)?;
+    }
+    let end = Instant::now() + ANSWER;
+    while Instant::now() < end {
+        std::thread::sleep(EVERY);
+        collect::<F>(adapter, kind, &mut found)?;
+    }
+    found.sort_unstable();
+    found.dedup();
+    Ok(Some(found))
+}
+
+/// Number of requests of [`round_trip`].
+const ROUND_TRIPS: usize = 50;
+
+/// Longest time from a request to a drive to its answer, in [`ROUND_TRIPS`] of them, for the first of these drives that answers. `None` if none does, or if
+/// their kind has no setting that can be read. Neither enables nor moves anything.
+///
+/// # Errors
+/// The adapter is gone, or does not send.
+pub fn round_trip(adapter: &mut dyn Adapter, kind: Protocol, drives: &[MitDrive]) -> io::Result<Option<Duration>> {
+    macro_rules! round_trip_of {
+        ($($kind:ident)*) => {
+            match kind {
+                $(Protocol::$kind => drives.iter().find_map(|drive| longest::<dynamics_core::drive::$kind>(adapter, drive).transpose()).transpose(),)*
+            }
+        };
+    }
+    with_drive_kinds!(round_trip_of)
+}
+
+fn longest<F: Frames>(adapter: &mut dyn Adapter, drive: &MitDrive) -> io::Result<Option<Duration>> {
+    let Some(request) = F::read_timeout(drive) else { return Ok(None) };
+    let (request, mut longest) = (frame(&request)?, Duration::ZERO);
+    for _ in 0..ROUND_TRIPS {
+        let begun = Instant::now();
+        let answered = ask(adapter, &request, |answer| F::setting(drive, answer.id(), answer.data()))?;
+        if answered.is_none() {
+            return Ok(None);
+        }
+        longest = longest.max(begun.elapsed());
+    }
+    Ok(Some(longest))
+}
+
+/// Adds the motors whose answers have arrived.
+fn collect<F: Frames>(adapter: &mut dyn Adapter, kind: &'static str, found: &mut Vec<Found>) -> io::Result<()> {
+    while let Some(answer) = receive(adapter)? {
+        // A Damiao names itself in the data, a RobStride in the identifier.
+        let is_of = |drive: &MitDrive| !answer.is_extended() || F::answers(drive, answer.id());
+        let of = |id| match F::setting(&with_id(id), answer.id(), answer.data()) {
+            Some(Setting::Timeout(units)) if is_of(&with_id(id)) => {
+                Some(Found { kind, id, reply_id: answer.raw_id(), timeout_us: units.saturating_mul(TIMEOUT_UNIT_US) })
+            }
+            _ => None,
+        };
+        found.extend(IDS.filter_map(of));
+    }
+    Ok(())
+}
+
+/// The next data frame. Errors of the bus are skipped, a lost adapter is not.
+fn receive(adapter: &mut dyn Adapter) -> io::Result<Option<CanFrame>> {
+    loop {
+        match adapter.receive() {
+            Ok(Some(frame)) if frame.is_data_frame() => return Ok(Some(frame)),
+            Ok(Some(_)) => {}
+            Ok(None) if adapter.is_off() => {
+                return Err(io::Error::new(io::ErrorKind::BrokenPipe, "the adapter is off the bus or unplugged"));
+            }
+            Ok(None) => return Ok(None),
+            Err(error) if error.kind() == io::ErrorKind::InvalidData => {}
+            Err(error) if adapter.is_off() => return Err(error),
+            Err(_) => {}
+        }
+    }
+}
+
+/// Sends a frame.
+///
+/// # Errors
+/// The adapter is gone, or frames wait because nothing on the bus acknowledges them.
+fn send(adapter: &mut dyn Adapter, frame: &CanFrame) -> io::Result<()> {
+    adapter.begin_tick();
+    adapter.send(frame).map_err(|error| match error.kind() {
+        io::ErrorKind::WouldBlock => io::Error::new(
+            io::ErrorKind::WouldBlock,
+            "frames wait, because nothing on the bus acknowledges them: is the drives' power on, and is the bus terminated at both ends?",
+        ),
+        _ => error,
+    })
+}
+
+fn frame(packet: &Packet) -> io::Result<CanFrame> {
+    CanFrame::new(packet.id, &packet.data).ok_or_else(|| io::ErrorKind::InvalidInput.into())
+}
+
+/// Sends a frame, and returns the first answer for which `read` returns a value; `None` if none comes within [`ANSWER`].
+///
+/// # Errors
+/// The adapter is gone, or does not send.
+pub(super) fn ask<T>(
+    adapter: &mut dyn Adapter,
+    request: &CanFrame,
+    mut read: impl FnMut(&CanFrame) -> Option<T>,
+) -> io::Result<Option<T>> {
+    // Answers to earlier requests. An adapter keeps few, and a busy bus must not hold this up.
+    for _ in 0..RECEIVED_MAX {
+        if receive(adapter)?.is_none() {
+            break;
+        }
+    }
+    send(adapter, request)?;
+    let end = Instant::now() + ANSWER;
+    while Instant::now() < end {
+        match receive(adapter)?.map(|answer| read(&answer)) {
+            Some(Some(value)) => return Ok(Some(value)),
+            Some(None) => {}
+            None => std::thread::sleep(Duration::from_micros(100)),
+        }
+    }
+    Ok(None)
+}
+
+#[cfg(test)]
+mod tests;

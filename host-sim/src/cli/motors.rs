@@ -1,0 +1,179 @@
+//! `motors`: motors on a CAN bus. No command enables a motor.
+
+use board::can::adapter::{Adapter, AdapterName};
+use board::can::damiao_motor::{DamiaoMotor, SHOWN, Value};
+use board::can::motors::{Found, search};
+use clap::{Args, Subcommand};
+use dynamics_core::drive::{Protocol, TIMEOUT_UNIT_US};
+use serde_json::json;
+use sim::failure::Failure;
+use sim::terminal;
+use std::fmt::Write as _;
+use std::io;
+
+const EXAMPLE: &str = "Example:\n  newtau motors scan --can slcan:/dev/ttyACM0";
+
+const EXAMPLES: &str = "\
+Examples:
+  newtau motors scan --can can0
+  newtau motors show 3 --can slcan:/dev/ttyACM0
+  newtau motors set-timeout 3 --ms 20 --can can0
+
+A scan reads a setting of every identifier from 1 to 127, and neither enables nor moves anything. The mini-cheetah's protocol has no settings, so
+these motors are not found. The other commands are for Damiao motors; they change settings only of a motor that is off, read each value back, and
+say what the motor has stored. Support the arm first: a motor that is off carries nothing.";
+
+/// Options of `motors`.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
+pub struct MotorsArgs {
+    /// What to do.
+    #[command(subcommand)]
+    pub task: Task,
+    /// The CAN adapter: can0, slcan:PORT or damiao:PORT.
+    #[arg(long, value_name = "ADAPTER", global = true)]
+    pub can: Option<AdapterName>,
+    /// Print JSON.
+    #[arg(long, global = true)]
+    pub json: bool,
+}
+
+/// Tasks of `motors`.
+#[derive(Clone, Debug, Subcommand)]
+pub enum Task {
+    /// Find the motors on the bus, of every kind whose settings can be read.
+    #[command(after_help = EXAMPLE)]
+    Scan,
+    /// Show a Damiao motor: state, temperatures, registers.
+    #[command(after_help = "Example:\n  newtau motors show 3 --can slcan:/dev/ttyACM0")]
+    Show {
+        /// Its identifier.
+        id: u8,
+    },
+    /// Give a Damiao motor another identifier, and its replies that identifier plus 16; stored in flash.
+    #[command(after_help = "Example:\n  newtau motors set-id 1 3 --can can0")]
+    SetId {
+        /// Its identifier.
+        id: u8,
+        /// The new one, 1 to 111.
+        #[arg(value_parser = clap::value_parser!(u8).range(1..=111))]
+        new: u8,
+    },
+    /// Make the present position of a Damiao motor its zero.
+    #[command(after_help = "Example:\n  newtau motors set-zero 3 --can can0")]
+    SetZero {
+        /// Its identifier.
+        id: u8,
+    },
+    /// Set the time without a command after which a Damiao motor gives no torque; stored in flash.
+    #[command(after_help = "Example:\n  newtau motors set-timeout 3 --ms 20 --can can0")]
+    SetTimeout {
+        /// Its identifier.
+        id: u8,
+        /// The time, ms, 1 to 10000. There is no value for "never".
+        #[arg(long, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+        ms: u32,
+    },
+    /// Clear the error of a Damiao motor. It stays off.
+    #[command(after_help = "Example:\n  newtau motors clear 3 --can can0")]
+    Clear {
+        /// Its identifier.
+        id: u8,
+    },
+}
+
+/// Offset from a Damiao motor's identifier to that of its replies, as makers of arms set it.
+const REPLY_OFFSET: u8 = 16;
+
+/// Does the task. Returns the exit code.
+///
+/// # Errors
+/// An adapter that cannot be opened or dies; a motor that is silent, is on, or did not take a value.
+pub fn run(args: &MotorsArgs) -> Result<u8, Failure> {
+    let name = args.can.as_ref().ok_or_else(|| {
+        Failure::Input(miette::miette!(help = EXAMPLE, "--can: missing; expected can0, slcan:PORT or damiao:PORT"))
+    })?;
+    let mut adapter =
+        name.open().map_err(|error| Failure::Target(miette::miette!(help = error.advice(), "{error}")))?;
+    let failed = |error: io::Error| Failure::Target(miette::miette!("{name}: {error}"));
+    let adapter = adapter.as_mut();
+    let (text, json) = match args.task {
+        Task::Scan => scan(adapter, name),
+        Task::Show { id } => show(adapter, id),
+        Task::SetId { id, new } => DamiaoMotor::new(adapter, id).set_id(new, REPLY_OFFSET).map(|()| {
+            let reply = u32::from(new) + u32::from(REPLY_OFFSET);
+            done(format!("motor {id} is now motor {new}, replies at {reply}; stored in flash"))
+        }),
+        Task::SetZero { id } => DamiaoMotor::new(adapter, id)
+            .set_zero()
+            .map(|(before, after)| done(format!("position before {:.4}, now {:.4} of its range", before, after))),
+        Task::SetTimeout { id, ms } => DamiaoMotor::new(adapter, id)
+            .set_timeout(ms * 1000 / TIMEOUT_UNIT_US)
+            .map(|()| done(format!("motor {id}: gives no torque after {ms} ms without a command; stored in flash"))),
+        Task::Clear { id } => {
+            DamiaoMotor::new(adapter, id).clear().map(|state| done(format!("motor {id}: {}", state.text())))
+        }
+    }
+    .map_err(failed)?;
+    terminal::print(&if args.json { terminal::json(&json)? } else { text })?;
+    Ok(0)
+}
+
+fn done(text: String) -> (String, serde_json::Value) {
+    let json = json!({ "text": text });
+    (format!("{text}\n"), json)
+}
+
+/// The motors of all kinds.
+fn scan(adapter: &mut dyn Adapter, name: &AdapterName) -> io::Result<(String, serde_json::Value)> {
+    let (mut all, mut silent): (Vec<Found>, Vec<&str>) = (Vec::new(), Vec::new());
+    for &kind in Protocol::ALL {
+        match search(adapter, kind)? {
+            Some(found) => all.extend(found),
+            None => silent.push(kind.facts().name),
+        }
+    }
+    let mut text = String::new();
+    for Found { kind, id, reply_id, timeout_us } in &all {
+        let timeout = match timeout_us {
+            0 => "no communication timeout: it keeps its last torque when nobody sends".to_owned(),
+            us => format!("communication timeout {} ms", f64::from(*us) * 1e-3),
+        };
+        let _ = writeln!(text, "{kind} {id}: replies at {reply_id}; {timeout}");
+    }
+    if all.is_empty() {
+        let _ = writeln!(
+            text,
+            "no motor answered on {name}: is the drives' power on, are both ends of the bus terminated (60 Ohm between CANH and CANL), and is the bit \
+             rate 1 Mbit/s?"
+        );
+    }
+    let _ = writeln!(text, "not searched for, because their protocol has no settings to read: {}", silent.join(", "));
+    let motors: Vec<_> = all
+        .iter()
+        .map(|it| json!({ "kind": it.kind, "id": it.id, "reply_id": it.reply_id, "timeout_us": it.timeout_us }))
+        .collect();
+    Ok((text, json!({ "motors": motors, "not_searched": silent })))
+}
+
+/// State and registers of a motor.
+fn show(adapter: &mut dyn Adapter, id: u8) -> io::Result<(String, serde_json::Value)> {
+    let mut motor = DamiaoMotor::new(adapter, id);
+    let state = motor.state()?.ok_or_else(|| io::Error::other(format!("motor {id} does not answer")))?;
+    let [transistors, winding] = state.temperatures;
+    let mut text =
+        format!("motor {id}: {}; transistors {transistors}, winding {winding} degrees Celsius\n", state.text());
+    let mut registers = serde_json::Map::new();
+    for register in SHOWN {
+        let (shown, value) = match motor.read(register)? {
+            Some(Value::Float(value)) => (format!("{value}"), json!(value)),
+            Some(Value::Integer(value)) => (format!("{value}"), json!(value)),
+            None => ("no answer".to_owned(), serde_json::Value::Null),
+        };
+        let _ = writeln!(text, "  {:<38} {shown} {}", register.name, register.unit);
+        registers.insert(register.name.to_owned(), value);
+    }
+    let text = text.lines().map(|line| format!("{}\n", line.trim_end())).collect();
+    let json = json!({ "id": id, "state": state.text(), "temperatures": state.temperatures, "registers": registers });
+    Ok((text, json))
+}

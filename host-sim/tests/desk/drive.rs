@@ -1,0 +1,371 @@
+//! `drive`: the firmware's session in the program, with a simulated arm in the program and behind adapters on pseudo-terminals.
+//!
+//! The scene has 100 Hz, so that a busy machine begins no tick too late.
+
+use crate::program::{at_the_top, told};
+use board::can::frame::CanFrame;
+use board::can::simulated::SimulatedArm;
+use embedded_can::Frame as _;
+use robot_compiler::SceneFile;
+use serialport::{SerialPort as _, TTYPort};
+use std::io::{Read as _, Write as _};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread::{self, JoinHandle, sleep};
+use std::time::{Duration, Instant};
+
+fn file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
+
+/// The scene with one bus, slower.
+fn scene(name: &str) -> PathBuf {
+    let top = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let text = std::fs::read_to_string(top.join("scenes/yam_one_bus.toml")).unwrap();
+    let text = text
+        .replace("rate = 400", "rate = 100")
+        .replace("natural_frequency = 40.0", "natural_frequency = 20.0")
+        .replace("../robots", &top.join("robots").display().to_string());
+    let path = file(&format!("drive_{name}.toml"));
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+fn drive(scene: &Path, adapter: &str, script: &str) -> Command {
+    let lines = scene.with_extension("txt");
+    std::fs::write(&lines, script).unwrap();
+    let mut program = at_the_top();
+    program.arg("drive").arg(scene).args(["--can", adapter, "--script"]).arg(lines);
+    program
+}
+
+/// Protocol of an adapter, written from its description without the program's code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Slcan,
+    Damiao,
+}
+
+impl Kind {
+    /// Removes the first whole command from the received bytes: a frame, or something that is none.
+    fn command(self, bytes: &mut Vec<u8>) -> Option<Option<CanFrame>> {
+        match self {
+            Self::Slcan => {
+                let end = bytes.iter().position(|&byte| byte == b'\r')?;
+                let line: Vec<u8> = bytes.drain(..=end).collect();
+                let text = String::from_utf8(line[..end].to_vec()).unwrap();
+                let Some(rest) = text.strip_prefix('t') else {
+                    assert!(["", "C", "S8", "O"].contains(&text.as_str()), "{text}");
+                    return Some(None);
+                };
+                let number = |digits: &str| u32::from_str_radix(digits, 16).unwrap();
+                let data: Vec<u8> = (4..rest.len()).step_by(2).map(|at| number(&rest[at..at + 2]) as u8).collect();
+                assert_eq!(data.len(), number(&rest[3..4]) as usize, "{text}");
+                Some(CanFrame::of(number(&rest[..3]), false, &data))
+            }
+            Self::Damiao => {
+                if bytes.len() < 30 {
+                    return None;
+                }
+                let command: Vec<u8> = bytes.drain(..30).collect();
+                assert_eq!(command[..4], [0x55, 0xAA, 30, 3]);
+                let id = u32::from(command[13]) | u32::from(command[14]) << 8;
+                Some(CanFrame::of(id, false, &command[21..21 + usize::from(command[18])]))
+            }
+        }
+    }
+
+    /// The bytes of a frame that was received on the bus.
+    fn report(self, frame: &CanFrame) -> Vec<u8> {
+        match self {
+            Self::Slcan => {
+                let data: String = frame.data().iter().map(|byte| format!("{byte:02X}")).collect();
+                format!("t{:03X}{}{data}\r", frame.raw_id(), frame.dlc()).into_bytes()
+            }
+            Self::Damiao => {
+                let mut bytes = vec![0xAA, 0x11, frame.dlc() as u8];
+                bytes.extend(frame.raw_id().to_le_bytes());
+                bytes.extend(frame.data());
+                bytes.extend(std::iter::repeat_n(0, 8 - frame.dlc()));
+                bytes.push(0x55);
+                bytes
+            }
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Slcan => "slcan",
+            Self::Damiao => "damiao",
+        }
+    }
+}
+
+/// An adapter on a pseudo-terminal with a simulated arm behind it.
+struct Adapter {
+    arm: SimulatedArm,
+    name: String,
+    ends: Arc<AtomicBool>,
+    /// Every frame from the program, with its time.
+    frames: Arc<Mutex<Vec<(Instant, CanFrame)>>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Adapter {
+    fn new(kind: Kind, scene: &Path) -> Self {
+        let (mut board, host) = TTYPort::pair().unwrap();
+        board.set_timeout(Duration::from_millis(1)).unwrap();
+        let name = format!("{}:{}", kind.name(), host.name().unwrap());
+        let arm = SimulatedArm::new(&SceneFile::load(scene).unwrap()).unwrap_or_else(|why| panic!("{why:?}"));
+        let (ends, frames) = (Arc::new(AtomicBool::new(false)), Arc::new(Mutex::new(Vec::new())));
+        let (its_arm, its_end, its_frames) = (arm.clone(), Arc::clone(&ends), Arc::clone(&frames));
+        let thread = thread::spawn(move || {
+            // Kept open, so that the terminal lives before and between programs.
+            let _host = host;
+            let (mut bytes, mut buffer) = (Vec::new(), [0; 512]);
+            while !its_end.load(Ordering::Relaxed) {
+                its_arm.advance();
+                let Ok(count) = board.read(&mut buffer) else { continue };
+                bytes.extend(&buffer[..count]);
+                while let Some(command) = kind.command(&mut bytes) {
+                    let Some(frame) = command else { continue };
+                    its_frames.lock().unwrap().push((Instant::now(), frame));
+                    let replies: Vec<u8> =
+                        its_arm.deliver(&frame).iter().flat_map(|reply| kind.report(reply)).collect();
+                    board.write_all(&replies).unwrap();
+                }
+            }
+        });
+        Self { arm, name, ends, frames, thread: Some(thread) }
+    }
+
+    /// Time of the first frame that ends with this byte, among those that end with seven bytes `FF` before it.
+    fn first(&self, last: u8) -> Option<Instant> {
+        let frames = self.frames.lock().unwrap();
+        let special = |frame: &CanFrame| matches!(frame.data(), [0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, byte] if *byte == last);
+        frames.iter().find(|(_, frame)| special(frame)).map(|(time, _)| *time)
+    }
+
+    /// Waits until the arm has this property.
+    fn until(&self, what: &str, is_so: impl Fn(&[f64]) -> bool) {
+        let begun = Instant::now();
+        while !is_so(&self.arm.positions()) {
+            assert!(begun.elapsed() < Duration::from_secs(20), "{what}: {:?}", self.arm.positions());
+            sleep(Duration::from_millis(5));
+        }
+    }
+
+    fn unplug(&mut self) {
+        self.ends.store(true, Ordering::Relaxed);
+        self.thread.take().map(|thread| thread.join().unwrap());
+    }
+}
+
+impl Drop for Adapter {
+    fn drop(&mut self) {
+        self.ends.store(true, Ordering::Relaxed);
+    }
+}
+
+const FIRST: &str = "home\nconfirm\narm\nfull-range\n";
+
+/// Enable, of the mini-cheetah's frames.
+const ENABLE: u8 = 0xFC;
+
+#[test]
+fn a_simulated_arm_runs_its_motion_and_parks_and_the_times_of_the_ticks_are_printed() {
+    let scene = scene("simulated");
+    let (code, out, error) = told(drive(&scene, "simulated", &format!("{FIRST}run\nwait\npark\n")).output().unwrap());
+    assert_eq!((code, error.as_str()), (0, ""), "{out}");
+    assert!(out.starts_with("simulated: 6 drives, bus at least 83 % free at 100 Hz; up to 561 Hz\n"), "{out}");
+    for part in ["control thread: ", "arm: armed", "wait: arrived", "park: ", " ticks; late: p50 "] {
+        assert!(out.contains(part), "{part}: {out}");
+    }
+    assert!(out.trim_end().ends_with("0 ended too late"), "{out}");
+}
+
+#[test]
+fn adapters_on_a_serial_port_carry_a_session_and_no_drive_is_enabled_before_it_is_asked_for() {
+    for kind in [Kind::Slcan, Kind::Damiao] {
+        let scene = scene(kind.name());
+        let adapter = Adapter::new(kind, &scene);
+        let before = adapter.arm.positions();
+        let (code, out, error) = told(drive(&scene, &adapter.name, "home\nconfirm\nstatus\n").output().unwrap());
+        assert_eq!((code, error.as_str()), (0, ""), "{out}");
+        assert!(adapter.first(ENABLE).is_none() && adapter.arm.positions() == before, "{kind:?}: nothing moves");
+        let script = format!("{FIRST}jog wrist_pitch -0.3 1.0\nwait\nstatus\npark\n");
+        let (code, out, error) = told(drive(&scene, &adapter.name, &script).output().unwrap());
+        assert_eq!((code, error.as_str()), (0, ""), "{out}");
+        assert!(adapter.first(ENABLE).is_some() && out.contains("wait: arrived"), "{out}");
+        let moved = adapter.arm.positions();
+        assert!(moved.iter().zip(&before).all(|(now, then)| (now - then).abs() < 0.1), "{moved:?} and {before:?}");
+    }
+}
+
+/// The program with an armed arm that holds itself away from its rest pose.
+fn holding(scene: &Path, adapter: &Adapter) -> Child {
+    let script = format!("{FIRST}goto 0 0.6 0.8 0 0 0 1.5\nwait\nwait 30\n");
+    let mut program = drive(scene, &adapter.name, &script);
+    let child = program.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    adapter.until("it is raised", |q| (q[1] - 0.6).abs() < 0.01 && (q[2] - 0.8).abs() < 0.01);
+    child
+}
+
+/// Largest change of a position within this time, rad.
+fn fallen(adapter: &Adapter, time: Duration) -> f64 {
+    let (begun, from) = (Instant::now(), adapter.arm.positions());
+    let mut most = 0.0_f64;
+    while begun.elapsed() < time {
+        sleep(Duration::from_millis(5));
+        let change =
+            adapter.arm.positions().iter().zip(&from).map(|(now, then)| (now - then).abs()).fold(0.0, f64::max);
+        most = most.max(change);
+    }
+    most
+}
+
+#[test]
+fn an_adapter_that_is_unplugged_is_a_fault_and_the_drives_own_timeouts_act() {
+    let scene = scene("unplugged");
+    let mut adapter = Adapter::new(Kind::Slcan, &scene);
+    let child = holding(&scene, &adapter);
+    adapter.unplug();
+    let fell = fallen(&adapter, Duration::from_secs(1));
+    let (code, out, error) = told(child.wait_with_output().unwrap());
+    assert_eq!(code, 3, "{out}{error}");
+    assert!(out.contains("fault"), "{out}");
+    assert!(fell > 0.2, "no drive gives torque after its timeout: {fell} rad");
+}
+
+#[test]
+fn a_request_to_end_and_a_closed_terminal_park_the_arm_and_switch_the_drives_off() {
+    for signal in ["-TERM", "-HUP", "-TSTP"] {
+        let scene = scene("ended");
+        let adapter = Adapter::new(Kind::Slcan, &scene);
+        let child = holding(&scene, &adapter);
+        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+        let (code, out, error) = told(child.wait_with_output().unwrap());
+        assert_eq!(code, 130, "{signal}: {out}{error}");
+        let (rest, q) = (SceneFile::load(&scene).unwrap().robot.rest.unwrap(), adapter.arm.positions());
+        assert!(q.iter().zip(&rest).all(|(q, rest)| (q - rest).abs() < 0.1), "{signal}: {q:?} and {rest:?}");
+        let frames = adapter.frames.lock().unwrap();
+        // The last frame of each drive switches it off.
+        for id in 1..=6 {
+            let last = frames.iter().rev().find(|(_, frame)| frame.raw_id() == id).unwrap();
+            assert_eq!(last.1.data()[7], 0xFD, "{signal}: motor {id}");
+        }
+    }
+}
+
+#[test]
+fn a_program_that_is_killed_leaves_the_arm_to_the_drives_own_timeouts() {
+    let scene = scene("killed");
+    let adapter = Adapter::new(Kind::Slcan, &scene);
+    let mut child = holding(&scene, &adapter);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let last = adapter.frames.lock().unwrap().last().unwrap().0;
+    let fell = fallen(&adapter, Duration::from_secs(2));
+    assert!(fell > 0.2, "without torque it sinks: {fell} rad");
+    assert!(last.elapsed() > Duration::from_secs(2), "nobody sends");
+}
+
+#[test]
+fn a_program_that_stalls_stops_the_arm_where_it_is() {
+    let scene = scene("stalled");
+    let adapter = Adapter::new(Kind::Slcan, &scene);
+    let child = holding(&scene, &adapter);
+    let signal = |name: &str| {
+        let sent = Command::new("kill").args([name, &child.id().to_string()]).status().unwrap();
+        assert!(sent.success());
+    };
+    signal("-STOP");
+    sleep(Duration::from_millis(100));
+    signal("-CONT");
+    let fell = fallen(&adapter, Duration::from_secs(1));
+    let (code, out, error) = told(child.wait_with_output().unwrap());
+    assert_eq!(code, 3, "{out}{error}");
+    // A tick that ends after the next one was due.
+    assert!(out.contains("fault 6"), "{out}");
+    assert!(fell < 0.3, "damped by the drives: {fell} rad");
+}
+
+#[test]
+fn what_this_computer_cannot_drive_is_refused_with_what_to_do() {
+    let yam = scene("refused");
+    let text = std::fs::read_to_string(&yam).unwrap();
+    let other = |name: &str, from: &str, to: &str| {
+        assert!(text.contains(from), "{from}");
+        let path = file(&format!("drive_{name}.toml"));
+        std::fs::write(&path, text.replace(from, to)).unwrap();
+        path
+    };
+    let mini_cheetah = {
+        let top = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+        let text = std::fs::read_to_string(top.join("scenes/examples/mit6_wave.toml")).unwrap();
+        let text = text
+            .replace("../../robots", &top.join("robots").display().to_string())
+            .replace("rate = 1000", "rate = 400");
+        let path = file("drive_mit.toml");
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    let cases = [
+        (scene("no_adapter"), vec!["--can", "slcan:/dev/no-such-port"], 1, "slcan:/dev/no-such-port"),
+        (scene("no_socket"), vec!["--can", "nocan7"], 1, "nocan7"),
+        (
+            scene("kind"),
+            vec!["--can", "lin:/dev/ttyACM0"],
+            2,
+            "lin is no kind of adapter; expected an interface such as can0",
+        ),
+        (scene("none"), vec![], 2, "--can <ADAPTER>"),
+        (scene("twice"), vec!["--can", "can0", "--can", "can0"], 2, "--can can0: given twice"),
+        (scene("mixed"), vec!["--can", "can0", "--can", "simulated"], 2, "expected no other adapter"),
+        (scene("chip"), vec!["--can", "slcan:/dev/ttyUSB0"], 2, "is a serial chip: give its baud rate"),
+        (mini_cheetah, vec!["--can", "simulated"], 2, "has no timeout that can be read or set"),
+        (
+            other("fast", "rate = 100", "rate = 1000"),
+            vec!["--can", "simulated"],
+            2,
+            "control.rate: found 1000 Hz, expected at most 561: 6 drives",
+        ),
+        (
+            other("line", "rate = 100", "rate = 400"),
+            vec!["--can", "slcan:/dev/ttyUSB0@460800"],
+            2,
+            "2865 us for the commands on the adapter's serial line",
+        ),
+        (other("brake", "\"damped-stop\"", "\"brake\""), vec!["--can", "simulated"], 2, "no line that engages brakes"),
+        (
+            PathBuf::from("scenes/puma560_pick.toml"),
+            vec!["--can", "simulated"],
+            2,
+            "expected a drive on CAN at every joint",
+        ),
+    ];
+    for (scene, options, exit, part) in cases {
+        let lines = file("drive_nothing.txt");
+        std::fs::write(&lines, "").unwrap();
+        let mut program = at_the_top();
+        let (code, out, error) =
+            told(program.arg("drive").arg(scene).args(&options).arg("--script").arg(lines).output().unwrap());
+        let error = error.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_eq!(code, exit, "{options:?}: {out}{error}");
+        assert!(error.contains(part), "{options:?}: {error}");
+    }
+}
+
+#[test]
+fn the_timing_of_this_computer_is_measured_without_an_arm() {
+    let scene = scene("timing");
+    let mut program = at_the_top();
+    program.arg("drive").arg(&scene).args(["--check-timing", "1", "--json"]);
+    let (_, out, error) = told(program.output().unwrap());
+    let found: serde_json::Value = serde_json::from_str(&out).unwrap_or_else(|why| panic!("{why}: {out}{error}"));
+    let ticks = found["ticks"].as_u64().unwrap();
+    assert!((80..=101).contains(&ticks), "{found}");
+    assert!(found["rate_worst"].as_f64().unwrap() <= found["rate_p99_99"].as_f64().unwrap(), "{found}");
+}
