@@ -72,8 +72,8 @@ fn main() {
         let Output { state, actuation, refused, .. } = machine.tick(&inputs, law);
         if !what.is_empty() {
             let torque = if matches!(actuation, Actuation::Drive { .. }) { "torque" } else { "no torque" };
-            let reason = refused.map_or(String::new(), |reason| format!(", refused: {reason:?}"));
-            println!("{what:<24} {state:?}, {torque}{reason}");
+            let reason = refused.map_or(String::new(), |reason| format!(", refused: {reason}"));
+            println!("{what:<24} {state}, {torque}{reason}");
         }
         (state, refused)
     };

@@ -42,6 +42,7 @@ mod memory;
 mod ordinary;
 mod rules;
 mod stop;
+mod texts;
 
 pub use crate::control::TorqueRequest;
 pub use machine::Safety;

@@ -12,4 +12,5 @@ mod ordinary;
 mod sequences;
 mod support;
 mod table;
+mod texts;
 mod watch;

@@ -63,20 +63,10 @@ impl StateCode {
         self as u8
     }
 
-    /// Its name, as shown to users.
+    /// Its name, as shown to users: [`State::name`].
     #[must_use]
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::Idle => "idle",
-            Self::Homing => "homing",
-            Self::Armed => "armed",
-            Self::Running => "running",
-            Self::Holding => "holding",
-            Self::Fault => "fault",
-            Self::Arming => "arming",
-            Self::Lowering => "lowering",
-            Self::Disarming => "disarming",
-        }
+        State::NAMES[self as usize]
     }
 
     /// True if torque acts, with released or with engaged brakes, as [`State::has_torque`].

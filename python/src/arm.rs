@@ -2,26 +2,30 @@
 
 use crate::arrays::{Argument, Precision, precision};
 use crate::compute::compute;
+use crate::load::file_error;
 use batch_engine::Quantity;
-use dynamics_core::JointKind;
 use dynamics_core::regressor::PARAMETER_NAMES;
+use dynamics_core::{Body, JointKind, Term};
 use numpy::{PyArray1, PyArray2};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use robot_compiler::{Robot, RobotJoint};
+use robot_compiler::emit::kernel::{Language, source};
+use robot_compiler::kernel::{Function, Level};
+use robot_compiler::names::named;
+use robot_compiler::scene::ScalarChoice;
+use robot_compiler::{Robot, RobotJoint, SceneFile, with_dof};
 
 /// A robot arm under gravity. Create one with newtau.load.
 #[pyclass(frozen, module = "newtau")]
 pub(crate) struct Arm {
     pub(crate) arm: batch_engine::Arm,
     pub(crate) robot: Robot,
-    gravity: [f64; 3],
+    pub(crate) gravity: [f64; 3],
+    /// Body held by the tip, in the tip frame.
+    pub(crate) payload: Option<Body>,
 }
 
 impl Arm {
-    pub(crate) const fn new(arm: batch_engine::Arm, robot: Robot, gravity: [f64; 3]) -> Self {
-        Self { arm, robot, gravity }
-    }
-
     /// Evaluates a function in the precision of its arguments.
     fn call<'py>(
         &self,
@@ -263,6 +267,41 @@ impl Arm {
     fn parameter_names(&self) -> Vec<String> {
         let joints = self.robot.joints.iter();
         joints.flat_map(|joint| PARAMETER_NAMES.map(|name| format!("{}.{name}", joint.name))).collect()
+    }
+
+    /// Returns the source text of the inverse dynamics as straight-line code, under the gravity and with the payload of this arm.
+    ///
+    /// It is the text of ``newtau model kernel``. The code needs no library: Rust depends on the crate dynamics-core, C99 on nothing. The
+    /// caller computes the sines and cosines.
+    ///
+    /// Parameters
+    /// ----------
+    /// language : {"rust", "c"}
+    ///     ``"rust"`` has the type ``Kernel``, which implements ``InverseDynamics``; ``"c"`` has the function
+    ///     ``arm_kernel_inverse_dynamics``.
+    /// scalar : {"f32", "f64"}
+    ///     Floating-point type of the code.
+    ///
+    /// Returns
+    /// -------
+    /// str
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     An unknown language or scalar.
+    #[pyo3(signature = (language="rust", scalar="f32"))]
+    fn kernel(&self, language: &str, scalar: &str) -> PyResult<String> {
+        let unknown = |argument: &str, message| PyValueError::new_err(format!("{argument}: found {message}"));
+        let language = named::<Language>(language).map_err(|message| unknown("language", message))?;
+        let scalar = named::<ScalarChoice>(scalar).map_err(|message| unknown("scalar", message))?;
+        let mut file = SceneFile::default_for(self.robot.clone());
+        file.model.gravity = Term::Constant(self.gravity.into());
+        file.model.payload = self.payload.map_or(Term::Absent, Term::Constant);
+        with_dof!(self.robot.dof(), N => {
+            let model = self.robot.model::<N>().map_err(|error| file_error(&error))?;
+            Ok(source(language, &file, &model, Function::InverseDynamics, Level::Exact, scalar.precision()))
+        })
     }
 
     /// Returns the arm as the text of a URDF file, without the payload. Shapes are made up: a cylinder along every link.

@@ -27,18 +27,20 @@ pub(crate) fn load(
         return Err(PyValueError::new_err(format!("gravity: found ({x}, {y}, {z}); expected finite numbers, m/s^2")));
     }
     let payload = payload.map(body).transpose()?;
-    let arm = batch_engine::Arm::new(&robot, gravity, payload).map_err(|error| file_error(&error))?;
-    Ok(Arm::new(arm, robot, gravity.into()))
+    let inertia = payload.map(|Body { mass, com, inertia }| Inertia::from_mass_centre(mass, &com, &inertia));
+    let arm = batch_engine::Arm::new(&robot, gravity, inertia).map_err(|error| file_error(&error))?;
+    Ok(Arm { arm, robot, gravity: gravity.into(), payload })
 }
 
-/// The payload about the origin of the tip frame.
+/// The payload in the tip frame.
 ///
 /// # Errors
 /// `ValueError` for a body that no mass distribution can have.
-fn body((mass, com, [x, y, z]): Payload) -> PyResult<Inertia<f64>> {
+fn body((mass, com, [x, y, z]): Payload) -> PyResult<Body> {
     let com = Vector3::from(com);
     let inertia = Matrix3::from_rows(&[x.into(), y.into(), z.into()]);
-    let tool = Tool { body: Body { mass, com, inertia }, ..Tool::default() };
+    let body = Body { mass, com, inertia };
+    let tool = Tool { body, ..Tool::default() };
     // The core checks the bodies of a model.
     let joint = JointSpec {
         kind: JointKind::Revolute,
@@ -48,7 +50,7 @@ fn body((mass, com, [x, y, z]): Payload) -> PyResult<Inertia<f64>> {
         limits: Limits::none(),
     };
     Model::new(&[joint], &tool).map_err(|error| PyValueError::new_err(format!("payload: {}", error.what)))?;
-    Ok(Inertia::from_mass_centre(mass, &com, &inertia))
+    Ok(body)
 }
 
 /// `ValueError` with the program's message: file, line, column, field, found, expected.

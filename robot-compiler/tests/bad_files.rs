@@ -116,6 +116,7 @@ fn no_case_is_lost() {
 #[test]
 fn a_file_that_is_not_there_is_named() {
     let error = Robot::load(Path::new("tests/bad/nowhere.toml")).unwrap_err();
+    assert_eq!(format!("{error:?}"), format!("{error}; expected {}", error.expected()));
     assert_eq!(error.file(), "tests/bad/nowhere.toml");
     assert!(error.problem().starts_with("cannot be read: "));
 }

@@ -495,3 +495,41 @@ fn a_named_actuators_ratings_go_through_the_gear_and_give_way_to_the_file() {
     let problem = robot("heat = { rated = 40.0 }", 1.0).unwrap_err();
     assert!(problem.problem().contains("exchanged?"), "{problem}");
 }
+
+/// The question about grams, by link.
+fn asked_about_grams(draft: &Draft) -> Vec<String> {
+    let found = findings(draft, None).into_iter().filter(|finding| finding.rule == CheckRule::Unit);
+    found.map(|finding| finding.place.to_string()).filter(|text| text.contains("is it in grams?")).collect()
+}
+
+#[test]
+fn a_mass_in_grams_is_asked_about_with_its_line_and_link() {
+    let grams = changed(SOUND, &[("<mass value=\"1.0\"/>", "<mass value=\"900\"/>")]);
+    let draft = |text: &str| Draft::from_urdf_str(text, "arm.urdf", Ends::tip("tip")).unwrap();
+    let line = 1 + grams.lines().position(|line| line.contains("900")).unwrap();
+    let asked = asked_about_grams(&draft(&grams));
+    let (place, text) = asked.first().unwrap().split_once(": ").unwrap();
+    assert!(place.starts_with(&format!("arm.urdf:{line}:")), "{asked:?}");
+    assert_eq!(text, "link fore.inertial.mass: 900 kg on an arm of 1.00 m: is it in grams? Then it is 0.900 kg");
+    assert_eq!(asked.len(), 1, "{asked:?}");
+    // All links in grams: each is asked about. In pounds, one link explains it too.
+    let all = changed(&grams, &[("value=\"2.0\"", "value=\"2000\""), ("value=\"0.4\"", "value=\"400\"")]);
+    assert_eq!(asked_about_grams(&draft(&all)).len(), 3);
+    let pounds = asked_about_grams(&draft(&changed(&grams, &[("900", "400")])));
+    assert!(pounds[0].ends_with("; in pounds, 181 kg"), "{pounds:?}");
+    // The arm measures 1 m: 300 kg are allowed, of which the other links have 2.4 kg.
+    assert_eq!(asked_about_grams(&draft(&changed(&grams, &[("900", "298")]))).len(), 1);
+    assert_eq!(asked_about_grams(&draft(&changed(&grams, &[("900", "297")]))), [""; 0]);
+}
+
+#[test]
+fn no_shipped_robot_is_asked_about_grams() {
+    let folders = ["robots", "robots/examples", "robots/chapter12"].map(|folder| crate::common::top(folder));
+    let files = folders.iter().flat_map(|folder| crate::common::files(folder, &["toml"]));
+    // The folder of the chapter also has closed loops, which are no arms.
+    let arms: Vec<_> = files.filter_map(|file| Draft::load_between(&file, Ends::default()).ok()).collect();
+    assert!(arms.len() >= 30, "{}", arms.len());
+    for draft in arms {
+        assert_eq!(asked_about_grams(&draft), [""; 0], "{}", draft.robot.name);
+    }
+}

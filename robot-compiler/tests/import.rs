@@ -101,7 +101,7 @@ fn the_likely_cause_of_a_wrong_number_is_named() {
         (&[("0.14 0.0 0.015", "14 0 1.5")], "mass-centre", "in cm? Then it is 0.138 m"),
         (&[(tensor, "ixx=\"2.1e6\" iyy=\"16.2e6\" izz=\"16.5e6\" ixy=\"0\" ixz=\"1e5\"")], "gyration", "in g mm^2?"),
         (&[(tensor, "ixx=\"21\" iyy=\"162\" izz=\"165\" ixy=\"0\" ixz=\"1\"")], "gyration", "in kg cm^2?"),
-        (&[("value=\"1.7\"", "value=\"1700\"")], "unit", "in g? Then it is 1.70 kg"),
+        (&[("value=\"1.7\"", "value=\"1700\"")], "unit", "is it in grams? Then it is 1.70 kg"),
         (&[("1.5707963267948966", "90")], "angle", "degrees? 90.0 degrees are 1.57 rad"),
         (&[("rpy=\"0 0.4 0\"", "rpy=\"0 23 0\"")], "angle", "degrees?"),
         (&[("lower=\"-2.8\" upper=\"2.8\"", "lower=\"-160\" upper=\"160\"")], "angle", "degrees?"),

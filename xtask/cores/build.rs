@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-env-changed=NEWTAU_SCENE");
     let name = std::env::var("NEWTAU_SCENE").unwrap_or_else(|_| "ur5_wave".to_owned());
     let scene = Path::new("../../scenes").join(name + ".toml");
-    let file = SceneFile::load(&scene).map_err(|error| format!("{error}; expected {}", error.expected()))?;
+    let file = SceneFile::load(&scene)?;
     println!("cargo::rerun-if-changed={}", scene.display());
     println!("cargo::rerun-if-changed={}", file.robot.path.display());
     for (name, scalar, kernel) in ARMS {

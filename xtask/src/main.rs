@@ -1,5 +1,6 @@
 //! Project tasks: `cargo xtask --help`.
 
+mod api;
 mod bench;
 mod budget;
 mod check;
@@ -104,6 +105,12 @@ enum Task {
         /// These pages alone, such as docs/trade.md
         pages: Vec<String>,
     },
+    /// Write the listings of the public interface in docs/reference/api
+    Api {
+        /// Compare them instead; fail if one differs
+        #[arg(long)]
+        check: bool,
+    },
     /// Build the documentation as a searchable book in target/book, and the crates' API documentation
     Docs,
     /// Inject every fault in every state of the safety state machine, and judge every tick; --help lists the options
@@ -197,6 +204,7 @@ fn run(task: Task) -> anyhow::Result<()> {
         Task::Templates => templates::run(),
         Task::Measured { options } => measured::run(&options),
         Task::Report { options } => report::run_task(&options),
+        Task::Api { check } => api::run_task(check),
         Task::Docs => docs::build(),
         Task::Pages { pages } => pages::run_commands(&pages),
         Task::Campaign { arguments } => process::become_command(trials::program("campaign").args(arguments)),

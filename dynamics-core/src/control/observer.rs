@@ -20,6 +20,18 @@ impl<S: Real> Encoder<S> {
     pub fn position(&self, counts: i32) -> S {
         S::from_i32(counts.wrapping_sub(self.zero)) * self.per_count
     }
+
+    /// Counts of a joint position, rad or m: the inverse of [`position`](Self::position), rounded to the nearest count, halves away from zero.
+    ///
+    /// `counts(position(c)) == c` while `c` is less than 2^23 counts from `zero` in `f32`, and for every `c` in `f64`. A distance from `zero`
+    /// beyond the range of `i32` is cut to it; NaN gives `zero`. The division is in double precision: for a simulated encoder or a limit that is
+    /// converted once, rather than for every tick of a core without it.
+    #[must_use]
+    pub fn counts(&self, position: S) -> i32 {
+        // The cast cuts to the range of `i32`, and makes 0 of NaN.
+        let counts = libm::round(position.to_f64() / self.per_count.to_f64()) as i32;
+        counts.wrapping_add(self.zero)
+    }
 }
 
 record! {

@@ -78,6 +78,31 @@ fn counts_wrap_without_a_step_in_position() {
 }
 
 #[test]
+fn counts_of_a_position_are_the_inverse() {
+    for zero in [0, -70_001, i32::MAX - 5] {
+        let (single, double) = (Encoder { zero, per_count: 3.835e-4_f32 }, Encoder { zero, per_count: -1.7e-5_f64 });
+        for offset in [0, 1, -1, 2, 16_383, -65_536, 8_388_606, -8_388_607] {
+            let counts = zero.wrapping_add(offset);
+            assert_eq!(single.counts(single.position(counts)), counts);
+        }
+        for offset in [0, 1, -1, 123_456_789, i32::MAX, i32::MIN] {
+            let counts = zero.wrapping_add(offset);
+            assert_eq!(double.counts(double.position(counts)), counts);
+        }
+    }
+}
+
+#[test]
+fn counts_round_to_nearest_and_keep_within_the_integers() {
+    let encoder = Encoder { zero: 100, per_count: 0.5_f64 };
+    for (position, counts) in [(0.24, 100), (0.25, 101), (0.74, 101), (-0.24, 100), (-0.25, 99), (1e3, 2100)] {
+        assert_eq!(encoder.counts(position), counts, "{position}");
+    }
+    let from_zero = Encoder { zero: 0, ..encoder };
+    assert_eq!([1e300, -1e300, f64::NAN].map(|q| from_zero.counts(q)), [i32::MAX, i32::MIN, 0]);
+}
+
+#[test]
 fn the_controller_sees_no_jump_in_velocity_when_counts_wrap() {
     let velocity_of = |zero: i32| {
         let mut settings = config(ControlLaw::ComputedTorque);

@@ -94,6 +94,9 @@ fn a_build_script_gets_the_same_arm() {
     fs::write(&wrong, wrong_text(&scene)).unwrap();
     let error = robot_compiler::emit::write_arm(&wrong, &folder).unwrap_err().to_string();
     assert!(error.contains("wrong.toml:") && error.contains("ratte") && error.contains("expected"), "{error}");
+    // A build script whose `main` returns the error prints it so.
+    let printed = robot_compiler::emit::write_arm(&wrong, &folder).map_err(|error| format!("{error:?}")).unwrap_err();
+    assert_eq!(printed, error);
 }
 
 #[test]

@@ -12,8 +12,11 @@ const TURN: f64 = TAU * 1.003;
 pub(super) const LONGEST: f64 = 20.0;
 /// Usual length of an arm, m, to choose between units.
 const USUAL: f64 = 0.8;
-/// Heaviest cube as long as the arm, kg/m^3, and lightest mass that is judged by this, kg.
-const DENSEST: (f64, f64) = (3000.0, 50.0);
+/// Heaviest cube as long as the arm, kg/m^3, and lightest link that is judged by this, kg. The arms in `robots` and in `example-robot-data` that are
+/// longer than 0.25 m have at most 20 kg/m^3; with masses in grams it is a thousand times that.
+const DENSEST: (f64, f64) = (300.0, 50.0);
+/// A pound, kg.
+const POUND: f64 = 0.453_592_37;
 /// Multiple of the arm's largest inertia beyond which a reflected rotor inertia is implausible.
 const ROTOR_MOST: f64 = 30.0;
 /// Multiple of gravity's torque beyond which a torque limit is in another unit, and the least such limit, N m.
@@ -129,22 +132,28 @@ fn arm_length(draft: &Draft) -> Option<Finding> {
 }
 
 /// Masses in grams, or in pounds of a heavy arm.
+///
+/// All links together weigh more than [`DENSEST`] times the cube of the arm's length, in kg/m^3. Every link above the least mass is named: one
+/// wrong link among right ones, or all of them.
 fn grams(draft: &Draft) -> Vec<Finding> {
     let length = draft.length();
-    let heavy = |mass: f64| length > 0.0 && mass > DENSEST.1 && mass > DENSEST.0 * length.powi(3);
-    let bodies = draft.bodies.iter().filter(|body| heavy(body.body.mass));
+    let (density, least) = DENSEST;
+    let most = density * length.powi(3);
+    let total = draft.bodies.iter().map(|body| body.body.mass.max(0.0)).sum::<f64>();
+    if length <= 0.0 || total <= most {
+        return Vec::new();
+    }
     let finding = |body: &crate::describe::draft::DraftBody| {
         let mass = body.body.mass;
-        let problem = format!(
-            "{} on an arm of {}: in g? Then it is {}; in pounds, {}",
-            amount(mass, "kg"),
-            amount(length, "m"),
-            amount(mass / 1e3, "kg"),
-            amount(mass * 0.45359, "kg")
-        );
+        let grams = amount(mass / 1e3, "kg");
+        let mut problem =
+            format!("{} on an arm of {}: is it in grams? Then it is {grams}", amount(mass, "kg"), amount(length, "m"));
+        if total * POUND <= most {
+            problem += &format!("; in pounds, {}", amount(mass * POUND, "kg"));
+        }
         Finding::new(draft, (CheckRule::Unit, Severity::Doubt), &body.mass, problem, "write masses in kg".to_owned())
     };
-    bodies.map(finding).collect()
+    draft.bodies.iter().filter(|body| body.body.mass > least).map(finding).collect()
 }
 
 /// A rotor that outweighs the arm.

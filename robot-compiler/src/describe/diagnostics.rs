@@ -16,11 +16,10 @@ pub(crate) struct Source {
 /// An error in a robot or scene file that was rejected.
 ///
 /// Displays as `file:line:column: field: problem` on one line. As a [`Diagnostic`] it also carries the text with the
-/// location marked, and the expected value.
-#[derive(Debug)]
+/// location marked, and the expected value. `Debug` adds the expected value to the line: that is what cargo shows if `main` of a build script
+/// returns the error.
 pub struct FileError(Box<Details>);
 
-#[derive(Debug)]
 struct Details {
     file: String,
     snippet: Option<Snippet>,
@@ -144,7 +143,31 @@ impl fmt::Display for FileError {
     }
 }
 
+impl fmt::Debug for FileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{self}; expected {}", self.0.expected)
+    }
+}
+
 impl std::error::Error for FileError {}
+
+/// An error that is one text. `Debug` prints the same text, without quotes: that is what cargo shows if `main` of a build script returns the
+/// error.
+pub(crate) struct Message(pub(crate) String);
+
+impl fmt::Display for Message {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl fmt::Debug for Message {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Message {}
 
 impl Diagnostic for FileError {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {

@@ -9,6 +9,7 @@ use super::expression::{Float, Item, list};
 use super::firmware::tuning_module;
 use super::items::numbers;
 use super::protection::protection_module;
+use crate::describe::diagnostics::Message;
 use crate::describe::scene::{KernelMemory, ScalarChoice, SceneFile};
 use crate::kernel::inputs::input_values;
 use crate::kernel::{Function, Level, Operations, Program, compile};
@@ -52,15 +53,14 @@ pub fn arm_crate(
 ) -> Result<ArmCrate, Box<dyn std::error::Error>> {
     if file.collision.is_some() && scalar == ScalarChoice::F64 {
         let path = file.path.display();
-        return Err(
-            format!("{path}: [collision] is emitted for f32 only; expected --scalar f32, or no [collision]").into()
-        );
+        let problem = format!("{path}: [collision] is emitted for f32 only; expected --scalar f32, or no [collision]");
+        return Err(Message(problem).into());
     }
     if file.safety.bench_only {
         let path = file.path.display();
-        return Err(format!(
+        return Err(Message(format!(
             "{path}: safety.bench_only: its bounds on old measurements are lifted, which no arm may be driven with; expected `bench_only = false`"
-        )
+        ))
         .into());
     }
     // Which memory the kernel runs from is for the linker script of the firmware that uses the crate.
@@ -133,7 +133,7 @@ pub(super) fn golden_states<S: Float, const N: usize>(
 where
     Method: Trig<S>,
 {
-    let rows = cost::inputs(file, model).map_err(|error| format!("{}: {error}", file.path.display()))?;
+    let rows = cost::inputs(file, model).map_err(|error| Message(format!("{}: {error}", file.path.display())))?;
     let recursion = Dynamics::new(model.cast::<S>(), file.scene(model).cast::<S>());
     let given = if is_live { file.live(model).cast() } else { Live::zero() };
     let state = |Reference { q, qd, qdd }: Reference<S, N>| {
@@ -203,7 +203,7 @@ pub fn build_arm(scene: impl AsRef<Path>) {
 /// # Errors
 /// As [`arm_crate`]; a scene that cannot be read, with file, line and key; a folder that cannot be written to.
 pub fn write_arm(scene: &Path, folder: &Path) -> Result<Vec<PathBuf>, Box<dyn std::error::Error>> {
-    let file = SceneFile::load(scene).map_err(|error| format!("{error}; expected {}", error.expected()))?;
+    let file = SceneFile::load(scene).map_err(|error| Message(format!("{error}; expected {}", error.expected())))?;
     write_arm_of(&file, folder)?;
     Ok(vec![scene.to_owned(), file.robot.path])
 }

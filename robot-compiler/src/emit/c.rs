@@ -11,6 +11,7 @@ mod source;
 mod trig;
 
 use super::expression::Float;
+use crate::describe::diagnostics::Message;
 use crate::describe::scene::{ScalarChoice, SceneFile};
 use crate::kernel::functions::Springs;
 use crate::kernel::{Function, Level, Operations, Precision, Program, compile};
@@ -51,9 +52,9 @@ pub struct CLibrary {
 pub fn c_library(file: &SceneFile, scalar: ScalarChoice) -> Result<CLibrary, Box<dyn std::error::Error>> {
     if matches!(file.control.trig, Method::Table | Method::Libm) {
         let (path, name) = (file.path.display(), crate::names::name(file.control.trig));
-        return Err(format!(
+        return Err(Message(format!(
             "{path}: control.trig = \"{name}\" is not written in C; expected \"polynomial\", \"polynomial5\" or \"polynomial3\""
-        )
+        ))
         .into());
     }
     with_dof!(file.robot.dof(), N => match scalar {

@@ -7,6 +7,7 @@ use super::dynamics::dynamics_module_in;
 use super::expression::{Float, Item, call, integer, list, number, record, word};
 use super::items::{inertia_item, numbers, vector, wrench_item};
 use super::modules::Modules;
+use crate::describe::diagnostics::Message;
 use crate::describe::scene::{ScalarChoice, SceneFile};
 use crate::with_dof;
 use dynamics_core::control::trajectory::{Motion, MotionError};
@@ -112,15 +113,16 @@ pub fn difference(one: &SceneFile, other: &SceneFile) -> Option<&'static str> {
 pub fn write_program_of(paths: &[PathBuf], folder: &Path) -> Result<(), Box<dyn Error>> {
     let scenes: Vec<SceneFile> = paths.iter().map(|path| SceneFile::load(path)).collect::<Result<_, _>>()?;
     let Some(first) = scenes.first() else {
-        return Err("no scene to measure: expected the path of a scene file on each line of the list".into());
+        let problem = "no scene to measure: expected the path of a scene file on each line of the list";
+        return Err(Message(problem.to_owned()).into());
     };
     for scene in &scenes {
         if let Some(what) = difference(first, scene) {
-            return Err(format!(
+            return Err(Message(format!(
                 "{}: {what}: not that of {}; expected scenes of one robot, rate, motion, duration and sensors",
                 scene.path.display(),
                 first.path.display()
-            )
+            ))
             .into());
         }
     }
@@ -134,7 +136,7 @@ fn program<const N: usize>(scenes: &[SceneFile], folder: &Path) -> Result<(), Bo
     for (k, scene) in scenes.iter().enumerate() {
         let model = scene.robot.model::<N>()?;
         if k == 0 {
-            let rows = inputs(scene, &model).map_err(|error| format!("{}: {error}", scene.path.display()))?;
+            let rows = inputs(scene, &model).map_err(|error| Message(format!("{}: {error}", scene.path.display())))?;
             rest += &table(&rows);
         }
         let scalar = scene.control.scalar;

@@ -5,6 +5,7 @@ use super::changed::write_changed;
 use super::drives::drives_module;
 use super::dynamics::dynamics_module;
 use super::protection::protection_module;
+use crate::describe::diagnostics::Message;
 use crate::describe::drive::Protocol;
 use crate::describe::robot::Robot;
 use crate::describe::scene::{SceneFile, UNREAD_MAX};
@@ -30,20 +31,19 @@ const RATE_MIN: f64 = 16.0;
 /// A scene that cannot be read, a rate that the boards' timers do not have, or a folder that cannot be written to.
 pub fn write_firmware(scene: &Path, choices: Choices<'_>, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
     let mut file = SceneFile::load(scene)?;
-    file.control.choose(choices.law, choices.trig)?;
+    file.control.choose(choices.law, choices.trig).map_err(Message)?;
     let rate = file.control.rate;
     if rate.fract() != 0.0 || rate < RATE_MIN {
         let name = scene.display();
-        return Err(
-            format!("{name}: control.rate: {rate} Hz; expected whole hertz, {RATE_MIN} or more, for a chip").into()
-        );
+        let problem = format!("{name}: control.rate: {rate} Hz; expected whole hertz, {RATE_MIN} or more, for a chip");
+        return Err(Message(problem).into());
     }
     if let Some((joint, jump)) = file.too_fast_for_its_encoder() {
         let (name, label) = (scene.display(), Robot::joint_label(joint, &file.robot.joints[joint].name));
-        return Err(format!(
+        return Err(Message(format!(
             "{name}: control.rate: {rate} Hz, at which the encoder of {label} moves up to {jump} counts in a tick; \
              expected a rate at which it moves less than half a turn in {UNREAD_MAX} ticks, or a lower velocity limit"
-        )
+        ))
         .into());
     }
     let (arm, dynamics, protection, drives) = with_dof!(file.robot.dof(), N => {

@@ -1,8 +1,9 @@
 //! `model kernel`: the arm's dynamics as straight-line Rust or C, and the savings by each rewrite and each term of the scene.
 
 use crate::cli::chain::ChainArgs;
-use crate::cli::names::{Language, named};
+use crate::cli::names::{self, named};
 use clap::Args;
+use robot_compiler::emit::kernel::Language;
 use robot_compiler::kernel::{Function, Level};
 use robot_compiler::scene::ScalarChoice;
 use sim::failure::Failure;
@@ -52,7 +53,7 @@ pub struct KernelArgs {
     pub scalar: Option<ScalarChoice>,
     /// Programming language of the source.
     #[arg(long, value_enum, default_value_t, conflicts_with_all = ["json", "table"])]
-    pub language: Language,
+    pub language: names::Language,
     /// Print operation counts as JSON instead of the source.
     #[arg(long, conflicts_with = "table")]
     pub json: bool,
@@ -72,8 +73,10 @@ pub fn run(args: &KernelArgs) -> Result<(), Failure> {
     let form = match (args.json, args.table) {
         (true, _) => Form::Counts,
         (false, true) => Form::Tables,
-        (false, false) if args.language == Language::C => Form::SourceInC,
-        (false, false) => Form::Source,
+        (false, false) => Form::Source(match args.language {
+            names::Language::Rust => Language::Rust,
+            names::Language::C => Language::C,
+        }),
     };
     print(&text(&asked, &file, form)?)
 }

@@ -3,8 +3,7 @@
 mod tables;
 
 use dynamics_core::{Model, Scene};
-use robot_compiler::emit::c::kernel_source;
-use robot_compiler::emit::kernel::{Title, module};
+use robot_compiler::emit::kernel::{Language, source};
 use robot_compiler::kernel::functions::Springs;
 use robot_compiler::kernel::inputs::live_inputs;
 use robot_compiler::kernel::{Function, Level, Precision, Program, compile};
@@ -28,9 +27,7 @@ pub struct Asked {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
     /// Source of one kernel.
-    Source,
-    /// The same in C.
-    SourceInC,
+    Source(Language),
     /// Operation counts as JSON.
     Counts,
     /// Tables of the operations that each rewrite and each term saves.
@@ -46,8 +43,7 @@ pub fn text(asked: &Asked, file: &SceneFile, form: Form) -> Result<String, Failu
         let model = file.robot.model::<N>().map_err(Failure::input)?;
         let kernels = Kernels::new(asked, file, &model);
         Ok(match form {
-            Form::Source => kernels.source(asked, file, false),
-            Form::SourceInC => kernels.source(asked, file, true),
+            Form::Source(language) => kernels.source(asked, file, language),
             Form::Counts => json(&kernels.counts())? + "\n",
             Form::Tables => kernels.tables(),
         })
@@ -118,22 +114,11 @@ impl<'a, const N: usize> Kernels<'a, N> {
         }
     }
 
-    /// Source of one kernel, in Rust or in C.
-    pub fn source(&self, asked: &Asked, file: &SceneFile, in_c: bool) -> String {
+    /// Source of one kernel.
+    pub fn source(&self, asked: &Asked, file: &SceneFile, language: Language) -> String {
         let function = asked.function.map_or(Function::InverseDynamics, |_| self.functions[0]);
         let level = asked.level.unwrap_or(Level::Exact);
-        let title = Title { robot: &file.robot.name, scene: &file.name, hash: file.hash(self.model) };
-        if in_c {
-            return kernel_source(
-                function,
-                &self.compile(function, &self.scene, level),
-                N,
-                self.precision,
-                level,
-                &title,
-            );
-        }
-        module(function, self.model, &self.scene, level, self.precision, &title)
+        source(language, file, self.model, function, level, self.precision)
     }
 
     /// Operation counts of all requested kernels.

@@ -62,10 +62,10 @@ impl ModelTerm {
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
-            Self::Gravity => "gravity",
-            Self::Payload => "payload",
-            Self::TipWrench => "tip wrench",
-            Self::Rotors => "rotors",
+            Self::Gravity => LiveInput::Gravity.name(),
+            Self::Payload => LiveInput::Payload.name(),
+            Self::TipWrench => LiveInput::TipWrench.name(),
+            Self::Rotors => LiveInput::Rotors.name(),
             Self::VelocityTerms => "velocity terms",
             Self::Friction => "friction",
         }

@@ -4,8 +4,8 @@ use super::case::Situation;
 use super::fault::FaultKind;
 use super::outcome::{Counterexample, Exemption, Finished, Outcome};
 use super::target::Target;
-use board::session::operate::messages::HOLDS;
 use dynamics_core::control::Fault;
+use dynamics_core::safety::HoldCause;
 use report::{Block, Page, Table, Tone};
 use serde::Serialize;
 use sim::table::table;
@@ -160,7 +160,7 @@ impl Report {
             });
             table.row(core::iter::once(row.fault.name().into()).chain(cells).chain(numbers).collect());
         }
-        let holds: Vec<_> = HOLDS.iter().zip(1..).map(|(text, cause)| format!("{cause} {text}")).collect();
+        let holds: Vec<_> = HoldCause::ALL.iter().map(|cause| format!("{} {}", cause.code(), cause.text())).collect();
         let faults: Vec<_> = Fault::ALL.iter().map(|fault| format!("{} {}", fault.code(), fault.text())).collect();
         let mut blocks = vec![
             Block::Facts(vec![

@@ -1,5 +1,5 @@
-//! Messages for the numbers of `docs/safety/state-machine.md`, with advice. One table for each kind; a test compares them with the core's numbers.
-//! The text of a fault comes from the core: [`Fault`].
+//! Messages for the numbers of `docs/safety/state-machine.md`, with advice. The texts of faults, refusals and causes of a hold come from the core;
+//! the advice after a rejected request names this program's commands.
 
 use super::rejection::Rejection;
 use crate::chip::refusal_in_words;
@@ -7,53 +7,25 @@ use ::session::readings::JointFaults;
 use dynamics_core::control::{Fault, LimitFlags};
 use link::{Denial, DriveFaultReport, Refusal, StateCode, Status};
 
-/// Reason for holding, by [`dynamics_core::safety::HoldCause::code`]: 1 and up.
-pub const HOLDS: [&str; 7] = [
-    "as requested",
-    "the host fell silent",
-    "the trajectory ended in motion",
-    "the stopping distance reaches a position limit",
-    "the reference is out of reach",
-    "the live inputs are too old",
-    "the reference was faster than the first motion after homing may be (`first_motion` in [safety]); `full-range` lifts the limits",
+/// Advice after a rejected request, by [`dynamics_core::safety::Refusal::code`], 1 and up.
+const ADVICE: [&str; dynamics_core::safety::Refusal::TEXTS.len()] = [
+    "`status` prints the state; idle allows home and arm, homing allows confirm; armed and holding allow run, jog, goto, park and disarm; \
+     running and lowering allow hold",
+    "remove its cause, then `clear`",
+    "`home`, check that every joint is at its zero, `confirm`",
+    "move it until it finds its zero; an encoder that lost its turn needs a restart of the board",
+    "check the sensor of this joint",
+    "wait until it is at rest; `hold` stops it",
+    "check the link; repeat the command",
+    "`run`, `jog` and `goto` send one",
+    "`goto` or `jog` to a position farther from the limit",
+    "repeat the command; it starts at the arm's present position",
+    "repeat the command",
+    "`payload` and `arm` send all of them; repeat the command",
+    "check the link; the operator sends live inputs again while it runs",
+    "`dump` reads it, then `erase`",
+    "move more slowly, or lift the limits with `full-range`",
 ];
-
-/// Reason why a request is denied, by [`dynamics_core::safety::Refusal::code`], 1 and up, with advice.
-pub const REFUSALS: [(&str, &str); 15] = [
-    (
-        "this state does not allow it",
-        "`status` prints the state; idle allows home and arm, homing allows confirm; armed and holding allow run, jog, goto, park and disarm; \
-         running and lowering allow hold",
-    ),
-    ("a fault is active", "remove its cause, then `clear`"),
-    ("the arm has not been homed", "`home`, check that every joint is at its zero, `confirm`"),
-    (
-        "a joint does not know its zero",
-        "move it until it finds its zero; an encoder that lost its turn needs a restart of the board",
-    ),
-    ("the measurement or the reference is implausible", "check the sensor of this joint"),
-    ("the arm moves", "wait until it is at rest; `hold` stops it"),
-    ("the host was silent", "check the link; repeat the command"),
-    ("there is no reference to follow", "`run`, `jog` and `goto` send one"),
-    ("a joint could not stop before its limit", "`goto` or `jog` to a position farther from the limit"),
-    (
-        "the trajectory does not start at the arm's position",
-        "repeat the command; it starts at the arm's present position",
-    ),
-    ("a change of a parameter or a live input waits for the same tick", "repeat the command"),
-    ("a live input of the scene has not been sent yet", "`payload` and `arm` send all of them; repeat the command"),
-    ("a live input is too old", "check the link; the operator sends live inputs again while it runs"),
-    ("the black box holds a fault that has not been read", "`dump` reads it, then `erase`"),
-    (
-        "this is faster than the first motion after homing may be (`first_motion` in [safety])",
-        "move more slowly, or lift the limits with `full-range`",
-    ),
-];
-
-/// Entry of a table by number, counted from `first`.
-fn entry<T: Copy>(table: &[T], code: u8, first: u8) -> Option<T> {
-    table.get(usize::from(code.checked_sub(first)?)).copied()
-}
 
 /// Message for a number that this version does not know.
 fn unknown(what: &str, code: u8) -> String {
@@ -76,9 +48,9 @@ pub fn fault(code: u8, joint: Option<u8>) -> String {
 pub fn doing(status: &Status) -> String {
     match status.state {
         StateCode::Holding => {
-            let cause = entry(&HOLDS, status.cause, 1);
-            let why = cause.map_or_else(|| unknown("cause", status.cause), str::to_owned);
-            format!("holding: {why}{}", of_joint(status.joint))
+            let why =
+                status.hold_cause().map_or_else(|| unknown("cause", status.cause), |cause| cause.text().to_owned());
+            format!("{}: {why}{}", status.state, of_joint(status.joint))
         }
         StateCode::Fault => fault(status.cause, status.joint),
         other => other.to_string(),
@@ -124,7 +96,9 @@ pub fn drive_fault(drive_fault: &DriveFaultReport, words: Option<fn(u8) -> &'sta
 /// Reason why a request was denied, with advice.
 #[must_use]
 pub fn denial(denial: &Denial) -> String {
-    let Some((why, what_to_do)) = entry(&REFUSALS, denial.code, 1) else { return unknown("refusal", denial.code) };
+    let mut known = dynamics_core::safety::Refusal::TEXTS.iter().zip(ADVICE);
+    let entry = usize::from(denial.code).checked_sub(1).and_then(|index| known.nth(index));
+    let Some((why, what_to_do)) = entry else { return unknown("refusal", denial.code) };
     match denial.fault {
         0 => format!("rejected: {why}{}; {what_to_do}", of_joint(denial.joint)),
         code => format!("rejected: {why}: {}; {what_to_do}", fault(code, denial.joint)),
@@ -167,16 +141,10 @@ pub fn limits(bits: u8) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{HOLDS, REFUSALS, denial, fault};
+    use super::{denial, fault};
     use dynamics_core::control::Fault;
-    use dynamics_core::safety::{HoldCause, Refusal};
+    use dynamics_core::safety::Refusal;
     use link::Denial;
-
-    #[test]
-    fn every_number_of_the_core_has_its_words() {
-        assert_eq!(usize::from(HoldCause::FirstMotion { joint: 0 }.code()), HOLDS.len());
-        assert_eq!(usize::from(Refusal::FirstMotion { joint: 0 }.code()), REFUSALS.len());
-    }
 
     #[test]
     fn words_name_the_joint_counted_from_1_and_say_what_to_do() {
