@@ -1,4 +1,5 @@
-//! `cargo xtask templates`: each firmware template compiles for its chip, and its loop passes its tests here; one runs in the emulated chip too.
+//! `cargo xtask templates`: each firmware template compiles for its chip; their loop, which is the same in all, passes its tests here and runs in the
+//! emulated chip.
 
 use crate::cores::{has_targets, target};
 use crate::process::{root, run as run_command};
@@ -16,7 +17,7 @@ const TEMPLATES: [(&str, &str); 4] = [
     ("esp32c3", "riscv32imc-unknown-none-elf"),
 ];
 
-/// The one that runs in the emulator.
+/// The one whose loop is tested here and in the emulator.
 const EMULATED: &str = "rtic-stm32f4";
 
 /// Files that are the same in every template, because each template is copied alone.
@@ -44,8 +45,9 @@ pub(crate) fn run() -> Result<()> {
         run_command(&mut cargo(&["build", "--release", "--locked", "--quiet"]))?;
         let elf = crate::process::target_directory().join(triple).join("release").join(name);
         ensure!(fs::metadata(&elf)?.len() > 10_000, "{}: the linker left out the program", elf.display());
-        run_command(&mut cargo(&["desk", "--locked", "--quiet"]))?;
+        // The loop and its tests are the same files in every template.
         if name == EMULATED {
+            run_command(&mut cargo(&["desk", "--locked", "--quiet"]))?;
             install::qemu()?;
             run_command(&mut cargo(&["run", "--release", "--locked", "--quiet", "--features", "qemu"]))?;
         }

@@ -23,12 +23,14 @@ use super::compare::ANY_LINES;
 use anyhow::{Context as _, Result, bail, ensure};
 
 /// Reasons for which a test cannot run a command.
-pub(super) const REASONS: [&str; 5] = [
+pub(super) const REASONS: [&str; 7] = [
     "needs a board",
+    "needs a CAN adapter",
     "needs your own file",
     "needs a cluster",
     "needs a new part of the program",
     "measures for minutes",
+    "runs in real time",
 ];
 
 /// Comments of a `text` block.

@@ -108,7 +108,10 @@ impl SimulatedArm {
             scene.plant.start.clone_from(rest);
         }
         let arm: Box<dyn Arm> = with_dof!(scene.robot.dof(), N => {
-            Box::new(ArmOf { world: world::<N>(&scene)?, time: 0.0, released: false, lost: false })
+            let mut world = world::<N>(&scene)?;
+            // The first step compiles the arm's equations, 20 ms. In a session, it would make a tick end too late.
+            let lost = world.pass().is_err();
+            Box::new(ArmOf { world, time: 0.0, released: false, lost })
         });
         Ok(Self { arm: Arc::new(Mutex::new(arm)), begun: Instant::now() })
     }
