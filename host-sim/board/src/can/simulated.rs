@@ -109,7 +109,8 @@ impl SimulatedArm {
         }
         let arm: Box<dyn Arm> = with_dof!(scene.robot.dof(), N => {
             let mut world = world::<N>(&scene)?;
-            // The first step compiles the arm's equations, 20 ms. In a session, it would make a tick end too late.
+            // Compiled later, they would make a tick end too late.
+            world.plant.compile_next();
             let lost = world.pass().is_err();
             Box::new(ArmOf { world, time: 0.0, released: false, lost })
         });

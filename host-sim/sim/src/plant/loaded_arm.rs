@@ -45,6 +45,11 @@ impl<const N: usize> LoadedArm<N> {
         Self { mechanism, friction, rough, ripple, kinds, solved: Cell::new(0), kernel: OnceCell::new() }
     }
 
+    /// Makes the next solution compile the kernel.
+    pub(super) fn compile_next(&self) {
+        self.solved.set(self.solved.get().max(WORTH_A_KERNEL));
+    }
+
     /// True if a joint has dry friction.
     pub(super) fn is_dry(&self) -> bool {
         self.rough.is_some()

@@ -195,6 +195,11 @@ impl<const N: usize> Plant<N> {
         self.body.solutions()
     }
 
+    /// Makes the next step compile the equations of motion, which a run does after some seconds and which takes 20 ms. For an arm in the time of the clock.
+    pub fn compile_next(&self) {
+        self.body.compile_next();
+    }
+
     /// Current state of the arm; for elastic joints, of their link sides.
     #[must_use]
     pub fn state(&self) -> &State<N> {
