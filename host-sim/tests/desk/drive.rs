@@ -159,7 +159,9 @@ impl Adapter {
 
     fn unplug(&mut self) {
         self.ends.store(true, Ordering::Relaxed);
-        self.thread.take().map(|thread| thread.join().unwrap());
+        if let Some(thread) = self.thread.take() {
+            thread.join().unwrap();
+        }
     }
 }
 

@@ -58,8 +58,8 @@ impl Device for DriveDevice {
     }
 
     fn send(&mut self, frame: &Frame) -> Result<(), DeviceError> {
-        let sent = self.to_board.as_ref().map(|to_board| to_board.send(frame.clone()));
-        if !matches!(sent, Some(Ok(()))) {
+        let sent = self.to_board.as_ref().is_some_and(|to_board| to_board.send(frame.clone()).is_ok());
+        if !sent {
             return Err(DeviceError::ControlEnded);
         }
         self.sent = Instant::now();
