@@ -91,7 +91,7 @@ fn search_of<F: Frames>(adapter: &mut dyn Adapter, kind: &'static str) -> io::Re
 /// Number of requests of [`round_trip`].
 const ROUND_TRIPS: usize = 50;
 
-/// Longest time from a request to a drive to its answer, in [`ROUND_TRIPS`] of them, for the first of these drives that answers. `None` if none does, or if
+/// Longest time from a request to a drive to its answer, in fifty of them, for the first of these drives that answers. `None` if none does, or if
 /// their kind has no setting that can be read. Neither enables nor moves anything.
 ///
 /// # Errors
