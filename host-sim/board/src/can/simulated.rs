@@ -1,6 +1,7 @@
 //! A simulated arm at the other end of the buses, in the time of the clock.
 //!
-//! A stand holds the arm until all its drives are on and carry it. Then it moves as its drives make it; there are no brakes.
+//! A stand holds the arm until all its drives are on and carry it. Then it moves as its drives make it; there are no brakes. Once all drives are off in the
+//! arm's rest pose, it rests there again, as on its mechanical stops.
 
 use super::adapter::Adapter;
 use super::frame::CanFrame;
@@ -22,6 +23,9 @@ const RATE: f64 = 4000.0;
 
 /// Longest time that is simulated at once, s. A program that slept longer finds the arm as if it had slept this long.
 const CATCH_UP: f64 = 5.0;
+
+/// Distance from the rest pose within which the arm rests on its stops, rad or m.
+const REST_NEAR: f64 = 0.15;
 
 /// Torque that carries nothing, as a share of the range: more than that of the probe by which a drive is seen to be on.
 const PROBE: f64 = 0.021;
@@ -45,6 +49,8 @@ trait Arm: Send {
 
 struct ArmOf<const N: usize> {
     world: World<N>,
+    /// Pose in which the arm carries itself.
+    rest: Option<[f64; N]>,
     time: f64,
     /// True once all drives have carried it.
     released: bool,
@@ -61,8 +67,11 @@ impl<const N: usize> Arm for ArmOf<N> {
                 let has = |drives: &mut Drives<N>, is_so: fn(&Electronics) -> bool, joint| {
                     drives.electronics(joint).is_some_and(|it| is_so(it))
                 };
-                let all_on = (0..N).all(|joint| has(drives, Electronics::is_enabled, joint));
-                self.released |= all_on && (0..N).any(|joint| has(drives, carries, joint));
+                let on = (0..N).filter(|&joint| has(drives, Electronics::is_enabled, joint)).count();
+                self.released |= on == N && (0..N).any(|joint| has(drives, carries, joint));
+                let at = self.world.plant.state().q;
+                let rests = |rest: &[f64; N]| rest.iter().zip(&at).all(|(rest, q)| (rest - q).abs() < REST_NEAR);
+                self.released &= on > 0 || !self.rest.as_ref().is_some_and(rests);
             }
             if self.released && !self.lost {
                 self.lost = self.world.pass().is_err();
@@ -112,7 +121,8 @@ impl SimulatedArm {
             // Compiled later, they would make a tick end too late.
             world.plant.compile_next();
             let lost = world.pass().is_err();
-            Box::new(ArmOf { world, time: 0.0, released: false, lost })
+            let rest = scene.robot.rest.as_ref().and_then(|rest| <[f64; N]>::try_from(rest.as_slice()).ok());
+            Box::new(ArmOf { world, rest, time: 0.0, released: false, lost })
         });
         Ok(Self { arm: Arc::new(Mutex::new(arm)), begun: Instant::now() })
     }
