@@ -250,7 +250,7 @@ fn an_adapter_that_is_unplugged_is_a_fault_and_the_drives_own_timeouts_act() {
 }
 
 #[test]
-fn a_request_to_end_and_a_closed_terminal_park_the_arm_and_switch_the_drives_off() {
+fn a_request_to_end_and_a_closed_terminal_damp_the_arm_until_it_rests_and_switch_the_drives_off() {
     for signal in ["-TERM", "-HUP", "-TSTP"] {
         let scene = scene("ended");
         let adapter = Adapter::new(Kind::Slcan, &scene);
@@ -258,8 +258,9 @@ fn a_request_to_end_and_a_closed_terminal_park_the_arm_and_switch_the_drives_off
         assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
         let (code, out, error) = told(child.wait_with_output().unwrap());
         assert_eq!(code, 130, "{signal}: {out}{error}");
-        let (rest, q) = (SceneFile::load(&scene).unwrap().robot.rest.unwrap(), adapter.arm.positions());
-        assert!(is_near(&q, &rest, 0.15), "{signal}: {q:?} and {rest:?}");
+        // As in `connect`, a script's Ctrl-C disarms; this arm has no brakes and sinks, damped, until it hangs.
+        let moved = fallen(&adapter, Duration::from_millis(100));
+        assert!(moved < 0.02, "{signal}: {moved} rad, after the drives were switched off");
         let frames = adapter.frames.lock().unwrap();
         // The last frame of each drive switches it off.
         for id in 1..=6 {
@@ -305,10 +306,10 @@ fn a_program_that_stalls_for_some_ticks_damps_the_arm_and_one_that_stalls_longer
     // Period 10 ms.
     let (fell, out) = stalled("stalled", Duration::from_millis(30));
     assert!(out.contains("fault 6"), "{out}");
-    assert!(fell < 1.0, "damped by the drives: {fell} rad");
+    assert!(fell < 2.0, "damped by the drives: {fell} rad");
     let (dropped, out) = stalled("stalled_long", Duration::from_millis(500));
     assert!(out.contains("fault"), "{out}");
-    assert!(dropped > fell, "without torque: {dropped} rad, damped {fell} rad");
+    assert!(dropped > 2.0 * fell, "without torque: {dropped} rad, damped {fell} rad");
 }
 
 #[test]
