@@ -1,7 +1,7 @@
 //! A simulated arm at the other end of the buses, in the time of the clock.
 //!
-//! A stand holds the arm until all its drives are on and carry it. Then it moves as its drives make it; there are no brakes. Once all drives are off in the
-//! arm's rest pose, it rests there again, as on its mechanical stops.
+//! A stand holds the arm until all its drives are on and carry it. Then it moves as its drives make it; there are no brakes. Once no drive
+//! carries it in its rest pose, it rests there again, as on its mechanical stops.
 
 use super::adapter::Adapter;
 use super::frame::CanFrame;
@@ -33,7 +33,7 @@ const PROBE: f64 = 0.021;
 /// True if a drive was commanded to carry its joint.
 fn carries(electronics: &Electronics) -> bool {
     let told = electronics.told();
-    told.kp > 0.0 || told.torque.abs() > PROBE * electronics.ranges.torque.1
+    electronics.is_enabled() && (told.kp > 0.0 || told.torque.abs() > PROBE * electronics.ranges.torque.1)
 }
 
 /// An arm that takes and returns frames.
@@ -67,11 +67,12 @@ impl<const N: usize> Arm for ArmOf<N> {
                 let has = |drives: &mut Drives<N>, is_so: fn(&Electronics) -> bool, joint| {
                     drives.electronics(joint).is_some_and(|it| is_so(it))
                 };
-                let on = (0..N).filter(|&joint| has(drives, Electronics::is_enabled, joint)).count();
-                self.released |= on == N && (0..N).any(|joint| has(drives, carries, joint));
+                let all_on = (0..N).all(|joint| has(drives, Electronics::is_enabled, joint));
+                let carried = (0..N).any(|joint| has(drives, carries, joint));
+                self.released |= all_on && carried;
                 let at = self.world.plant.state().q;
                 let rests = |rest: &[f64; N]| rest.iter().zip(&at).all(|(rest, q)| (rest - q).abs() < REST_NEAR);
-                self.released &= on > 0 || !self.rest.as_ref().is_some_and(rests);
+                self.released &= carried || !self.rest.as_ref().is_some_and(rests);
             }
             if self.released && !self.lost {
                 self.lost = self.world.pass().is_err();
