@@ -9,7 +9,7 @@ use dynamics_core::{Body, JointKind, Term};
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use robot_compiler::emit::kernel::{Language, source};
+use robot_compiler::emit::kernel_file::{Language, source};
 use robot_compiler::kernel::{Function, Level};
 use robot_compiler::names::named;
 use robot_compiler::scene::ScalarChoice;

@@ -19,6 +19,7 @@ mod firmware;
 mod first_scene;
 mod items;
 pub mod kernel;
+pub mod kernel_file;
 pub mod modules;
 pub mod page;
 mod protection;

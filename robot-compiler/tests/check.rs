@@ -524,7 +524,7 @@ fn a_mass_in_grams_is_asked_about_with_its_line_and_link() {
 
 #[test]
 fn no_shipped_robot_is_asked_about_grams() {
-    let folders = ["robots", "robots/examples", "robots/chapter12"].map(|folder| crate::common::top(folder));
+    let folders = ["robots", "robots/examples", "robots/chapter12"].map(crate::common::top);
     let files = folders.iter().flat_map(|folder| crate::common::files(folder, &["toml"]));
     // The folder of the chapter also has closed loops, which are no arms.
     let arms: Vec<_> = files.filter_map(|file| Draft::load_between(&file, Ends::default()).ok()).collect();

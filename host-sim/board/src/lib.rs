@@ -6,9 +6,11 @@
 //! | [`chip`] | the firmware in an emulated STM32F405, driven in lock step |
 //! | [`session`] | the firmware under its safety state machine, and its hosts: dry run, operator, replay, serial port |
 //! | [`key`] | keys of the link |
+//! | [`real_time`] | priority, locked memory and waiting of a control thread |
 #![forbid(unsafe_code)]
 
 pub mod can;
 pub mod chip;
 pub mod key;
+pub mod real_time;
 pub mod session;

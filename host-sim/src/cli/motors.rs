@@ -1,6 +1,7 @@
 //! `motors`: motors on a CAN bus. No command enables a motor.
 
-use board::can::adapter::{Adapter, AdapterName};
+use board::can::adapter::Adapter;
+use board::can::adapter_name::AdapterName;
 use board::can::damiao_motor::{DamiaoMotor, SHOWN, Value};
 use board::can::motors::{Found, search};
 use clap::{Args, Subcommand};
@@ -27,7 +28,7 @@ say what the motor has stored. Support the arm first: a motor that is off carrie
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
 pub struct MotorsArgs {
-    /// What to do.
+    /// Task.
     #[command(subcommand)]
     pub task: Task,
     /// The CAN adapter: can0, slcan:PORT or damiao:PORT.

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Folders of each package's source. Each folder may use itself and those before it. Cargo checks the dependencies between packages.
-const FOLDERS: [(&str, &[&str]); 2] = [("sim/src", &["plant", "run"]), ("board/src", &["chip", "session"])];
+const FOLDERS: [(&str, &[&str]); 2] = [("sim/src", &["plant", "run"]), ("board/src", &["can", "chip", "session"])];
 
 fn source(package: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(package)

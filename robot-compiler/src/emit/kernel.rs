@@ -1,8 +1,6 @@
-//! A kernel as readable Rust source: `no_std`, without `unsafe`, in rustfmt's layout. [`source`] also writes it in C.
+//! A kernel as readable Rust source: `no_std`, without `unsafe`, in rustfmt's layout.
 
-use crate::describe::scene::SceneFile;
 use crate::kernel::{Function, Level, Precision, Program, compile};
-use crate::names::Named;
 use dynamics_core::{Model, Scene};
 use text::{INVERSE_DYNAMICS, MOMENTUM, Scalars, Text};
 
@@ -12,40 +10,6 @@ mod title;
 pub(super) mod writer;
 
 pub use title::Title;
-
-/// Programming language of a kernel's source.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Language {
-    /// `no_std` Rust: [`module`].
-    Rust,
-    /// C99: [`kernel_source`](super::c::kernel_source).
-    C,
-}
-
-impl Named for Language {
-    const NAMES: &'static [(&'static str, &'static str, Self)] = &[("rust", "", Self::Rust), ("c", "", Self::C)];
-}
-
-/// Source of a function of an arm in a scene, with a head that names both. `newtau model kernel` and Python's `Arm.kernel` print it.
-#[must_use]
-pub fn source<const N: usize>(
-    language: Language,
-    file: &SceneFile,
-    model: &Model<f64, N>,
-    function: Function,
-    level: Level,
-    precision: Precision,
-) -> String {
-    let scene = file.scene(model);
-    let title = Title { robot: &file.robot.name, scene: &file.name, hash: file.hash(model) };
-    match language {
-        Language::Rust => module(function, model, &scene, level, precision, &title),
-        Language::C => {
-            let program = compile(function, model, &scene, level, precision);
-            super::c::kernel_source(function, &program, N, precision, level, &title)
-        }
-    }
-}
 
 /// Rust source of a module that computes a function of an arm in a scene.
 ///

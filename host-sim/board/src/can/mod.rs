@@ -2,7 +2,8 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`adapter`] | interface to an adapter; opening one by its name |
+//! | [`adapter`] | interface to an adapter |
+//! | [`adapter_name`] | adapters by name: opening one, and its serial line |
 //! | [`damiao_motor`] | registers, state and settings of a Damiao motor |
 //! | [`frame`] | a classic CAN frame |
 //! | [`host_bus`] | an adapter as a bus of [`CanJoints`](joint_io::can::CanJoints) |
@@ -14,6 +15,7 @@
 //! | [`simulated`] | a simulated arm at the other end of the buses |
 
 pub mod adapter;
+pub mod adapter_name;
 pub mod damiao_motor;
 pub mod damiao_usb;
 pub mod frame;

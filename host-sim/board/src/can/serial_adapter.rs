@@ -49,7 +49,7 @@ pub(super) struct SerialAdapter<P> {
     protocol: PhantomData<P>,
 }
 
-/// What the reading thread shares.
+/// State that the reading thread shares.
 #[derive(Default)]
 struct Shared {
     received: Mutex<VecDeque<Result<CanFrame, ()>>>,
@@ -90,7 +90,7 @@ impl<P: Protocol> SerialAdapter<P> {
 /// Reads until the adapter is gone or closed.
 fn read<P: Protocol>(port: &mut dyn SerialPort, shared: &Shared) {
     // As the control tick, which waits for these frames.
-    crate::session::drive::real_time::raise_priority().ok();
+    crate::real_time::raise_priority().ok();
     let (mut protocol, mut buffer) = (P::default(), [0; 512]);
     while !shared.ends.load(Ordering::Relaxed) {
         let count = match port.read(&mut buffer) {

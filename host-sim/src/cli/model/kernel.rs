@@ -3,7 +3,7 @@
 use crate::cli::chain::ChainArgs;
 use crate::cli::names::{self, named};
 use clap::Args;
-use robot_compiler::emit::kernel::Language;
+use robot_compiler::emit::kernel_file::Language;
 use robot_compiler::kernel::{Function, Level};
 use robot_compiler::scene::ScalarChoice;
 use sim::failure::Failure;

@@ -3,7 +3,7 @@
 mod tables;
 
 use dynamics_core::{Model, Scene};
-use robot_compiler::emit::kernel::{Language, source};
+use robot_compiler::emit::kernel_file::{Language, source};
 use robot_compiler::kernel::functions::Springs;
 use robot_compiler::kernel::inputs::live_inputs;
 use robot_compiler::kernel::{Function, Level, Precision, Program, compile};

@@ -1,6 +1,6 @@
 //! The check that buses and adapters carry the scene's rate.
 
-use crate::can::adapter::AdapterName;
+use crate::can::adapter_name::AdapterName;
 use dynamics_core::drive::MitDrive;
 use dynamics_core::drive::bus_time::{BusLoad, Identifier, LEAD_US, TURNAROUND_US};
 use std::fmt;

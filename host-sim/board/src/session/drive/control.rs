@@ -1,7 +1,7 @@
 //! The control thread: what the timer's interrupt and the link's task are on a board.
 
 use super::lateness::TickTimes;
-use super::real_time::{self, RealTime, wait_until};
+use crate::real_time::{self, RealTime, wait_until};
 use crate::session::dry_run::{DeskSession, Uncounted};
 use dynamics_core::Sensed;
 use dynamics_core::safety::SafeAction;
@@ -35,12 +35,12 @@ const ALONE_MAX: Duration = Duration::from_secs(600);
 /// Wait for a hello.
 const IDLE: Duration = Duration::from_millis(20);
 
-/// What the thread shows others, and what they ask of it.
+/// State that the thread shares with others: its times, and their requests.
 #[derive(Debug)]
 pub struct Shown {
     /// Times of its ticks. The thread never waits for this lock.
     pub times: Mutex<TickTimes>,
-    /// What the system allowed, once the thread runs.
+    /// Result of [`real_time::prepare`], once the thread runs.
     pub real_time: OnceLock<RealTime>,
     /// Request for an emergency stop, also after the operator's part has gone.
     pub(super) stops: AtomicBool,
@@ -54,7 +54,7 @@ impl Shown {
         Self { times: Mutex::new(times), real_time: OnceLock::new(), stops, ended }
     }
 
-    /// What the system allowed; waits until the thread runs. `None` if it does not within a second.
+    /// Result of [`real_time::prepare`]; waits until the thread runs. `None` if it does not within a second.
     #[must_use]
     pub fn real_time(&self) -> Option<&RealTime> {
         let begun = Instant::now();

@@ -1,10 +1,10 @@
-//! How late ticks began, and how long they took.
+//! Lateness and duration of ticks.
 
 use hdrhistogram::Histogram;
 use std::fmt;
 use std::time::{Duration, Instant};
 
-/// Longest time that is told apart, ns: a minute.
+/// Longest time that is distinguished, ns: a minute.
 const LONGEST_NS: u64 = 60_000_000_000;
 
 /// Times of many ticks.
@@ -25,7 +25,7 @@ pub struct Quantiles {
 }
 
 impl Times {
-    /// No times, told apart to 1 %.
+    /// No times, distinguished to 1 %.
     ///
     /// # Errors
     /// None: the bounds are constants.

@@ -14,8 +14,7 @@
 //! | [`bus_rates`] | the check that buses and adapters carry the scene's rate |
 //! | `control` | the control thread |
 //! | [`device`] | the thread as a device of the operator |
-//! | [`lateness`] | how late ticks began, and how long they took |
-//! | [`real_time`] | priority, locked memory and waiting |
+//! | [`lateness`] | lateness and duration of ticks |
 //! | [`timing_check`] | the rate that this computer holds, without an arm |
 
 pub mod arm;
@@ -23,5 +22,4 @@ pub mod bus_rates;
 mod control;
 pub mod device;
 pub mod lateness;
-pub mod real_time;
 pub mod timing_check;

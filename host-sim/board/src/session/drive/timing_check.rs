@@ -1,7 +1,7 @@
 //! The rate that this computer holds, without an arm: the control thread with a simulated arm, as long as the caller wishes.
 
 use super::lateness::{Quantiles, TickTimes, Times};
-use super::real_time::{self, RealTime, period, wait_until};
+use crate::real_time::{self, RealTime, period, wait_until};
 use crate::session::dry_run::{DryRun, OnDesk};
 use link::{Frame, Joints, Measurement, Reference, Sensed};
 use robot_compiler::{SceneFile, with_dof};
@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 pub struct TimingCheck {
     /// Times of the ticks.
     pub times: TickTimes,
-    /// What the system allowed.
+    /// Priority and memory that the system allowed.
     pub real_time: RealTime,
 }
 

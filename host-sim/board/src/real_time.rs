@@ -1,8 +1,8 @@
-//! Priority, locked memory and waiting of the control thread, as far as the system allows.
+//! Priority, locked memory and waiting of a control thread, as far as the system allows.
 
 use std::time::{Duration, Instant};
 
-/// What the system allowed.
+/// Priority and memory that the system allowed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RealTime {
     /// `None` if the thread runs before all ordinary programs; otherwise the reason.
@@ -78,7 +78,7 @@ fn lock_memory() -> Result<(), String> {
 }
 
 /// Waits until this time.
-pub(super) fn wait_until(time: Instant) {
+pub(crate) fn wait_until(time: Instant) {
     loop {
         let left = time.saturating_duration_since(Instant::now());
         if left.is_zero() {

@@ -1,0 +1,174 @@
+//! Adapters by name: opening one, and its serial line.
+
+use super::adapter::Adapter;
+use super::damiao_usb::DamiaoUsb;
+use super::serial_adapter::SerialAdapter;
+use super::slcan::Slcan;
+use core::fmt;
+use core::str::FromStr;
+use dynamics_core::drive::bus_time::Identifier;
+use std::io;
+
+/// An adapter by its name on the command line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum AdapterName {
+    /// A network interface of Linux, such as `can0`.
+    Socket(String),
+    /// An adapter with the text protocol of Lawicel on a serial port, at this baud rate; `None` if its USB is the port, at no rate.
+    Slcan(String, Option<u32>),
+    /// Damiao's USB adapter on a serial port, at this baud rate.
+    Damiao(String, u32),
+    /// A simulated arm in this program.
+    Simulated,
+}
+
+/// Baud rate that is set where the number has no effect.
+const ANY_BAUD: u32 = 115_200;
+
+/// Baud rate of Damiao's USB adapter, from the maker's `DM_CAN.py`.
+pub const DAMIAO_BAUD: u32 = 921_600;
+
+const EXPECTED: &str = "expected an interface such as can0, slcan:/dev/ttyACM0, slcan:/dev/ttyUSB0@2000000, damiao:/dev/ttyACM0, or simulated";
+
+impl FromStr for AdapterName {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let Some((kind, port)) = text.split_once(':') else {
+            return match text {
+                "simulated" => Ok(Self::Simulated),
+                // IFNAMSIZ of Linux is 16, with the terminating zero.
+                _ if !text.is_empty() && text.len() < 16 && !text.contains(['/', ' ', '@']) => {
+                    Ok(Self::Socket(text.to_owned()))
+                }
+                _ => Err(EXPECTED.into()),
+            };
+        };
+        let (path, baud) = match port.rsplit_once('@') {
+            None => (port, None),
+            Some((path, baud)) => {
+                (path, Some(baud.parse().map_err(|_| format!("{baud} is no baud rate; {EXPECTED}"))?))
+            }
+        };
+        if path.is_empty() || baud == Some(0) {
+            return Err(EXPECTED.into());
+        }
+        match kind {
+            // These are serial chips, which have a rate.
+            "slcan" if baud.is_none() && path.contains("ttyUSB") => {
+                Err(format!("{path} is a serial chip: give its baud rate, such as slcan:{path}@2000000"))
+            }
+            "slcan" => Ok(Self::Slcan(path.to_owned(), baud)),
+            "damiao" => Ok(Self::Damiao(path.to_owned(), baud.unwrap_or(DAMIAO_BAUD))),
+            _ => Err(format!("{kind} is no kind of adapter; {EXPECTED}")),
+        }
+    }
+}
+
+impl fmt::Display for AdapterName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Socket(name) => f.write_str(name),
+            Self::Slcan(port, _) => write!(f, "slcan:{port}"),
+            Self::Damiao(port, _) => write!(f, "damiao:{port}"),
+            Self::Simulated => f.write_str("simulated"),
+        }
+    }
+}
+
+/// Reason why an adapter cannot be opened.
+#[derive(Debug, thiserror::Error)]
+#[error("{name}: {source}")]
+pub struct AdapterError {
+    /// The adapter.
+    pub name: AdapterName,
+    /// Error of the system.
+    pub source: io::Error,
+}
+
+impl AdapterError {
+    /// Advice for the person at the computer.
+    #[must_use]
+    pub fn advice(&self) -> String {
+        match &self.name {
+            AdapterName::Socket(name) => format!(
+                "is it there, and up? `ip -details link show {name}` shows it; `sudo ip link set {name} up type can bitrate 1000000` starts it"
+            ),
+            AdapterName::Slcan(..) | AdapterName::Damiao(..) if self.source.kind() == io::ErrorKind::PermissionDenied => {
+                "give this user the right to it: on most Linux systems `sudo usermod -aG dialout $USER`, then log in again"
+                    .into()
+            }
+            _ => "is it plugged in, and not open in another program? `newtau doctor` lists the ports that there are".into(),
+        }
+    }
+}
+
+impl AdapterName {
+    /// Opens the adapter and joins the bus at 1 Mbit/s. Sends no frame.
+    ///
+    /// # Errors
+    /// [`AdapterError`]: the adapter does not exist, is in use or may not be opened. [`AdapterName::Simulated`] is opened by its arm.
+    pub fn open(&self) -> Result<Box<dyn Adapter>, AdapterError> {
+        let opened: io::Result<Box<dyn Adapter>> = match self {
+            Self::Slcan(port, baud) => boxed(SerialAdapter::<Slcan>::open(port, baud.unwrap_or(ANY_BAUD))),
+            Self::Damiao(port, baud) => boxed(SerialAdapter::<DamiaoUsb>::open(port, *baud)),
+            #[cfg(target_os = "linux")]
+            Self::Socket(name) => boxed(super::socket::Socket::open(name)),
+            #[cfg(not(target_os = "linux"))]
+            Self::Socket(_) => {
+                Err(io::Error::new(io::ErrorKind::Unsupported, "only Linux has SocketCAN; use slcan:PORT"))
+            }
+            Self::Simulated => Err(io::Error::new(io::ErrorKind::Unsupported, "a simulated bus belongs to an arm")),
+        };
+        opened.map_err(|source| AdapterError { name: self.clone(), source })
+    }
+
+    /// The adapter's serial line, if one limits it. A port that is named without a baud rate is USB's own, which is faster than the bus.
+    #[must_use]
+    pub fn serial_line(&self, identifier: Identifier) -> Option<SerialLine> {
+        match *self {
+            Self::Slcan(_, Some(baud)) => {
+                let bytes = super::slcan::line_max(identifier);
+                // An answer to the command, `z` and its end, comes back too.
+                Some(SerialLine { command: bytes, reply: bytes + 2, baud })
+            }
+            Self::Damiao(_, baud) => {
+                let (command, reply) =
+                    (super::damiao_usb::COMMAND_BYTES as u32, super::damiao_usb::RECEIVED_BYTES as u32);
+                Some(SerialLine { command, reply, baud })
+            }
+            _ => None,
+        }
+    }
+}
+
+/// A serial line: bytes of a command and of a reply, and its rate, bit/s.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SerialLine {
+    command: u32,
+    reply: u32,
+    baud: u32,
+}
+
+impl SerialLine {
+    /// Time of this many commands, ns.
+    #[must_use]
+    pub fn commands_ns(&self, count: u32) -> u64 {
+        self.bytes_ns(count * self.command)
+    }
+
+    /// Time of a reply, ns.
+    #[must_use]
+    pub fn reply_ns(&self) -> u64 {
+        self.bytes_ns(self.reply)
+    }
+
+    /// A byte is a start bit, eight bits and a stop bit.
+    fn bytes_ns(&self, bytes: u32) -> u64 {
+        (u64::from(bytes) * 10 * 1_000_000_000).div_ceil(u64::from(self.baud.max(1)))
+    }
+}
+
+fn boxed<A: Adapter + 'static>(adapter: io::Result<A>) -> io::Result<Box<dyn Adapter>> {
+    adapter.map(|adapter| Box::new(adapter) as Box<dyn Adapter>)
+}
