@@ -67,7 +67,7 @@ impl Quantity {
         self.shape(n).iter().product()
     }
 
-    /// Number of outputs of [`Quantity::evaluate`]: the results, and for forward dynamics the pivots.
+    /// Number of outputs of `Quantity::evaluate`: the results, and for forward dynamics the pivots.
     #[must_use]
     pub fn outputs(self, n: usize) -> usize {
         if matches!(self, Self::ForwardDynamics) { 2 * n } else { self.results(n) }

@@ -10,9 +10,9 @@ use dynamics_core::Model;
 /// Programming language of a kernel's source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Language {
-    /// `no_std` Rust: [`module`](super::kernel::module).
+    /// `no_std` Rust: [`module`].
     Rust,
-    /// C99: [`kernel_source`](super::c::kernel_source).
+    /// C99: [`kernel_source`].
     C,
 }
 
