@@ -1,7 +1,7 @@
 //! Check that files do not use each other in a circle: no source file uses an item of another file that, directly or through others, uses one of its
 //! own.
 //!
-//! The test reads all files of every library and program of both workspaces, without code that is compiled only for tests. A file uses another one if
+//! The test reads all files of every library and program of both workspaces except `python`, without code that is compiled only for tests. A file uses another one if
 //! a path in its code, or an import, leads to an item that the other one defines; re-exports are followed to the file with the definition. A parent
 //! that only declares its children, or re-exports their items, does not use them.
 //!

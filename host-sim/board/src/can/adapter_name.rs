@@ -94,12 +94,18 @@ impl AdapterError {
             AdapterName::Socket(name) => format!(
                 "is it there, and up? `ip -details link show {name}` shows it; `sudo ip link set {name} up type can bitrate 1000000` starts it"
             ),
-            AdapterName::Slcan(..) | AdapterName::Damiao(..) if self.source.kind() == io::ErrorKind::PermissionDenied => {
-                "give this user the right to it: on most Linux systems `sudo usermod -aG dialout $USER`, then log in again"
-                    .into()
-            }
-            _ => "is it plugged in, and not open in another program? `newtau doctor` lists the ports that there are".into(),
+            _ => port_advice(self.source.kind() == io::ErrorKind::PermissionDenied).into(),
         }
+    }
+}
+
+/// Advice for a serial port that cannot be opened or does not answer; `forbidden` if it exists, but this user may not open it.
+pub(crate) fn port_advice(forbidden: bool) -> &'static str {
+    match forbidden {
+        true => {
+            "give this user the right to it: on most Linux systems `sudo usermod -aG dialout $USER`, then log in again"
+        }
+        false => "is it plugged in, and not open in another program? `newtau doctor` lists the ports that there are",
     }
 }
 

@@ -43,7 +43,6 @@ pub(super) struct SerialAdapter<P> {
     shared: Arc<Shared>,
     /// Number of ticks that began with bytes that the port had not sent.
     waiting: u32,
-    blocked: bool,
     off: bool,
     bytes: Vec<u8>,
     protocol: PhantomData<P>,
@@ -83,7 +82,7 @@ impl<P: Protocol> SerialAdapter<P> {
             its.gone.store(true, Ordering::Relaxed);
         })?;
         let bytes = Vec::with_capacity(64);
-        Ok(Self { port, shared, waiting: 0, blocked: false, off: false, bytes, protocol: PhantomData })
+        Ok(Self { port, shared, waiting: 0, off: false, bytes, protocol: PhantomData })
     }
 }
 
@@ -116,8 +115,8 @@ fn read<P: Protocol>(port: &mut dyn SerialPort, shared: &Shared) {
 
 impl<P: Protocol> Adapter for SerialAdapter<P> {
     fn begin_tick(&mut self) {
-        self.blocked = self.port.bytes_to_write().map_or(true, |bytes| bytes > 0);
-        self.waiting = if self.blocked { self.waiting + 1 } else { 0 };
+        let waits = self.port.bytes_to_write().map_or(true, |bytes| bytes > 0);
+        self.waiting = if waits { self.waiting + 1 } else { 0 };
         if self.waiting > UNSENT_MAX {
             // Old commands must not follow. The adapter may be left with a part of one: it is not used any more.
             let _ = self.port.clear(ClearBuffer::Output);
@@ -129,7 +128,7 @@ impl<P: Protocol> Adapter for SerialAdapter<P> {
         if self.off {
             return Err(io::ErrorKind::BrokenPipe.into());
         }
-        if self.blocked {
+        if self.waiting > 0 {
             return Err(io::ErrorKind::WouldBlock.into());
         }
         self.bytes.clear();

@@ -18,7 +18,6 @@ pub(super) struct Socket {
     unsent: VecDeque<CanFrame>,
     /// Number of ticks that began with unsent frames.
     waiting: u32,
-    blocked: bool,
     off: bool,
     received: VecDeque<CanFrame>,
     /// Held as long as this program uses the interface.
@@ -38,7 +37,7 @@ impl Socket {
         // Bus-off, and the return from it.
         socket.set_error_filter_accept_all()?;
         let (unsent, received) = (VecDeque::new(), VecDeque::new());
-        Ok(Self { socket, unsent, waiting: 0, blocked: false, off: false, received, _lock: lock })
+        Ok(Self { socket, unsent, waiting: 0, off: false, received, _lock: lock })
     }
 
     /// Reads everything that has arrived: confirmations, errors and frames of others.
@@ -94,13 +93,12 @@ impl Adapter for Socket {
     fn begin_tick(&mut self) {
         // An error is seen as an adapter that is off.
         let _ = self.read_all();
-        self.blocked = !self.unsent.is_empty();
-        self.waiting = if self.blocked { self.waiting + 1 } else { 0 };
+        self.waiting = if self.unsent.is_empty() { 0 } else { self.waiting + 1 };
         self.off |= self.waiting > UNSENT_MAX;
     }
 
     fn send(&mut self, frame: &CanFrame) -> io::Result<()> {
-        if self.blocked {
+        if self.waiting > 0 {
             return Err(io::ErrorKind::WouldBlock.into());
         }
         let made = match frame.is_remote_frame() {

@@ -3,6 +3,7 @@
 //! Every wait here has a limit: the caller gives [`SerialLink::receive`] its timeout, and sending has [`SEND_TIMEOUT`]. Opening a port sends only one
 //! zero byte, which ends a packet that another program may have left half sent.
 
+use crate::can::adapter_name::port_advice;
 use crate::key::{self, KeyError};
 use link::codec::FrameTooLong;
 use link::{Challenge, DecodeError, Distrust, Frame, HostChannel, Key, Received};
@@ -60,11 +61,7 @@ impl SerialError {
     /// Advice for a port that cannot be opened or does not answer.
     #[must_use]
     pub fn advice(&self) -> &'static str {
-        if self.is_forbidden() {
-            "give this user the right to it: on most Linux systems `sudo usermod -aG dialout $USER`, then log in again"
-        } else {
-            "is it plugged in, and not open in another program? `newtau doctor` lists the ports that there are"
-        }
+        port_advice(self.is_forbidden())
     }
 
     /// True if the port exists but this user may not open it.

@@ -13,7 +13,7 @@ use session::readings::{Lines, Readings};
 use session::{Reaction, State};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError};
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::{Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 /// Longest time for which the drives damp the arm at the end, until it rests.
@@ -44,14 +44,11 @@ pub struct Shown {
     pub real_time: OnceLock<RealTime>,
     /// Request for an emergency stop, also after the operator's part has gone.
     pub(super) stops: AtomicBool,
-    /// True once the thread has ended.
-    pub(super) ended: AtomicBool,
 }
 
 impl Shown {
     pub(super) fn new(times: TickTimes) -> Self {
-        let (stops, ended) = (AtomicBool::new(false), AtomicBool::new(false));
-        Self { times: Mutex::new(times), real_time: OnceLock::new(), stops, ended }
+        Self { times: Mutex::new(times), real_time: OnceLock::new(), stops: AtomicBool::new(false) }
     }
 
     /// Result of [`real_time::prepare`]; waits until the thread runs. `None` if it does not within a second.
@@ -67,8 +64,7 @@ impl Shown {
     /// Message of the thread's ticks; `None` before the first.
     #[must_use]
     pub fn text(&self) -> Option<String> {
-        let times = self.times.lock().ok().filter(|times| times.late.count() > 0)?.clone();
-        Some(times.to_string())
+        self.times.lock().ok().filter(|times| times.late.count() > 0).map(|times| times.to_string())
     }
 }
 
@@ -83,7 +79,6 @@ struct Guarded<const N: usize> {
     joints: Box<dyn JointIo<N> + Send>,
     action: SafeAction,
     period: Duration,
-    shown: Arc<Shown>,
     /// True if a frame was ever sent that could have moved the arm.
     used: bool,
 }
@@ -120,7 +115,6 @@ impl<const N: usize> Drop for Guarded<N> {
         for _ in 0..OFF_TICKS {
             self.stop(SafeAction::Off);
         }
-        self.shown.ended.store(true, Ordering::Release);
     }
 }
 
@@ -130,11 +124,11 @@ pub(super) fn run<const N: usize>(
     joints: Box<dyn JointIo<N> + Send>,
     period: Duration,
     ends: &Ends,
-    shown: &Arc<Shown>,
+    shown: &Shown,
 ) {
     let _ = shown.real_time.set(real_time::prepare());
     let meter = Meter::new(Uncounted);
-    let mut guarded = Guarded { joints, action: session.safe_action(), period, shown: Arc::clone(shown), used: false };
+    let mut guarded = Guarded { joints, action: session.safe_action(), period, used: false };
     // An earlier program may have left drives on.
     guarded.joints.safe(session.safe_action());
     let mut due = Instant::now();

@@ -2,23 +2,17 @@
 
 use super::control::Shown;
 use crate::session::operate::Presses;
-use crate::session::operate::device::{Device, DeviceError, Tap};
+use crate::session::operate::device::{Device, DeviceError, Tap, receive_all};
 use crate::session::operate::on_wire::ALIVE_EVERY;
-use link::{Frame, Pacing};
+use link::{Frame, Pacing, Received};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Time that [`Device::pass`] waits for the control thread.
-const SLICE: Duration = Duration::from_millis(5);
-
 /// Longest wait for the control thread at the end: it brings the arm to rest first.
 const ENDING_MAX: Duration = Duration::from_secs(900);
-
-/// Limit on the frames read in one pass.
-const FRAMES: usize = 64;
 
 /// The control thread, as a board. When this is dropped, the thread brings the arm to rest as a board does whose host is gone, and ends.
 pub struct DriveDevice {
@@ -70,19 +64,11 @@ impl Device for DriveDevice {
         if self.sent.elapsed() >= ALIVE_EVERY {
             self.send(&Frame::Alive)?;
         }
-        let mut frames = Vec::new();
-        while frames.len() < FRAMES {
-            let wait = if frames.is_empty() { SLICE } else { Duration::ZERO };
-            match self.from_board.recv_timeout(wait) {
-                Ok(frame) => {
-                    self.tap.hear_received(0, self.begun.elapsed(), &frame)?;
-                    frames.push(frame);
-                }
-                Err(RecvTimeoutError::Timeout) => break,
-                Err(RecvTimeoutError::Disconnected) => return Err(DeviceError::ControlEnded),
-            }
-        }
-        Ok(frames)
+        receive_all(&mut self.tap, self.begun, |wait| match self.from_board.recv_timeout(wait) {
+            Ok(frame) => Ok(Some(Received { frame, missed: 0 })),
+            Err(RecvTimeoutError::Timeout) => Ok(None),
+            Err(RecvTimeoutError::Disconnected) => Err(DeviceError::ControlEnded),
+        })
     }
 
     fn now(&self) -> Duration {

@@ -81,9 +81,7 @@ impl TickTimes {
     pub fn new() -> Result<Self, hdrhistogram::CreationError> {
         Ok(Self { late: Times::new()?, took: Times::new()?, ended: Times::new()?, overruns: 0 })
     }
-}
 
-impl TickTimes {
     /// Adds a tick that was due at `due`, began at `begun` and has ended now.
     pub(super) fn add(&mut self, due: Instant, begun: Instant, in_time: bool) {
         self.late.add(begun.saturating_duration_since(due));

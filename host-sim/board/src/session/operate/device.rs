@@ -5,7 +5,7 @@ use crate::chip::ChipError;
 use crate::session::frame_log::Direction;
 use crate::session::frame_log::recorder::Recorder;
 use crate::session::serial::SerialError;
-use link::{DriveFaultReport, Frame, Pacing, Sensed};
+use link::{DriveFaultReport, Frame, Pacing, Received, Sensed};
 use sim::plant::Diverged;
 use std::io;
 use std::time::{Duration, Instant};
@@ -139,6 +139,28 @@ pub enum DeviceError {
     Record(#[from] io::Error),
 }
 
+/// Time that [`Device::pass`] waits for a board that paces itself.
+const SLICE: Duration = Duration::from_millis(5);
+
+/// Limit on the frames read in one pass, so that a board that sends without pause does not block the host.
+const FRAMES: usize = 64;
+
+/// Receives the frames of a pass: waits for the first, and takes those that are there already. `receive` returns the next one within a time.
+pub(crate) fn receive_all(
+    tap: &mut Tap,
+    begun: Instant,
+    mut receive: impl FnMut(Duration) -> Result<Option<Received>, DeviceError>,
+) -> Result<Vec<Frame>, DeviceError> {
+    let mut frames = Vec::new();
+    while frames.len() < FRAMES {
+        let wait = if frames.is_empty() { SLICE } else { Duration::ZERO };
+        let Some(received) = receive(wait)? else { break };
+        tap.hear_received(received.missed, begun.elapsed(), &received.frame)?;
+        frames.push(received.frame);
+    }
+    Ok(frames)
+}
+
 /// Tap that sees every frame. It counts sent frames as the board does, and writes all frames to a file if one is open.
 #[derive(Debug, Default)]
 pub struct Tap {
@@ -194,7 +216,7 @@ impl Tap {
     }
 
     /// Records a received frame.
-    pub(crate) fn hear_received(&mut self, missed: u32, at: Duration, frame: &Frame) -> io::Result<()> {
+    pub(super) fn hear_received(&mut self, missed: u32, at: Duration, frame: &Frame) -> io::Result<()> {
         if let Frame::Refusal(link::Refusal::Lost { missed }) = frame {
             self.lost.0 += u64::from(*missed);
             self.lost_more |= *missed == u8::MAX;

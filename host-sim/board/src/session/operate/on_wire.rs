@@ -1,6 +1,6 @@
 //! A board on a serial port as a device. The board's own timer paces it; time is wall-clock time.
 
-use super::device::{Device, DeviceError, Tap};
+use super::device::{Device, DeviceError, Tap, receive_all};
 use crate::chip::ChipError;
 use crate::session::serial::{JOIN_SILENCE, SerialError, SerialLink};
 use link::{Frame, Key, Pacing, Refusal, Trust};
@@ -8,12 +8,6 @@ use std::time::{Duration, Instant};
 
 /// Interval of signs of life to the board if nothing else is sent. The default of a scene's `heartbeat_ms` is 100.
 pub const ALIVE_EVERY: Duration = Duration::from_millis(20);
-
-/// Time that [`Device::pass`] waits for the board.
-const SLICE: Duration = Duration::from_millis(5);
-
-/// Limit on the frames read in one pass, so that a board that sends without pause does not block the host.
-const FRAMES: usize = 64;
 
 /// A board on a serial port.
 pub struct OnWire {
@@ -56,21 +50,16 @@ impl Device for OnWire {
         if self.sent.elapsed() >= ALIVE_EVERY {
             self.send(&Frame::Alive)?;
         }
-        let mut frames = Vec::new();
-        while frames.len() < FRAMES {
-            let wait = if frames.is_empty() { SLICE } else { Duration::ZERO };
-            match self.link.receive(wait) {
-                Ok(Some(received)) => {
-                    self.tap.hear_received(received.missed, self.begun.elapsed(), &received.frame)?;
-                    frames.push(received.frame);
+        let link = &mut self.link;
+        receive_all(&mut self.tap, self.begun, |wait| {
+            loop {
+                match link.receive(wait) {
+                    // The next packet reveals how many were lost before it, and the record keeps that number.
+                    Err(SerialError::Undecodable(_)) => {}
+                    other => return Ok(other?),
                 }
-                Ok(None) => break,
-                // The next packet reveals how many were lost before it, and the record keeps that number.
-                Err(SerialError::Undecodable(_)) => {}
-                Err(error) => return Err(error.into()),
             }
-        }
-        Ok(frames)
+        })
     }
 
     fn now(&self) -> Duration {
