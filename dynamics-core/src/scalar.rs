@@ -44,7 +44,7 @@ macro_rules! assign_by_operators {
     };
 }
 
-/// Name of a value inside a recursion, for readers of a recorded run: a component of a link's vector.
+/// Name of an intermediate value of a recursion: which component of which vector of which link. For scalars that record operations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Label {
     /// The quantity's symbol, for example `w` for the angular velocity.

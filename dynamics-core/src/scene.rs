@@ -51,7 +51,7 @@ pub struct Scene<S, const N: usize> {
     pub tip_wrench: Term<Wrench<S>>,
     /// Reflected rotor inertias, kg m^2 (kg for a prismatic joint).
     pub rotor: Term<[S; N]>,
-    /// Centrifugal and Coriolis terms. Live: at the velocity passed to the recursion. Constant: at this velocity, for a
+    /// Centrifugal and Coriolis terms. Live: at the velocity passed to the recursion. Constant: at the velocity given here, for a
     /// motion about a steady speed.
     pub coriolis: Term<[S; N]>,
 }

@@ -23,6 +23,7 @@ mod tally;
 mod templates;
 mod test;
 mod trials;
+mod vcan;
 mod workspace;
 
 use clap::{Parser, Subcommand};
@@ -90,6 +91,8 @@ enum Task {
     Python,
     /// Compile every firmware template for its chip, test its loop here, and run one in the emulated chip
     Templates,
+    /// Run `newtau drive` at SocketCAN's virtual interface, in an emulated PC with Debian's kernel (a minute or two)
+    Vcan,
     /// Show which pages of docs/measured are current, and measure again; exit code 1 if one is not current and is not measured again
     Measured {
         #[command(flatten)]
@@ -202,12 +205,13 @@ fn run(task: Task) -> anyhow::Result<()> {
         Task::Cores { options } => cores::run(&options),
         Task::Python => python::check(),
         Task::Templates => templates::run(),
+        Task::Vcan => vcan::check(),
         Task::Measured { options } => measured::run(&options),
         Task::Report { options } => report::run_task(&options),
         Task::Api { check } => api::run_task(check),
         Task::Docs => docs::build(),
         Task::Pages { pages } => pages::run_commands(&pages),
-        Task::Campaign { arguments } => process::become_command(trials::program("campaign").args(arguments)),
+        Task::Campaign { arguments } => process::become_command(trials::fast_program("campaign").args(arguments)),
         Task::Gate { scene } => gate::check(&scene),
         Task::Firmware { task } => match task {
             FirmwareTask::Run { what, seconds } => qemu::run(&what.build()?, seconds.map(Duration::from_secs)),

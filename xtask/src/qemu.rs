@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// Arguments of cargo for the program that decodes logs.
-const LOG: [&str; 6] = ["--quiet", "--locked", "--release", "--package=chip-image", "--features=log", "--bin=chip-log"];
+const LOG: [&str; 5] = ["--quiet", "--locked", "--package=chip-image", "--features=log", "--bin=chip-log"];
 
 /// Starts the emulator on a program and prints its log. Stops after `limit`, or when the program ends.
 pub(crate) fn run(elf: &Path, limit: Option<Duration>) -> Result<()> {

@@ -148,7 +148,7 @@ fn preferred(joints: usize) -> Vec<usize> {
     of_links(&FIRST).chain(of_links(&THEN)).chain(PARAMETERS * joints..parameter_count(joints)).collect()
 }
 
-/// Columns of every parameter at random states, a row for each joint.
+/// The regressor at random states: a row for each state and joint, a column for each parameter.
 fn random_rows(arm: &dyn Arm) -> DMatrix<f64> {
     let n = arm.joints();
     let mut random = Random::new(16);

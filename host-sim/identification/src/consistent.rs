@@ -72,7 +72,7 @@ pub struct Consistent {
     pub deviations: Vec<f64>,
     /// Share of the maker's uncertainty that is left for each parameter. Near 1, the data do not determine it.
     pub unseen: Vec<f64>,
-    /// Base parameters, `R` times all parameters including what is fixed: the torques depend on these alone.
+    /// Base parameters: `R` times the vector of all parameters, also of those held at a known value. The torques depend on these alone.
     pub beta: DVector<f64>,
     /// Covariance of the base parameters from data and maker.
     pub beta_covariance: DMatrix<f64>,

@@ -36,8 +36,10 @@ pub enum Block {
     Table(Table),
     /// A figure.
     Figure(Figure),
-    /// One or two runs on a time axis, with their arms. `host-sim/report/web/src/viewer.js` documents the value.
+    /// One or two runs on a time axis, with their arms. `host-sim/report/web/src/runs.js` documents the value.
     Viewer(Value),
+    /// A session while it runs, with the stop button; the page's server sends the state. `host-sim/report/web/src/live.js` documents the value.
+    Live(Value),
     /// A JSON text that other programs can read from the page by its HTML id.
     Data {
         /// HTML id.
@@ -61,16 +63,24 @@ const LICENCES: &str = include_str!("../assets/LICENCES.txt");
 /// Id of the viewer's data, which `newtau report` reads back.
 pub const VIEWER_DATA: &str = "viewer-data";
 
+/// Id of a live page's data.
+const LIVE_DATA: &str = "live-data";
+
 impl Page {
     /// Returns the whole file. It loads nothing from outside, and its content security policy forbids that.
     #[must_use]
     pub fn html(&self) -> String {
-        let viewer = self.blocks.iter().any(|block| matches!(block, Block::Viewer(_)));
+        let viewer = self.blocks.iter().any(|block| matches!(block, Block::Viewer(_) | Block::Live(_)));
+        // A live page asks the server that it came from, and nobody else.
+        let connects = match self.blocks.iter().any(|block| matches!(block, Block::Live(_))) {
+            true => "; connect-src 'self'",
+            false => "",
+        };
         let title = html(&self.title);
         let mut out = format!(
             "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:\">\n\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:{connects}\">\n\
              <link rel=\"icon\" href=\"data:,\">\n<title>{title}</title>\n<style>\n{STYLE}"
         );
         if viewer {
@@ -125,6 +135,10 @@ impl Block {
             Self::Viewer(value) => {
                 out.push_str("<section id=\"viewer\" aria-label=\"Motion and curves\"><noscript>The arm and its curves need scripts; the tables do not.</noscript></section>\n");
                 return data(out, VIEWER_DATA, &value.to_string());
+            }
+            Self::Live(value) => {
+                out.push_str("<section id=\"live\" aria-label=\"The session\"><noscript>This page needs scripts.</noscript></section>\n");
+                return data(out, LIVE_DATA, &value.to_string());
             }
             Self::Data { id, json } => return data(out, id, json),
         };

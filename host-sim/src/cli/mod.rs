@@ -1,4 +1,4 @@
-//! The command line: fifteen commands, each with a file or folder that holds its arguments, its help, the call and the output.
+//! The command line: sixteen commands, each with a file or folder that holds its arguments, its help, the call and the output.
 
 pub mod chain;
 pub mod check;
@@ -20,6 +20,7 @@ pub mod parts;
 pub mod renamed;
 pub mod report;
 pub mod run;
+pub mod stop;
 pub mod sweep;
 
 mod interrupt;
@@ -62,6 +63,7 @@ Simulate
 Operate
   connect   operate an arm: status, arm, jog, run, record; `connect replay` demands the bits of a record
   drive     the same from this computer, with the drives at a CAN adapter
+  stop      stop the arm of a session in another terminal
   motors    search a CAN bus for motors, show one, change its settings
   firmware  build it, flash it, make and write the key
   doctor    find what is missing on this computer, and what to do
@@ -118,6 +120,8 @@ pub enum Command {
     Connect(connect::ConnectCommand),
     /// Operate an arm from this computer, with its drives at a CAN adapter.
     Drive(drive::DriveArgs),
+    /// Stop the arm of every session that runs on this computer, from another terminal.
+    Stop(stop::StopArgs),
     /// Search a CAN bus for motors, show a motor, change its settings. Enables none.
     Motors(motors::MotorsArgs),
     /// Build the firmware, flash it, and make and write the key that a host and a board share.
@@ -155,6 +159,7 @@ impl Command {
             Self::Report(args) => report::run(args).map(|()| 0),
             Self::Connect(command) => connect::run(command),
             Self::Drive(args) => drive::run(args, interrupt::presses_of_any_kind),
+            Self::Stop(args) => stop::run(*args),
             Self::Motors(args) => motors::run(args),
             Self::Firmware(args) => firmware::run(args),
             Self::Doctor(args) => doctor::run(args),

@@ -1,5 +1,7 @@
 //! `motors`: motors on a CAN bus. No command enables a motor.
 
+pub mod setup;
+
 use board::can::adapter::Adapter;
 use board::can::adapter_name::AdapterName;
 use board::can::damiao_motor::{DamiaoMotor, SHOWN, Value};
@@ -75,6 +77,9 @@ pub enum Task {
         #[arg(long, value_parser = clap::value_parser!(u32).range(1..=10_000))]
         ms: u32,
     },
+    /// Find out which motor moves which joint, its direction and its zero, while you move the arm by hand; write the robot file.
+    #[command(after_help = "Example:\n  newtau motors setup my_arm.toml --out my_arm_drives.toml --can can0")]
+    Setup(setup::SetupArgs),
     /// Clear the error of a Damiao motor. It stays off.
     #[command(after_help = "Example:\n  newtau motors clear 3 --can can0")]
     Clear {
@@ -98,13 +103,16 @@ pub fn run(args: &MotorsArgs) -> Result<u8, Failure> {
         name.open().map_err(|error| Failure::Target(miette::miette!(help = error.advice(), "{error}")))?;
     let failed = |error: io::Error| Failure::Target(miette::miette!("{name}: {error}"));
     let adapter = adapter.as_mut();
-    let (text, json) = match args.task {
+    let (text, json) = match args.task.clone() {
         Task::Scan => scan(adapter, name),
         Task::Show { id } => show(adapter, id),
         Task::SetId { id, new } => DamiaoMotor::new(adapter, id).set_id(new, REPLY_OFFSET).map(|()| {
             let reply = u32::from(new) + u32::from(REPLY_OFFSET);
             done(format!("motor {id} is now motor {new}, replies at {reply}; stored in flash"))
         }),
+        Task::Setup(args) => {
+            return setup::run(&args, adapter, failed).and_then(|text| terminal::print(&text)).map(|()| 0);
+        }
         Task::SetZero { id } => DamiaoMotor::new(adapter, id)
             .set_zero()
             .map(|(before, after)| done(format!("position before {:.4}, now {:.4} of its range", before, after))),

@@ -110,10 +110,15 @@ impl Browser {
 
     /// Opens a file at a width and height.
     pub(crate) fn open(&mut self, file: &Path, width: u32, height: u32) {
+        self.open_address(&format!("file://{}", file.display()), width, height);
+    }
+
+    /// Opens a page at a width and height.
+    pub(crate) fn open_address(&mut self, address: &str, width: u32, height: u32) {
         let size = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600 });
         self.call("Emulation.setDeviceMetricsOverride", size);
         self.call("Page.navigate", json!({ "url": "about:blank" }));
-        self.call("Page.navigate", json!({ "url": format!("file://{}", file.display()) }));
+        self.call("Page.navigate", json!({ "url": address }));
         self.until("document.readyState === 'complete'");
     }
 

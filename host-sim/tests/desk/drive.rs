@@ -16,12 +16,12 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle, sleep};
 use std::time::{Duration, Instant};
 
-fn file(name: &str) -> PathBuf {
+pub(crate) fn file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
 }
 
 /// The scene with one bus, slower.
-fn scene(name: &str) -> PathBuf {
+pub(crate) fn scene(name: &str) -> PathBuf {
     let top = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
     let text = std::fs::read_to_string(top.join("scenes/yam_one_bus.toml")).unwrap();
     let text = text
@@ -33,7 +33,7 @@ fn scene(name: &str) -> PathBuf {
     path
 }
 
-fn drive(scene: &Path, adapter: &str, script: &str) -> Command {
+pub(crate) fn drive(scene: &Path, adapter: &str, script: &str) -> Command {
     let lines = scene.with_extension("txt");
     std::fs::write(&lines, script).unwrap();
     let mut program = at_the_top();
@@ -43,14 +43,14 @@ fn drive(scene: &Path, adapter: &str, script: &str) -> Command {
 
 /// Protocol of an adapter, written from its description without the program's code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+pub(crate) enum Kind {
     Slcan,
     Damiao,
 }
 
 impl Kind {
     /// Removes the first whole command from the received bytes: a frame, or something that is none.
-    fn command(self, bytes: &mut Vec<u8>) -> Option<Option<CanFrame>> {
+    pub(crate) fn command(self, bytes: &mut Vec<u8>) -> Option<Option<CanFrame>> {
         match self {
             Self::Slcan => {
                 let end = bytes.iter().position(|&byte| byte == b'\r')?;
@@ -78,7 +78,7 @@ impl Kind {
     }
 
     /// The bytes of a frame that was received on the bus.
-    fn report(self, frame: &CanFrame) -> Vec<u8> {
+    pub(crate) fn report(self, frame: &CanFrame) -> Vec<u8> {
         match self {
             Self::Slcan => {
                 let data: String = frame.data().iter().map(|byte| format!("{byte:02X}")).collect();
@@ -178,7 +178,8 @@ fn is_near(q: &[f64], other: &[f64], distance: f64) -> bool {
     q.iter().zip(other).all(|(q, other)| (q - other).abs() < distance)
 }
 
-const FIRST: &str = "home\nconfirm\narm\nfull-range\n";
+/// Commands before the first motion.
+pub(crate) const FIRST: &str = "home\nconfirm\narm\nfull-range\n";
 
 /// Enable, of the mini-cheetah's frames.
 const ENABLE: u8 = 0xFC;

@@ -33,6 +33,7 @@ mod kernel_command;
 mod linkage;
 mod live_board;
 mod margins;
+mod motors_setup;
 mod operate;
 mod output_reference;
 mod outputs;
@@ -48,6 +49,8 @@ mod report_themes;
 #[path = "../../../robot-compiler/tests/common/rooms.rs"]
 mod room_names;
 mod rooms;
+mod session_page;
+mod session_socket;
 #[path = "../../../robot-compiler/tests/common/skipping.rs"]
 mod skipping;
 mod statics;

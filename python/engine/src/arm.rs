@@ -28,10 +28,10 @@ pub struct Singular {
 }
 
 impl Arm {
-    /// The arm of a robot file under gravity (m/s^2, base frame), with a body at its tip, given in the tip frame.
+    /// The arm of a robot under gravity (m/s^2, base frame), with a body at its tip, given in the tip frame.
     ///
     /// # Errors
-    /// As [`Robot::model`]; never for a robot that was loaded from a file.
+    /// As [`Robot::model`]; for a robot that was built or changed in code; one that was read from a file has been checked.
     pub fn new(robot: &Robot, gravity: Vector3<f64>, payload: Option<Inertia<f64>>) -> Result<Self, FileError> {
         Ok(with_dof!(robot.dof(), N => {
             let model = robot.model::<N>()?;

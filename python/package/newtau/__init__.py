@@ -12,6 +12,7 @@ from ._newtau import Arm, __version__
 from ._files import Payload, load
 from ._check import Finding, check
 from ._identify import Identification, Parameter, Reason, identify
+from ._session import Session, SessionError, State
 from ._simulate import Simulation, simulate
 
 __all__ = [
@@ -21,7 +22,10 @@ __all__ = [
     "Parameter",
     "Payload",
     "Reason",
+    "Session",
+    "SessionError",
     "Simulation",
+    "State",
     "__version__",
     "check",
     "identify",

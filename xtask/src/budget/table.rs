@@ -13,10 +13,10 @@ pub(crate) fn markdown(rows: &[BudgetRow]) -> String {
         "scene",
         "board",
         "instructions of the controller",
-        "supervised tick",
+        "tick with safety state machine",
         "one that grants a request",
-        "flash",
-        "RAM",
+        "flash, bytes",
+        "RAM, bytes",
         "stack: seen / bound",
         "masked",
         "per link byte",
@@ -61,9 +61,9 @@ pub(crate) fn teaser(rows: &[BudgetRow]) -> String {
     let mut table = Table::new(&[
         "scene",
         "instructions of the controller",
-        "supervised tick",
-        "flash",
-        "RAM",
+        "tick with safety state machine",
+        "flash, bytes",
+        "RAM, bytes",
         "share of 168 MHz at 4 kHz, estimated",
     ]);
     for scene in SHOWN {
@@ -139,7 +139,7 @@ pub(crate) fn ways(Ways { bytes, dma }: &Ways) -> String {
     table.0
 }
 
-/// Load per byte in both directions: above the tick's priority, and below it.
+/// Cost of a received and a sent byte together. First in interrupts above the tick's priority, then in code below it.
 struct Load {
     /// Interrupts above the tick per second.
     interrupts: f64,

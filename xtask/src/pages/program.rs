@@ -19,7 +19,7 @@ const LONGEST: u32 = 120;
 const ROWS: NonZeroU16 = NonZeroU16::new(1000).unwrap();
 const COLUMNS: NonZeroU16 = NonZeroU16::new(400).unwrap();
 
-/// The program, as a reader's first command builds it.
+/// The program, as it was built with the tests.
 pub(super) struct Program {
     path: PathBuf,
 }
@@ -32,10 +32,10 @@ pub(super) struct Ended {
 }
 
 impl Program {
-    /// Builds it as `cargo newtau` does.
+    /// Builds it in the profile of the tests: times are not compared.
     pub(super) fn build() -> Result<Self> {
-        run(cargo(["build", "--release", "--package", "host-sim", "--locked"]).current_dir(root()))?;
-        Ok(Self { path: target_directory().join("release/newtau") })
+        run(cargo(["build", "--package", "host-sim", "--locked"]).current_dir(root()))?;
+        Ok(Self { path: target_directory().join("debug/newtau") })
     }
 
     fn command(&self, call: &str) -> Result<Command> {

@@ -52,15 +52,20 @@ const REPLY_ID: Register = register(7, Kind::Integer, "identifier of replies", "
 const ID: Register = register(8, Kind::Integer, "identifier", "");
 const TIMEOUT: Register = register(9, Kind::Integer, "communication timeout", "x 50 us");
 
+/// Registers of the ranges of the frames.
+pub(super) const POSITION_RANGE: Register = register(21, Kind::Float, "position range of the frames", "rad");
+pub(super) const VELOCITY_RANGE: Register = register(22, Kind::Float, "velocity range of the frames", "rad/s");
+pub(super) const TORQUE_RANGE: Register = register(23, Kind::Float, "torque range of the frames", "N m");
+
 /// Registers that are shown.
 pub const SHOWN: [Register; 16] = [
     ID,
     REPLY_ID,
     TIMEOUT,
     register(10, Kind::Integer, "control mode (1 MIT)", ""),
-    register(21, Kind::Float, "position range of the frames", "rad"),
-    register(22, Kind::Float, "velocity range of the frames", "rad/s"),
-    register(23, Kind::Float, "torque range of the frames", "N m"),
+    POSITION_RANGE,
+    VELOCITY_RANGE,
+    TORQUE_RANGE,
     register(20, Kind::Float, "gear", ""),
     register(1, Kind::Float, "torque constant", "N m/A"),
     register(0, Kind::Float, "lowest supply", "V"),

@@ -9,6 +9,7 @@
 //! | [`host_bus`] | an adapter as a bus of [`CanJoints`](joint_io::can::CanJoints) |
 //! | `socket` | SocketCAN of Linux |
 //! | [`motors`] | search for motors on a bus |
+//! | [`setup`] | which motor moves which joint |
 //! | [`slcan`] | adapters that speak the text protocol of Lawicel on a serial port |
 //! | [`damiao_usb`] | Damiao's own USB adapter |
 //! | `serial_adapter` | serial ports of both: a thread that reads, and writing without waiting |
@@ -22,6 +23,7 @@ pub mod frame;
 pub mod host_bus;
 pub mod motors;
 mod serial_adapter;
+pub mod setup;
 pub mod simulated;
 pub mod slcan;
 #[cfg(target_os = "linux")]

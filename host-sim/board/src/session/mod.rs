@@ -7,6 +7,7 @@
 //! | [`states`] | the numbers of that machine's states, and the transitions between them |
 //! | [`operate`] | an operator at a board on a serial port, or in a dry run |
 //! | [`frame_log`] | all frames over a link, as a file |
+//! | [`local`] | access to a running session for other programs on this computer |
 //! | [`replay`] | such a file through the same session on the desk |
 //! | [`serial`] | a serial port to a board, as whole frames |
 //! | [`doctor`] | checks of everything that a use of the project needs |
@@ -15,6 +16,7 @@ pub mod doctor;
 pub mod drive;
 pub mod dry_run;
 pub mod frame_log;
+pub mod local;
 pub mod operate;
 pub mod replay;
 pub mod serial;

@@ -17,19 +17,22 @@
 //! | [`command`] | the commands that an operator types |
 //! | [`console`], `keys` | the source of the commands: a script, a pipe or a terminal; the stop key |
 //! | `reason` | the reasons why a command was not completed |
+//! | [`dead_man`] | a key without which the arm does not move |
 //! | `converse` | the loop that executes them line by line |
 //! | `rejection` | the reason why a request had no effect |
 //! | `greeting` | hellos: starting a session or continuing one |
 //! | `obey` | execution of a command, and its files |
 //! | `requests` | repetition of requests until they are answered, and lost frames |
 //! | `moment` | the time of a stop |
-//! | `stop` | the stop key and the command `stop` |
+//! | `stop`, `stop_demands` | the stop key, the command `stop`, and stops of other programs |
 //! | `ending` | the end of torque: which joints sink, consent, parking |
 //! | `arm`, `scene_arm` | data of the scene's arm; the operations that depend on the number of its joints |
 //! | `step` | passing of time: points are sent, frames received |
 //! | `planned_motion` | a motion of an arm with any number of joints |
 //! | [`motion_queue`] | motions as points that wait to be sent |
 //! | `moves` | motions from the arm's present position |
+//! | [`follower`] | targets of another program as a smooth reference |
+//! | `follow`, `following` | other programs: the state for them, and their targets |
 //! | `receive` | frames of the board, and their effects |
 //! | `session` | time and requests of a session: reporting interval, waiting, arming, disarming |
 //! | [`parameters`] | parameters by name: reading and changing them |
@@ -48,8 +51,10 @@
 pub mod command;
 pub mod console;
 pub mod converse;
+pub mod dead_man;
 pub mod device;
 pub mod dry_run_device;
+pub mod follower;
 pub mod messages;
 pub mod motion_queue;
 pub mod on_wire;
@@ -65,6 +70,8 @@ mod arm;
 mod ending;
 mod feel;
 mod first_motion;
+mod follow;
+mod following;
 mod greeting;
 mod heat;
 mod keys;
@@ -83,14 +90,18 @@ mod scene_arm;
 mod session;
 mod step;
 mod stop;
+mod stop_demands;
 mod torque_cause;
 mod torque_check;
 mod weigh;
 
 use crate::session::frame_log::Head;
+use crate::session::local::shared::Shared;
 use ::session::trajectory::WAYS;
 use arm::Arm;
+use dead_man::DeadMan;
 use device::Device;
+use following::Following;
 use heat::MotorHeat;
 pub use keys::Presses;
 use link::StateCode;
@@ -104,8 +115,10 @@ use robot_compiler::SceneFile;
 use samples::Samples;
 use sim::output::Output;
 use std::collections::VecDeque;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
+use stop_demands::StopDemands;
 
 /// An operator at a board.
 pub struct Operator {
@@ -115,11 +128,14 @@ pub struct Operator {
     presses: Presses,
     /// Number of presses of Ctrl-C already handled.
     seen: u32,
-    /// Counter of presses of the stop key, if a user sits at a terminal, and the number of presses already handled.
+    /// Counter of presses of the stop key, if a user sits at a terminal, and the demands for a stop that are handled.
     stops: Option<Presses>,
-    stops_seen: u32,
+    stops_seen: StopDemands,
     /// True while the stop key is being handled, so that it does not interrupt its own handling.
     deaf: bool,
+    /// Key without which the arm does not move, if the user asked for one, and true once it was let go in a motion.
+    dead_man: Option<DeadMan>,
+    let_go: bool,
     /// Time of the last stop.
     stopped_at: Option<Moment>,
     /// Text to be shown once the request has been sent.
@@ -137,6 +153,10 @@ pub struct Operator {
     live_sent: Duration,
     q: Option<Vec<f64>>,
     feed: MotionQueue,
+    /// Targets of another program that the arm follows; `None` otherwise.
+    following: Option<Following>,
+    /// State, targets and stops that are shared with other programs; `None` where they cannot reach this session.
+    shared: Option<Arc<Shared>>,
     /// Points on their way: for each, the number of frames sent up to and including it.
     under_way: VecDeque<u16>,
     /// Position of the arm after all requested motions.
@@ -155,6 +175,8 @@ pub struct Operator {
     expected: Option<Vec<Result<Value, Refusal>>>,
     /// True if a request is under way: a change of state is then its answer.
     asking: bool,
+    /// True while that request is one that ends a motion.
+    stopping: bool,
     /// Number of the last request, and of the one whose answer is awaited.
     number: u8,
     awaited: u8,
@@ -200,6 +222,8 @@ impl Operator {
         Ok(Self {
             outputs: Output::default(),
             feed: MotionQueue::new(arm.period),
+            following: None,
+            shared: None,
             report,
             heard: device.now(),
             reported: device.now(),
@@ -207,8 +231,10 @@ impl Operator {
             arm,
             seen: presses.load(Ordering::Relaxed),
             stops: None,
-            stops_seen: 0,
+            stops_seen: StopDemands::default(),
             deaf: false,
+            dead_man: None,
+            let_go: false,
             stopped_at: None,
             announcement: None,
             stopped: false,
@@ -226,6 +252,7 @@ impl Operator {
             whole: None,
             expected: None,
             asking: false,
+            stopping: false,
             number: 0,
             awaited: 0,
             verdict: None,
@@ -258,10 +285,12 @@ impl Operator {
         self.device.pacing() == Pacing::Live
     }
 
-    /// True if a motion is under way.
+    /// True if a motion is under way, or is being ended.
     pub fn is_moving(&self) -> bool {
         let pending = self.status.as_ref().is_some_and(|status| usize::from(status.room) < WAYS);
-        self.state() == Some(StateCode::Running) && (pending || !self.feed.is_empty() || !self.under_way.is_empty())
+        let feeds =
+            !self.feed.is_empty() || !self.under_way.is_empty() || self.following.is_some() || self.urgent.is_some();
+        self.state() == Some(StateCode::Running) && (pending || feeds)
     }
 
     /// Output for the user.

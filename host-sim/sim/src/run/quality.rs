@@ -5,7 +5,7 @@ use robot_compiler::scene::SafetySpec;
 use serde::Serialize;
 use std::ops::Range;
 
-/// Result of a run with regard to the firmware's safety state machine, which a run does not include.
+/// Faults that the firmware's safety state machine would have raised in a run. The run itself is without it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Supervision {
     /// True if the safety state machine was in the loop. Always false for a run, in which only faults of the controller or of a drive stop the arm.

@@ -2,21 +2,21 @@
 //!
 //! | module | holds |
 //! |---|---|
+//! | [`drawing`] | the arm as the page draws it |
 //! | `rows` | the ticks that are kept, and their size |
 //! | `terms` | what each term of the controller's model contributes to the torque |
 //! | `events` | waypoints, limits, faults, pushes |
 //! | `words` | the run in sentences and tables |
 
+pub mod drawing;
 mod events;
 mod rows;
 mod terms;
 mod words;
 
 use crate::failure::Failure;
-use crate::run::joint_label::JointLabel;
 use crate::run::simulate::Run;
-use dynamics_core::{JointKind, Wrench};
-use nalgebra::{Matrix3, Vector3};
+use dynamics_core::Wrench;
 use report::{Block, Page};
 use robot_compiler::{SceneFile, with_dof};
 use rows::Rows;
@@ -68,52 +68,25 @@ fn view<const N: usize>(run: &Run, scene: &SceneFile) -> Result<Value, Failure> 
     if let Some(contributions) = &contributions {
         columns.extend(contributions.columns(record, rows.stride));
     }
-    let joints: Vec<Value> =
-        record.joints().iter().zip(model.links()).map(|(label, link)| joint(label, &link.limits)).collect();
-    let chain = model.links().iter().map(|link| {
-        json!({ "slides": link.kind == JointKind::Prismatic, "place": place(&link.rotation, &link.translation) })
-    });
-    let tip = model.tip();
-    let plant = &scene.plant;
-    Ok(json!({
+    let mut view = drawing::of(scene, &model, record.joints());
+    let of_run = json!({
         "name": setting.scene,
         "robot": setting.robot,
         "letter": "A",
         "period": setting.period,
         "ticks": record.ticks(),
         "stride": rows.stride,
-        "joints": joints,
-        "chain": chain.collect::<Vec<_>>(),
-        "tip": place(&tip.rotation, &tip.translation),
-        "gravity": plant.gravity.as_slice(),
-        "payload": plant.payload.map(|body| json!({ "mass": body.mass, "com": body.com.as_slice() })),
         "wrenches": wrenches(scene, record.ticks() as f64 * setting.period),
         "terms": contributions.is_some(),
         "thresholds": scene.collision.as_ref().map(|spec| &spec.threshold),
         "columns": columns,
         "tip_estimate": rows.wrenches(record),
         "events": events::events(run, scene),
-    }))
-}
-
-fn joint(label: &JointLabel, limits: &dynamics_core::Limits<f64>) -> Value {
-    let (low, high) = limits.position;
-    let finite = |x: f64| x.is_finite().then_some(x);
-    json!({
-        "name": label.name,
-        "position_unit": label.position_unit(),
-        "velocity_unit": label.velocity_unit(),
-        "torque_unit": label.torque_unit(),
-        "effort": label.effort(),
-        "position": (low.is_finite() && high.is_finite()).then_some([low, high]),
-        "velocity": finite(limits.velocity),
-        "torque": finite(limits.torque),
-    })
-}
-
-/// Rotation and origin as twelve numbers, row by row.
-fn place(rotation: &Matrix3<f64>, origin: &Vector3<f64>) -> Vec<f64> {
-    (0..3).flat_map(|row| [rotation[(row, 0)], rotation[(row, 1)], rotation[(row, 2)], origin[row]]).collect()
+    });
+    if let (Value::Object(view), Value::Object(of_run)) = (&mut view, of_run) {
+        view.extend(of_run);
+    }
+    Ok(view)
 }
 
 /// Wrenches that act on the tip of the simulated arm, and their times.

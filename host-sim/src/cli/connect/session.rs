@@ -5,8 +5,12 @@ use crate::cli::force::ForceArgs;
 use crate::cli::names::Target;
 use board::chip::hello_of;
 use board::session::frame_log::Head;
+use board::session::local::page;
+use board::session::local::service::Service;
+use board::session::local::shared::Shared;
 use board::session::operate::console::Console;
 use board::session::operate::converse::converse;
+use board::session::operate::dead_man::DeadMan;
 use board::session::operate::device::{Device, DeviceError, Pace};
 use board::session::operate::on_wire::OnWire;
 use board::session::operate::report::Report;
@@ -18,10 +22,14 @@ use board::session::serial::{BAUD, SerialError, SerialLink};
 use clap::{ArgGroup, Args};
 use console::style;
 use link::{Pacing, Trust};
+use report::{Block, Page};
 use robot_compiler::SceneFile;
 use sim::failure::{self, Failure, in_file};
 use sim::output::Output;
+use sim::run::report::drawing;
+use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 const EXAMPLE: &str = "Example:\n  newtau connect scenes/planar2r_swing.toml --target desk";
 
@@ -147,6 +155,14 @@ pub struct SessionArgs {
     /// motion.
     #[arg(long, value_name = "FILE")]
     pub motion: Option<PathBuf>,
+    /// Show the session on a page for a browser of this computer: the arm, its state, a stop button. PORT: of 127.0.0.1; without it, the system
+    /// chooses one.
+    #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "0")]
+    pub page: Option<u16>,
+    /// Begin and continue motions only while the Tab key is held: to let go of it stops and holds the arm. `arm` and hand guiding need no key. For a person
+    /// at a terminal; a foot switch may press Tab.
+    #[arg(long)]
+    pub dead_man: bool,
     /// Overwriting.
     #[command(flatten)]
     pub force: ForceArgs,
@@ -230,11 +246,56 @@ impl<'a> Setup<'a> {
         if let Some(motion) = &args.motion {
             plays.take_motion(motion).map_err(Failure::input)?;
         }
+        // The time of a script's dry run passes only while the script needs it: nobody could stop it or lead it.
+        let reachable = device.pacing() == Pacing::Live || console.is_a_person();
+        let control = device.control_loop();
         let operator = Operator::new(device, (&scene, &plays), head, report, presses)
             .map_err(|stop| failure(stop, &path.display().to_string()))?;
-        let operator = operator.with_outputs(outputs).with_stop_key(console.stops());
+        let operator = operator.with_outputs(outputs);
+        let shared = reachable.then(|| Arc::new(Shared::new(control)));
+        let key = match (args.dead_man, console.dead_man()) {
+            (false, _) => None,
+            (true, Some(presses)) if console.is_a_person() => Some(DeadMan::new(presses)),
+            (true, _) => {
+                return Err(Failure::Input(miette::miette!(
+                    "--dead-man: expected a person at a terminal whose keys can be read one by one, and no --script"
+                )));
+            }
+        };
+        let operator = operator.with_shared(shared.clone()).with_stop_key(console.stops()).with_dead_man(key);
+        let page_of = shared.clone();
+        // Sessions are found and stopped by `newtau stop` while this is kept.
+        let service = shared.map(|shared| Service::start(path, operator.greeting(), shared));
+        if let Some(Err(error)) = &service {
+            let text = format!("other programs, `newtau stop` among them, cannot reach this session: {error}");
+            operator.report().say("service", &text, None).map_err(Failure::Output)?;
+        }
+        if let Some(port) = args.page {
+            let Some(shared) = page_of else {
+                return Err(Failure::Input(miette::miette!(
+                    "--page: the dry run of a script shows nothing while its time stands; expected commands from a terminal, `--port`, or `newtau drive`"
+                )));
+            };
+            let address = page::start(port, live_page(&scene)?, shared).map_err(|error| {
+                Failure::Output(io::Error::other(format!("--page: no page at 127.0.0.1:{port}: {error}")))
+            })?;
+            let text = format!("page: http://{address}/");
+            operator.report().say("page", &text, None).map_err(Failure::Output)?;
+        }
         operate(args.record.as_deref(), take_over, operator, console, last)
     }
+}
+
+/// The page of a session, without its state.
+fn live_page(scene: &SceneFile) -> Result<String, Failure> {
+    let page = Page {
+        title: format!("{}: {}", scene.name, scene.robot.name),
+        lead: vec![
+            "The stop button is a convenience, not a safety function: use your emergency stop in danger.".into(),
+        ],
+        blocks: vec![Block::Live(drawing::of_scene(scene)?)],
+    };
+    Ok(page.html())
 }
 
 fn bad_file(path: &Path, error: &std::io::Error) -> Failure {
@@ -295,6 +356,8 @@ fn operate(
         match operator.begin() {
             // Until the board has answered, it is unknown if the arm moves. A repeated hello is harmless.
             Err(Stop::Pressed) => match operator.stop() {
+                // The lines of a script would move the arm after the stop.
+                Ok(()) if !console.is_a_person() => break Err(Stop::Interrupted),
                 Ok(()) => {}
                 Err(stop) => break Err(stop),
             },

@@ -43,7 +43,7 @@ pub enum Computation {
     Energy(energy::EnergyArgs),
     /// Drive a four-bar linkage or a slider-crank through a turn, or simulate it.
     Linkage(linkage::LinkageArgs),
-    /// The arm's dynamics as straight-line Rust source, or tables of the saved operations.
+    /// The arm's dynamics as straight-line Rust source, or tables of how many operations this spares.
     Kernel(kernel::KernelArgs),
     /// Turn the path of a hand-guided arm into a motion.
     Motion(motion::MotionArgs),

@@ -161,7 +161,7 @@ impl<const N: usize> Cell<N> {
         cell
     }
 
-    /// True for each pair that is nearer than `required` in all of some random postures.
+    /// True for each pair that is nearer than `required` in every posture of a random sample.
     fn always_near(&self, required: f64) -> Vec<bool> {
         let mut random = ChaCha8Rng::seed_from_u64(7);
         let mut always = vec![true; self.pairs.len()];

@@ -18,7 +18,7 @@ const AGE_WITHOUT_LIMIT: u32 = 2;
 const HEARTBEAT_MAX: f64 = 1.0;
 /// Greatest multiple of the velocity limit at which the guard acts. A stop from there takes 9 times the distance of one from the limit.
 const VELOCITY_FACTOR_MAX: f64 = 3.0;
-/// Heaviest payload, as a multiple of the arm's own moving mass: arms carry less than themselves.
+/// Heaviest payload, as a multiple of the arm's own moving mass: real arms carry less than their own mass, so ten times that is an error in the file.
 const PAYLOAD_MAX: f64 = 10.0;
 /// Speed that may always count as rest, and its share of the velocity limit, rad/s or m/s.
 const REST_SPEED: (f64, f64) = (0.05, 0.1);

@@ -3,10 +3,11 @@
 use super::lateness::TickTimes;
 use crate::real_time::{self, RealTime, wait_until};
 use crate::session::dry_run::{DeskSession, Uncounted};
+use crate::session::local::shared::ControlLoop;
 use dynamics_core::Sensed;
 use dynamics_core::safety::SafeAction;
 use joint_io::{JointIo, run_tick};
-use link::{Frame, Received, Request, StateCode};
+use link::{Frame, Received, StateCode};
 use session::black_box::Report;
 use session::meter::Meter;
 use session::readings::{Lines, Readings};
@@ -65,6 +66,16 @@ impl Shown {
     #[must_use]
     pub fn text(&self) -> Option<String> {
         self.times.lock().ok().filter(|times| times.late.count() > 0).map(|times| times.to_string())
+    }
+}
+
+impl ControlLoop for Shown {
+    fn stop_at_once(&self) {
+        self.stops.store(true, Ordering::Relaxed);
+    }
+
+    fn timing(&self) -> Option<String> {
+        self.text()
     }
 }
 
@@ -149,10 +160,6 @@ pub(super) fn run<const N: usize>(
         {
             return;
         }
-        if shown.stops.swap(false, Ordering::Relaxed) {
-            // Its number is none that the operator uses now; nobody waits for the answer.
-            session.receive(Ok(Received { frame: Frame::request(0, Request::Stop), missed: 0 }));
-        }
         if !session.is_live() {
             match ends.from_host.recv_timeout(IDLE) {
                 Ok(frame) => take(&mut session, frame, &mut guarded, ends),
@@ -164,9 +171,9 @@ pub(super) fn run<const N: usize>(
         wait_until(due);
         let begun = Instant::now();
         let next = due + period;
-        // A computer has no lines: no emergency stop, no supply's measurement.
-        let in_time =
-            run_tick(&mut session, guarded.joints.as_mut(), &meter, || Lines::NONE, || Instant::now() >= next);
+        // A computer has no lines. A demand for an emergency stop acts as a board's line: no request is counted, and none is taken for a repetition.
+        let lines = Lines { emergency_stop: shown.stops.swap(false, Ordering::Relaxed), ..Lines::NONE };
+        let in_time = run_tick(&mut session, guarded.joints.as_mut(), &meter, || lines, || Instant::now() >= next);
         guarded.action = session.safe_action();
         guarded.used |= has_torque(&session);
         if let Ok(mut times) = shown.times.try_lock() {

@@ -1,6 +1,7 @@
 //! The control thread as a device of the operator.
 
 use super::control::Shown;
+use crate::session::local::shared::ControlLoop;
 use crate::session::operate::Presses;
 use crate::session::operate::device::{Device, DeviceError, Tap, receive_all};
 use crate::session::operate::on_wire::ALIVE_EVERY;
@@ -73,6 +74,11 @@ impl Device for DriveDevice {
 
     fn now(&self) -> Duration {
         self.begun.elapsed()
+    }
+
+    fn control_loop(&self) -> Option<Arc<dyn ControlLoop>> {
+        let shown: Arc<dyn ControlLoop> = Arc::<Shown>::clone(&self.shown);
+        Some(shown)
     }
 
     fn tap(&mut self) -> &mut Tap {

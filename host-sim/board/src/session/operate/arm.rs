@@ -75,6 +75,8 @@ pub(super) struct Arm {
     pub(super) law: ControlLaw,
     /// Velocity limit of each joint, rad/s or m/s.
     pub(super) velocity: Vec<f64>,
+    /// Acceleration limit of each joint, rad/s^2 or m/s^2.
+    pub(super) acceleration: Vec<f64>,
     /// Torque limit of each joint, N m or N.
     pub(super) torque: Vec<f64>,
     /// Lowest and highest position of each joint, rad or m.
@@ -162,6 +164,7 @@ impl Arm {
             first_motion: rules.first_motion,
             law: scene.control.law,
             velocity: limits.map(|limits| limits.velocity).to_vec(),
+            acceleration: deceleration.to_vec(),
             torque: limits.map(|limits| limits.torque).to_vec(),
             range: limits.map(|limits| limits.position).to_vec(),
             hidden: scene.robot.joints.iter().map(of_friction).collect(),

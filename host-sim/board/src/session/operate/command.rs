@@ -8,6 +8,10 @@ use link::{Request, Setting};
 use robot_compiler::names::named;
 use std::path::PathBuf;
 
+/// Longest time between two targets of another program, if the command `follow` gives none and at most, s.
+const PATIENCE: f64 = 0.25;
+const PATIENCE_MAX: f64 = 5.0;
+
 /// A command of the operator.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Command {
@@ -25,6 +29,8 @@ pub enum Command {
     Jog(usize, f64, Option<f64>),
     /// Move all joints to these positions, rad or m, in a time, s.
     Goto(Vec<f64>, Option<f64>),
+    /// Follow the targets of another program that come at most this time (s) after each other.
+    Follow(f64),
     /// Wait for a time, s; without a number, until the motion has ended.
     Wait(Option<f64>),
     /// Print the status at an interval of ticks; 0 never.
@@ -66,7 +72,7 @@ pub enum Command {
 }
 
 /// Each command with its arguments and its effect.
-pub const HELP: [(&str, &str); 37] = [
+pub const HELP: [(&str, &str); 38] = [
     ("status", "what the board says: state, positions, torques"),
     ("home", "forget the zeros: the joints look for them"),
     ("confirm", "the zeros are right: look before you say so"),
@@ -86,6 +92,10 @@ pub const HELP: [(&str, &str); 37] = [
     ("clear", "leave a fault whose cause is gone"),
     ("jog JOINT DELTA [SECONDS]", "move one joint (number or name) by so many rad or m"),
     ("goto Q1 .. QN [SECONDS]", "move all joints to these positions, rad or m"),
+    (
+        "follow [SECONDS]",
+        "go where another program of yours sends the arm (`newtau.Session` in Python); stops when nothing comes for 0.25 s, or SECONDS",
+    ),
     ("wait", "until the motion has ended"),
     ("wait SECONDS", "so long"),
     ("watch TICKS", "print the status every so many ticks; 0 never"),
@@ -181,6 +191,11 @@ pub fn parse(line: &str, joints: &[String]) -> Result<Command, String> {
         },
         ("check-torque", []) => Ok(Command::CheckTorque(None)),
         ("check-torque", [which]) => Ok(Command::CheckTorque(Some(joint(name, which, joints)?))),
+        ("follow", []) => Ok(Command::Follow(PATIENCE)),
+        ("follow", [time]) => match seconds(name, time)? {
+            time if time <= PATIENCE_MAX => Ok(Command::Follow(time)),
+            time => Err(format!("follow: SECONDS is {time}, expected {PATIENCE_MAX} at most")),
+        },
         ("wait", []) => Ok(Command::Wait(None)),
         ("wait", [time]) => Ok(Command::Wait(Some(seconds(name, time)?))),
         ("watch", [every]) => {
@@ -191,8 +206,8 @@ pub fn parse(line: &str, joints: &[String]) -> Result<Command, String> {
         ("record", ["off"]) => Ok(Command::Record(None)),
         ("record", [file]) => Ok(Command::Record(Some(file.into()))),
         (
-            "wait" | "watch" | "dump" | "record" | "set" | "payload" | "law" | "stiffness" | "check-torque" | "cut"
-            | "plug",
+            "follow" | "wait" | "watch" | "dump" | "record" | "set" | "payload" | "law" | "stiffness" | "check-torque"
+            | "cut" | "plug",
             _,
         ) => {
             let usage = HELP.iter().filter(|(usage, _)| usage.split(' ').next() == Some(name));
@@ -279,6 +294,7 @@ mod tests {
             ("jog 1 nan", "jog: DELTA is nan, expected a number"),
             ("jog 1", "jog: 1 words, expected JOINT DELTA [SECONDS]"),
             ("goto 1", "goto: 1 numbers, expected 2 positions and at most one time"),
+            ("follow 9", "follow: SECONDS is 9, expected 5 at most"),
             ("wait 0", "wait: SECONDS is 0, expected a time above zero, 1e5 at most"),
             ("wait 1 2", "wait: 2 words, expected wait or wait SECONDS"),
             ("set 1 position gain x", "set: VALUE is x, expected a number"),

@@ -32,6 +32,8 @@ pub struct Console {
     number: usize,
     /// Presses of the stop key; `None` without a terminal.
     stops: Option<Presses>,
+    /// Presses of the dead-man key; `None` where single keys cannot be read.
+    held: Option<Presses>,
     screen: Screen,
     prompted: bool,
     /// Restores the terminal's settings when the console ends.
@@ -81,15 +83,18 @@ impl Console {
     /// Reads the terminal's keys in a separate thread. Returns a channel of the typed lines.
     fn with_stop_key(mut self) -> (Self, Receiver<String>) {
         let (sender, lines) = channel();
-        let (stops, keyboard) = (Presses::default(), Keyboard::take());
+        let (stops, held, keyboard) = (Presses::default(), Presses::default(), Keyboard::take());
         // Without single keys the terminal itself echoes, and the program does not know what is on the screen.
         if keyboard.is_some() {
             self.screen = Screen::new();
         }
         let (count, by_key, screen) = (Arc::clone(&stops), keyboard.is_some(), self.screen.clone());
-        std::thread::spawn(
-            move || if by_key { read_keys(&sender, &count, &screen) } else { read_lines(&sender, &count) },
-        );
+        let alive = Arc::clone(&held);
+        std::thread::spawn(move || match by_key {
+            true => read_keys(&sender, &count, &alive, &screen),
+            false => read_lines(&sender, &count),
+        });
+        self.held = keyboard.is_some().then_some(held);
         (self.stops, self._keyboard) = (Some(stops), keyboard);
         (self, lines)
     }
@@ -103,13 +108,28 @@ impl Console {
     }
 
     fn new(source: Source, name: String) -> Self {
-        Self { source, name, number: 0, stops: None, screen: Screen::default(), prompted: false, _keyboard: None }
+        Self {
+            source,
+            name,
+            number: 0,
+            stops: None,
+            held: None,
+            screen: Screen::default(),
+            prompted: false,
+            _keyboard: None,
+        }
     }
 
     /// Counter of presses of the stop key, if a user types at a terminal.
     #[must_use]
     pub fn stops(&self) -> Option<Presses> {
         self.stops.clone()
+    }
+
+    /// Counter of presses of the dead-man key, Tab; `None` where single keys cannot be read.
+    #[must_use]
+    pub fn dead_man(&self) -> Option<Presses> {
+        self.held.clone()
     }
 
     /// The lowest lines of the terminal, which whoever prints must respect.
@@ -207,7 +227,7 @@ fn read_lines(lines: &Sender<String>, stops: &AtomicU32) {
 }
 
 /// Reads a terminal key by key, shows what is typed, and sends whole lines.
-fn read_keys(lines: &Sender<String>, stops: &AtomicU32, screen: &Screen) {
+fn read_keys(lines: &Sender<String>, stops: &AtomicU32, held: &AtomicU32, screen: &Screen) {
     let mut editor = Editor::default();
     let mut bytes = [0; 256];
     loop {
@@ -221,6 +241,9 @@ fn read_keys(lines: &Sender<String>, stops: &AtomicU32, screen: &Screen) {
             match event {
                 Event::Stop => {
                     stops.fetch_add(1, Ordering::Relaxed);
+                }
+                Event::Held => {
+                    held.fetch_add(1, Ordering::Relaxed);
                 }
                 Event::Typed(line) => screen.typed(line),
                 // Shown before it is sent, so that its answer comes below it. Showing does not wait for the terminal.

@@ -73,12 +73,7 @@ pub fn converse(operator: &mut Operator, console: &mut Console) -> Result<(), St
             Err(Stop::Pressed) => {
                 pending = None;
                 operator.stop()?;
-                // Nothing is resumed after a stop: lines that were typed before it would move the arm again.
-                let discarded = console.discard();
-                if discarded > 0 {
-                    let lines = if discarded == 1 { "line" } else { "lines" };
-                    operator.say("stop", &format!("stop: {discarded} typed {lines} discarded"))?;
-                }
+                discard(operator, console)?;
                 if !person {
                     // The lines that follow would move the arm again.
                     return operator.keep_holding().and(Err(Stop::Interrupted));
@@ -87,16 +82,30 @@ pub fn converse(operator: &mut Operator, console: &mut Console) -> Result<(), St
             Err(Stop::Interrupted) if person && !pressed => {
                 pressed = true;
                 operator.interrupted();
+                discard(operator, console)?;
                 match release(operator, Pending::Disarm, Consent::Ask) {
                     Ok((after, Released::Asked)) => pending = Some(after),
                     Ok(_) => {}
-                    Err(Stop::Pressed) => operator.stop()?,
+                    Err(Stop::Pressed) => {
+                        operator.stop()?;
+                        discard(operator, console)?;
+                    }
                     Err(stop) => return Err(stop),
                 }
             }
             Err(stop) => return Err(stop),
         }
     }
+}
+
+/// Discards what was typed before a stop: nothing is resumed, and these lines would move the arm again.
+fn discard(operator: &mut Operator, console: &mut Console) -> Result<(), Stop> {
+    let discarded = console.discard();
+    if discarded == 0 {
+        return Ok(());
+    }
+    let lines = if discarded == 1 { "line" } else { "lines" };
+    operator.say("stop", &format!("stop: {discarded} typed {lines} discarded"))
 }
 
 /// Removes the torque, as far as the consent allows.

@@ -4,10 +4,12 @@
 use crate::chip::ChipError;
 use crate::session::frame_log::Direction;
 use crate::session::frame_log::recorder::Recorder;
+use crate::session::local::shared::ControlLoop;
 use crate::session::serial::SerialError;
 use link::{DriveFaultReport, Frame, Pacing, Received, Sensed};
 use sim::plant::Diverged;
 use std::io;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Timeout for an answer or a status of the board.
@@ -66,6 +68,11 @@ pub trait Device {
     /// The reason why this cable cannot be cut here.
     fn cut(&mut self, _what: Cut, _cut: bool) -> Result<(), String> {
         Err("only a simulated link can be cut: start `connect` with `--target desk --simulate-link`".into())
+    }
+
+    /// The control loop, if this program runs it.
+    fn control_loop(&self) -> Option<Arc<dyn ControlLoop>> {
+        None
     }
 
     /// The tap that sees every frame.

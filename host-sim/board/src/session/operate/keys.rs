@@ -15,6 +15,8 @@ pub(super) enum Event {
     Stop,
     /// The line so far, after a change.
     Typed(String),
+    /// The dead-man key, Tab.
+    Held,
     /// Ctrl-D on an empty line.
     End,
 }
@@ -26,6 +28,7 @@ pub(super) struct Editor {
 }
 
 const END: u8 = 0x04;
+const TAB: u8 = 0x09;
 const BACKSPACE: [u8; 2] = [0x08, 0x7F];
 const ERASE_LINE: u8 = 0x15;
 const ESCAPE: u8 = 0x1B;
@@ -55,6 +58,8 @@ impl Editor {
                     self.line.clear();
                 }
                 END if self.line.is_empty() => events.push(Event::End),
+                // A key that is held arrives alone. Within a line or pasted text it is a slip.
+                TAB if bytes.iter().all(|byte| *byte == TAB) => events.push(Event::Held),
                 ERASE_LINE => {
                     self.line.clear();
                     events.push(Event::Typed(String::new()));

@@ -12,7 +12,7 @@ const ADVICE: [&str; dynamics_core::safety::Refusal::TEXTS.len()] = [
     "`status` prints the state; idle allows home and arm, homing allows confirm; armed and holding allow run, jog, goto, park and disarm; \
      running and lowering allow hold",
     "remove its cause, then `clear`",
-    "`home`, check that every joint is at its zero, `confirm`",
+    "`home`, compare the position of every joint with the arm, `confirm`",
     "move it until it finds its zero; an encoder that lost its turn needs a restart of the board",
     "check the sensor of this joint",
     "wait until it is at rest; `hold` stops it",

@@ -17,7 +17,7 @@ impl Operator {
     fn send_points(&mut self) -> Result<(), Stop> {
         let room = self.status.as_ref().map_or(0, |status| usize::from(status.room));
         while self.under_way.len() < room {
-            let Some(point) = self.feed.next_point() else { break };
+            let Some(point) = self.next_point(room) else { break };
             self.send(&Frame::Point(point))?;
             self.under_way.push_back(self.device.tap().sent());
         }
@@ -110,7 +110,7 @@ impl Operator {
         goal: Vec<f64>,
         text: &str,
     ) -> Result<(), Stop> {
-        if !self.may_be_guided(name)? || !self.torque_is_believed()? {
+        if !self.may_be_guided(name)? || !self.torque_is_believed()? || !self.dead_man_is_held(name)? {
             return Ok(());
         }
         let denial = self.set_out(legs, here, goal)?;
@@ -154,6 +154,9 @@ impl Operator {
         there: Vec<f64>,
         time: f64,
     ) -> Result<Option<Rejection>, Stop> {
+        if !self.dead_man_is_held(name)? {
+            return Err(Stop::Input(format!("{name}: Tab was not held")));
+        }
         // An arm that began outside a limit returns only to the limit.
         let inside = here.iter().zip(&self.arm.range).map(|(q, (low, high))| q.max(*low).min(*high)).collect();
         for goal in [there, inside] {

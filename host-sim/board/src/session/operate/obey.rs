@@ -19,6 +19,10 @@ impl Operator {
     /// # Errors
     /// See [`Stop`]. A request that the board rejects is no error.
     pub(crate) fn obey(&mut self, command: Command) -> Result<(), Stop> {
+        if self.interferes(&command) {
+            self.refused = true;
+            return self.say("follow", "rejected: the arm follows the targets of another program; `hold` first");
+        }
         match command {
             Command::Nothing | Command::Disarm(_) | Command::Quit(_) | Command::FullRange => {}
             Command::Erase => {
@@ -26,7 +30,14 @@ impl Operator {
                 self.answer("erase", rejection, "; the black box records again")?;
             }
             Command::Park => self.park()?,
-            Command::Stop => self.stop()?,
+            Command::Stop => {
+                let before = self.stops_seen;
+                self.stop()?;
+                if self.stops_seen != before {
+                    // Somebody else demanded a stop meanwhile: the lines that follow would move the arm again.
+                    return Err(Stop::Interrupted);
+                }
+            }
             Command::Help => {
                 let lines: Vec<_> = HELP.iter().map(|(usage, what)| format!("  {usage:<26} {what}")).collect();
                 self.say("help", &lines.join("\n"))?;
@@ -41,6 +52,7 @@ impl Operator {
             Command::Run => self.run()?,
             Command::Jog(joint, delta, time) => self.jog(joint, delta, time)?,
             Command::Goto(q, time) => self.go_to(&q, time)?,
+            Command::Follow(patience) => self.follow(patience)?,
             Command::Wait(Some(seconds)) => self.wait(seconds)?,
             Command::Wait(None) => self.wait_for_the_end()?,
             Command::Watch(every) => {
@@ -209,6 +221,9 @@ impl Operator {
     /// # Errors
     /// The record cannot be written.
     pub fn close(&mut self) -> io::Result<()> {
+        if let Some(shared) = &self.shared {
+            shared.end();
+        }
         self.report.still();
         self.device.tap().record(None)?;
         // If a file cannot be registered, a later command only refuses to replace it without `--force`.

@@ -102,20 +102,23 @@ impl Operator {
         }
         self.sample(&status);
         self.observe(&status);
-        let before = self.status.replace(status);
-        let Some(status) = &self.status else { return Ok(()) };
+        let (tick, state) = (status.tick, status.state);
         let doing = |status: &Status| (status.state, status.cause, status.joint);
-        let changed = before.as_ref().is_some_and(|before| doing(before) != doing(status));
+        let changed = self.status.as_ref().is_some_and(|before| doing(before) != doing(&status));
+        let before = self.status.replace(status);
         if changed && before.is_some_and(|before| before.state == StateCode::Running) {
             // The board has discarded its trajectory.
             self.feed.clear();
             self.under_way.clear();
             self.goal = None;
+            let why = self.doing();
+            self.leave_targets(&why);
         }
+        self.publish();
         if changed && !self.asking {
-            let text = format!("tick {}: {}", status.tick, self.doing());
+            let text = format!("tick {tick}: {}", self.doing());
             self.report.say("change", &text, self.seen_now().as_ref())?;
-            if let (StateCode::Fault, Some((text, _))) = (status.state, self.torque_in_words()) {
+            if let (StateCode::Fault, Some((text, _))) = (state, self.torque_in_words()) {
                 self.say("torque", &text)?;
             }
         }
@@ -176,7 +179,7 @@ impl Operator {
     }
 }
 
-/// True if the board had taken or missed the frame with number `sent` before this status's tick.
+/// True if the board was past the frame with number `sent` before this status's tick: it had used it, or counted it as lost.
 pub(super) fn has_taken(status: &Status, sent: u16) -> bool {
     status.taken.wrapping_sub(sent) < 0x8000
 }

@@ -33,6 +33,7 @@ impl Operator {
         self.watch(1)?;
         self.awaited = self.next_number();
         (self.asking, self.verdict) = (true, None);
+        self.stopping = matches!(request, Request::Hold | Request::Stop | Request::Disarm);
         let mut judged = self.until_judged(self.awaited, request);
         // A parameter change that waits for the same tick takes effect first, so the request is repeated.
         for _ in 0..ATTEMPTS {
@@ -43,7 +44,7 @@ impl Operator {
             judged = self.until_judged(self.awaited, request);
         }
         let judged = judged.and_then(|rejection| self.until_settled().map(|()| rejection));
-        self.asking = false;
+        (self.asking, self.stopping) = (false, false);
         let rejection = judged?;
         let needed = self.needed();
         self.watch(needed)?;
@@ -127,19 +128,25 @@ impl Operator {
     /// Handles a report of frames that did not arrive or were damaged. If points of a running motion may be among them, the motion has a gap, and the
     /// arm is stopped.
     pub(super) fn frames_were_lost(&mut self) -> Result<(), Stop> {
-        let sends_points = !self.feed.is_empty() || !self.under_way.is_empty();
+        let sends_points = !self.feed.is_empty() || !self.under_way.is_empty() || self.following.is_some();
         if self.state() != Some(StateCode::Running) || !sends_points || self.urgent.is_some() {
             return Ok(());
         }
         self.refused = true;
         self.feed.clear();
-        let number = self.next_number();
-        self.urgent = Some((number, self.device.now()));
-        self.send(&Frame::request(number, Request::Hold))?;
+        self.leave_targets("frames were lost on the way to the board");
+        self.hold_without_waiting()?;
         self.say(
             "lost",
             "frames were lost on the way to the board, perhaps points of the motion: stop sent; check the cable, then repeat the command",
         )
+    }
+
+    /// Sends a hold that is repeated until the arm no longer runs. No other request is disturbed.
+    pub(super) fn hold_without_waiting(&mut self) -> Result<(), Stop> {
+        let number = self.next_number();
+        self.urgent = Some((number, self.device.now()));
+        self.send(&Frame::request(number, Request::Hold))
     }
 
     /// Sends an urgent hold again until the arm no longer runs.

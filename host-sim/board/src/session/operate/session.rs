@@ -30,7 +30,7 @@ const NOT_AT_REST: u8 = 6;
 impl Operator {
     /// Interval of the board's reports that is needed now, in ticks.
     pub(super) fn needed(&mut self) -> u16 {
-        if self.device.tap().is_recording() {
+        if self.device.tap().is_recording() || self.following.is_some() {
             return 1;
         }
         let shown = (1.0 / (SHOWN * self.arm.period)).max(1.0) as u16;
@@ -72,6 +72,10 @@ impl Operator {
 
     pub(super) fn ask(&mut self, request: Request) -> Result<(), Stop> {
         let name = name_of(request);
+        if matches!(request, Request::Hold | Request::Disarm) {
+            // Whatever the link does to the request, no further target is followed.
+            self.end_targets("the operator has entered another command");
+        }
         if request == Request::Arm && self.is_live() {
             if self.resumed && !self.learn_payload()? {
                 self.refused = true;

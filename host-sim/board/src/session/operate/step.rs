@@ -18,9 +18,10 @@ impl Operator {
 
     /// As [`Operator::step`], but ignores Ctrl-C. The stop key still acts.
     pub(super) fn pass(&mut self) -> Result<(), Stop> {
-        if self.stop_pressed() {
+        if self.stop_pressed() || (!self.stopping && self.is_let_go()) {
             return Err(Stop::Pressed);
         }
+        self.heed_targets()?;
         self.fill()?;
         self.renew_live()?;
         self.ask_for_heat()?;

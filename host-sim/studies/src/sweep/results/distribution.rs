@@ -4,7 +4,7 @@ use super::RunShare;
 use robot_compiler::study::Metric;
 use serde::Serialize;
 
-/// Distribution of a figure. Infinite and missing values are counted separately, and otherwise enter only the failures.
+/// Distribution of a figure. Infinite and missing values have counts of their own. They count as failures, and are left out of mean and quantiles.
 #[derive(Clone, Debug, Serialize)]
 pub struct Distribution {
     /// Title of the figure.
