@@ -487,7 +487,7 @@ fn a_named_actuators_ratings_go_through_the_gear_and_give_way_to_the_file() {
         Robot::from_toml_str(&text, "one.toml").map(|robot| robot.joints[0].heat)
     };
     let heat = robot("", 2.0).unwrap();
-    assert_eq!((heat.rated, heat.peak, heat.time_constant), (Some(22.0), Some(72.0), None));
+    assert_eq!((heat.rated, heat.peak, heat.time_constant), (Some(16.0), Some(72.0), None));
     assert_eq!(heat.rules(0.1), None, "no time constant is made up");
     let heat = robot("heat = { rated = 8.0, time_constant = 50 }", 1.0).unwrap();
     assert_eq!((heat.rated, heat.peak, heat.time_constant), (Some(8.0), Some(36.0), Some(50.0)));

@@ -44,7 +44,7 @@ pub struct SetupArgs {
     pub force: ForceArgs,
 }
 
-/// What was found out about a joint.
+/// Findings about a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Found {
     motor: ShaftMotor,

@@ -88,7 +88,7 @@ pub enum Over {
     Gone,
 }
 
-/// What came from another program since the last look.
+/// News from another program since the last look.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Received {
     /// The newest target, if one came.
