@@ -51,6 +51,9 @@ pub fn converse(operator: &mut Operator, console: &mut Console) -> Result<(), St
                         Command::Quit(now) => {
                             release(operator, Pending::Quit, if now { Consent::Given } else { consent }).map(Some)
                         }
+                        Command::FullRange if person && operator.is_moving() => operator
+                            .complain("full-range: rejected: the arm moves; `wait` or `hold` first")
+                            .map(|()| None),
                         Command::FullRange if person && operator.is_limited() => {
                             pending = Some(Pending::FullRange);
                             operator.ask_for_full_range().map(|()| None)

@@ -132,9 +132,9 @@ impl Operator {
         )
     }
 
-    /// True if the scene or the robot file gives a rest pose.
+    /// True if the scene or the robot file gives a rest pose, and the control law follows a motion to it.
     pub(crate) fn can_park(&self) -> bool {
-        self.arm.rest.is_some()
+        self.arm.rest.is_some() && !self.arm.law.is_hand_guided()
     }
 
     /// Moves to the rest pose, waits for the end of the motion, and holds the arm there.
@@ -147,6 +147,14 @@ impl Operator {
                 "park: the scene and its robot file give no rest pose; add `rest = [..]` to one of them".into(),
             ));
         };
+        if self.arm.law.is_hand_guided() {
+            // Its reference is where the hand leads the arm: it would report a motion and stay.
+            self.refused = true;
+            return self.say(
+                "park",
+                "park: rejected: an arm that is guided by hand follows no motion; choose another law (`law computed-torque`), or lead the arm to its rest pose and `disarm`",
+            );
+        }
         self.hold_if_running()?;
         self.go_to_named("park", &rest, None)?;
         while self.is_moving() {
