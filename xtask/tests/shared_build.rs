@@ -36,6 +36,23 @@ fn simulator_tasks_and_wheel_ask_each_package_for_the_same_features() {
     }
 }
 
+/// Derive macros share the build of what a package uses itself with that package, and are built for themselves otherwise. Then all that is derived with them is,
+/// too.
+#[test]
+fn each_of_them_uses_what_its_derive_macros_share() {
+    for package in ["host-sim", "xtask", "trials", "newtau-python"] {
+        let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+        cargo.current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap());
+        cargo.args(["tree", "--locked", "--package", package, "--edges", "normal,no-proc-macro", "--prefix", "none"]);
+        let output = cargo.args(["--format", "{p}"]).output().unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert!(
+            text.lines().any(|line| line.starts_with("unicode-ident ")),
+            "{package}: robot-compiler/Cargo.toml names it"
+        );
+    }
+}
+
 #[test]
 fn a_feature_more_is_found() {
     let of = |pairs: &[(&str, &str)]| pairs.iter().map(|(name, f)| ((*name).into(), (*f).into())).collect();
