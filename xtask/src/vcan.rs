@@ -69,7 +69,10 @@ fn kernel(folder: &Path) -> Result<(PathBuf, PathBuf)> {
         fs::create_dir_all(folder)?;
         let listed = Command::new("apt-cache").args(["depends", "linux-image-amd64"]).output()?;
         let listed = String::from_utf8(listed.stdout)?;
-        let package = listed.split_whitespace().find(|word| word.starts_with("linux-image-"));
+        let is_version = |name: &str| {
+            name.strip_prefix("linux-image-").is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))
+        };
+        let package = listed.split_whitespace().find(|word| is_version(word));
         let package = package.context("Debian's package linux-image-amd64 is not known here")?;
         run(Command::new("apt-get").args(["download", "--quiet", package]).current_dir(folder))?;
         let file = newest(folder, "linux-image-")?;
