@@ -60,7 +60,10 @@ pub(crate) fn run_interrupt(scene: &Path) -> Result<String, ChipError> {
 fn xtask<const M: usize>(arguments: [&str; M], file: &Path) -> Result<String, ChipError> {
     let cargo = PathBuf::from(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     let mut child = Command::new(&cargo)
-        .args(["run", "--quiet", "--release", "--package", "xtask", "--"])
+        .args(["run", "--quiet", "--package", "xtask"])
+        // In the profile of this program, which has compiled most of it.
+        .args(if cfg!(debug_assertions) { None } else { Some("--release") })
+        .arg("--")
         .args(arguments)
         .arg(file)
         .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
