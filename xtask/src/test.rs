@@ -5,7 +5,7 @@ use crate::tally::Tally;
 use crate::toolchain::Toolchain;
 use crate::workspace::Workspace;
 use crate::{bench, budget, cores, gate, pages, python, report, robot_data, setup, templates};
-use anyhow::Result;
+use anyhow::{Result, bail};
 use firmware_image::board::SCENE_DEFAULT;
 use firmware_image::{Board, Build};
 use std::path::Path;
@@ -18,9 +18,11 @@ pub(crate) fn all() -> Result<()> {
     let mut tally = Tally::default();
     static_checks(&mut tally);
     host_tests(&mut tally, &urdfs);
+    // The commands of the pages run one after the other, and most of the steps below use one processor, too.
+    let pages = std::thread::spawn(|| pages::run_commands(&[]));
     chip_tests(&mut tally);
     tally.step("Python wheel", python::check);
-    tally.step("commands of the pages", || pages::run_commands(&[]));
+    tally.step("commands of the pages, the rest", || pages.join().unwrap_or_else(|_| bail!("they ended in a panic")));
     if !tally.report() {
         exit(1)
     }
