@@ -4,7 +4,7 @@ use super::command::{Command, HELP};
 use super::device::{Cut, SILENCE};
 use super::{Operator, Stop, table};
 use crate::session::frame_log::recorder::Recorder;
-use link::{Frame, Request};
+use link::{Frame, Request, StateCode};
 use sim::output::Output;
 use std::io;
 use std::path::Path;
@@ -111,11 +111,20 @@ impl Operator {
         }
     }
 
+    /// Waits for the fault of the emergency stop. Statuses from before it may still be on their way.
+    fn until_fault(&mut self) -> Result<(), Stop> {
+        let end = self.device.now() + OLD;
+        while self.state() != Some(StateCode::Fault) && self.device.now() < end {
+            self.step()?;
+        }
+        Ok(())
+    }
+
     fn emergency_stop(&mut self, pressed: bool) -> Result<(), Stop> {
         let name = if pressed { "press" } else { "release" };
         if self.device.press(pressed) {
             self.asking = true;
-            let waited = self.wait(2.0 * self.arm.period);
+            let waited = if pressed { self.until_fault() } else { self.wait(2.0 * self.arm.period) };
             self.asking = false;
             waited?;
             return self.answer(name, None, "");
