@@ -103,23 +103,23 @@ pub fn run(args: &MotorsArgs) -> Result<u8, Failure> {
         name.open().map_err(|error| Failure::Target(miette::miette!(help = error.advice(), "{error}")))?;
     let failed = |error: io::Error| Failure::Target(miette::miette!("{name}: {error}"));
     let adapter = adapter.as_mut();
-    let (text, json) = match args.task.clone() {
+    let (text, json) = match &args.task {
         Task::Scan => scan(adapter, name),
-        Task::Show { id } => show(adapter, id),
-        Task::SetId { id, new } => DamiaoMotor::new(adapter, id).set_id(new, REPLY_OFFSET).map(|()| {
+        &Task::Show { id } => show(adapter, id),
+        &Task::SetId { id, new } => DamiaoMotor::new(adapter, id).set_id(new, REPLY_OFFSET).map(|()| {
             let reply = u32::from(new) + u32::from(REPLY_OFFSET);
             done(format!("motor {id} is now motor {new}, replies at {reply}; stored in flash"))
         }),
         Task::Setup(args) => {
-            return setup::run(&args, adapter, failed).and_then(|text| terminal::print(&text)).map(|()| 0);
+            return setup::run(args, adapter, failed).and_then(|text| terminal::print(&text)).map(|()| 0);
         }
-        Task::SetZero { id } => DamiaoMotor::new(adapter, id)
+        &Task::SetZero { id } => DamiaoMotor::new(adapter, id)
             .set_zero()
             .map(|(before, after)| done(format!("position before {:.4}, now {:.4} of its range", before, after))),
-        Task::SetTimeout { id, ms } => DamiaoMotor::new(adapter, id)
+        &Task::SetTimeout { id, ms } => DamiaoMotor::new(adapter, id)
             .set_timeout(ms * 1000 / TIMEOUT_UNIT_US)
             .map(|()| done(format!("motor {id}: gives no torque after {ms} ms without a command; stored in flash"))),
-        Task::Clear { id } => {
+        &Task::Clear { id } => {
             DamiaoMotor::new(adapter, id).clear().map(|state| done(format!("motor {id}: {}", state.text())))
         }
     }

@@ -21,7 +21,7 @@ fn a_page_shows_the_arm_as_it_moves_stops_it_and_says_when_the_session_is_gone()
     let Some(mut browser) = Browser::start("live", WEBGL) else { return };
     // Free again when the session asks for it.
     let port = TcpListener::bind(("127.0.0.1", 0)).unwrap().local_addr().unwrap().port();
-    // Slow, so that a slow machine has seen it before it ends. Once stopped, a script's arm is held until the program is told to end.
+    // Slow, so that a slow machine has seen it before it ends. Once stopped, a script's arm is held until the program gets SIGTERM.
     let script = format!("{}goto 0.4 0.6 0.8 0 0 0 20\nwait\n", raised());
     let session = Session::start_with("page", &script, &["--page", &port.to_string()]);
     let address = format!("http://127.0.0.1:{port}/");

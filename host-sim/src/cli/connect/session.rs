@@ -215,6 +215,11 @@ impl<'a> Setup<'a> {
             Some(script) => Console::script(script).map_err(|error| bad_file(script, &error))?,
             None => Console::standard_input(),
         };
+        if args.dead_man && !(console.is_a_person() && console.dead_man().is_some()) {
+            return Err(Failure::Input(miette::miette!(
+                "--dead-man: expected a person at a terminal whose keys can be read one by one, and no --script"
+            )));
+        }
         let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         let head = Head { hash: hello_of(&scene, Pacing::LockStep)?.robot, scene: absolute, text };
         let report = Report::new(args.json, console.screen());
@@ -253,15 +258,7 @@ impl<'a> Setup<'a> {
             .map_err(|stop| failure(stop, &path.display().to_string()))?;
         let operator = operator.with_outputs(outputs);
         let shared = reachable.then(|| Arc::new(Shared::new(control)));
-        let key = match (args.dead_man, console.dead_man()) {
-            (false, _) => None,
-            (true, Some(presses)) if console.is_a_person() => Some(DeadMan::new(presses)),
-            (true, _) => {
-                return Err(Failure::Input(miette::miette!(
-                    "--dead-man: expected a person at a terminal whose keys can be read one by one, and no --script"
-                )));
-            }
-        };
+        let key = console.dead_man().filter(|_| args.dead_man).map(DeadMan::new);
         let operator = operator.with_shared(shared.clone()).with_stop_key(console.stops()).with_dead_man(key);
         let page_of = shared.clone();
         // Sessions are found and stopped by `newtau stop` while this is kept.

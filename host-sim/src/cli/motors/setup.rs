@@ -165,8 +165,7 @@ pub fn run(
     for (joint, found) in read.joints.iter().zip(&found) {
         let ranges =
             joint.drive.and_then(|drive| drive.mit()).map(|drive| [drive.position.1, drive.velocity.1, drive.torque.1]);
-        let same = |a: f64, b: f64| (a - b).abs() < 1e-3 * b;
-        if !ranges.is_some_and(|ranges| ranges.iter().zip(found.motor.ranges).all(|(a, b)| same(*a, b))) {
+        if !ranges.is_some_and(|ranges| ranges.iter().zip(found.motor.ranges).all(|(a, b)| is_same(*a, b))) {
             return Err(Failure::Input(miette::miette!(
                 "joint {}: its ranges would not be those of motor {}: nothing was written",
                 joint.name,
@@ -287,15 +286,19 @@ fn ends(
     Ok(())
 }
 
+/// True if two ranges are equal but for the rounding of a register.
+fn is_same(a: f64, b: f64) -> bool {
+    (a - b).abs() < 1e-3 * b
+}
+
 /// The actuator with these ranges, if exactly one has them.
 fn actuator(motor: &ShaftMotor) -> Option<&'static Actuator> {
-    let same = |a: f64, b: f64| (a - b).abs() < 1e-3 * b;
     let mut all = actuators().iter().filter(|actuator| {
         let [position, velocity, torque] = motor.ranges;
         actuator.protocol == Protocol::Damiao
-            && same(position, actuator.position)
-            && same(velocity, actuator.velocity)
-            && same(torque, actuator.torque)
+            && is_same(position, actuator.position)
+            && is_same(velocity, actuator.velocity)
+            && is_same(torque, actuator.torque)
     });
     match (all.next(), all.next()) {
         (Some(one), None) => Some(one),

@@ -13,11 +13,13 @@
 //! | [`shared`] | state, targets and stops, between the operator and the connections |
 //! | [`snapshot`] | the state of a session for other programs |
 //! | [`message`] | the lines of a connection |
+//! | [`listener`] | connections to a socket, each on a thread of its own |
 //! | [`service`] | the socket and its connections |
 //! | [`page`] | a page for a browser, and its server |
 //! | [`client`] | the other end of a connection |
 
 pub mod client;
+pub mod listener;
 pub mod message;
 pub mod page;
 pub mod service;

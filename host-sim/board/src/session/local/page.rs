@@ -4,12 +4,12 @@
 //! `Host` is its own address, so that a foreign name which leads to 127.0.0.1 is refused (DNS rebinding), and refuses a foreign `Origin`. A stop needs the
 //! page's own `Origin`, which no other page can send.
 
+use super::listener::listen;
 use super::service::STOP_WAIT;
 use super::shared::{Shared, StopOutcome};
 use std::io::{self, Read as _, Write as _};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -34,27 +34,9 @@ const ALIVE: Duration = Duration::from_secs(1);
 pub fn start(port: u16, html: String, shared: Arc<Shared>) -> io::Result<SocketAddr> {
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
     let address = listener.local_addr()?;
-    let (html, open): (Arc<str>, _) = (html.into(), Arc::new(AtomicUsize::new(0)));
-    thread::Builder::new().name("page".into()).spawn(move || {
-        for stream in listener.incoming() {
-            let Ok(stream) = stream else {
-                thread::sleep(Duration::from_millis(100));
-                continue;
-            };
-            if open.fetch_add(1, Ordering::Relaxed) >= CONNECTIONS {
-                open.fetch_sub(1, Ordering::Relaxed);
-                continue;
-            }
-            let (html, shared, count) = (Arc::clone(&html), Arc::clone(&shared), Arc::clone(&open));
-            let spawned = thread::Builder::new().name("browser".into()).spawn(move || {
-                // A browser that goes away is no event of the session.
-                serve(&stream, address.port(), &html, &shared).ok();
-                count.fetch_sub(1, Ordering::Relaxed);
-            });
-            if spawned.is_err() {
-                open.fetch_sub(1, Ordering::Relaxed);
-            }
-        }
+    listen(listener, CONNECTIONS, move |_, stream| {
+        // A browser that goes away is no event of the session.
+        serve(stream, address.port(), &html, &shared).ok();
     })?;
     Ok(address)
 }

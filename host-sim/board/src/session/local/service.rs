@@ -1,5 +1,6 @@
 //! The socket of a session, and its connections.
 
+use super::listener::listen;
 use super::message::{Answer, Ask};
 use super::session_file::{Announced, SessionFile, folder};
 use super::shared::{Over, Shared, StopOutcome};
@@ -8,8 +9,6 @@ use std::io::{self, BufRead as _, BufReader, Read as _, Write as _};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
 use std::time::Duration;
 
 /// Most connections at a time: so many that programs which forget to close theirs do not lock out a stop.
@@ -43,9 +42,11 @@ impl Service {
         let token = new_token()?;
         let session = SessionFile::of_this_process(scene, listener.local_addr()?, token.clone());
         let announced = Announced::new(&session, &folder())?;
-        thread::Builder::new()
-            .name("connections".into())
-            .spawn(move || accept(&listener, &token, &greeting, &shared))?;
+        listen(listener, CONNECTIONS, move |number, stream| {
+            // A connection that breaks off is no event of the session, except for an arm that follows its targets.
+            serve(stream, &token, &greeting, &shared, number).ok();
+            shared.over(number, Over::Gone);
+        })?;
         Ok(Self { _announced: announced })
     }
 }
@@ -54,32 +55,6 @@ fn new_token() -> io::Result<String> {
     let mut bytes = [0; TOKEN];
     getrandom::fill(&mut bytes).map_err(|error| io::Error::other(error.to_string()))?;
     Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
-}
-
-fn accept(listener: &TcpListener, token: &str, greeting: &Greeting, shared: &Arc<Shared>) {
-    let open = Arc::new(AtomicUsize::new(0));
-    for (number, stream) in (0..).zip(listener.incoming()) {
-        let Ok(stream) = stream else {
-            // For want of a resource, perhaps: others may free it.
-            thread::sleep(Duration::from_millis(100));
-            continue;
-        };
-        if open.fetch_add(1, Ordering::Relaxed) >= CONNECTIONS {
-            open.fetch_sub(1, Ordering::Relaxed);
-            continue;
-        }
-        let (token, greeting) = (token.to_owned(), greeting.clone());
-        let (shared, count) = (Arc::clone(shared), Arc::clone(&open));
-        let spawned = thread::Builder::new().name("connection".into()).spawn(move || {
-            // A connection that breaks off is no event of the session, except for an arm that follows its targets.
-            serve(&stream, &token, &greeting, &shared, number).ok();
-            shared.over(number, Over::Gone);
-            count.fetch_sub(1, Ordering::Relaxed);
-        });
-        if spawned.is_err() {
-            open.fetch_sub(1, Ordering::Relaxed);
-        }
-    }
 }
 
 /// Answers the lines of a connection until it is closed.

@@ -75,7 +75,7 @@ impl Operator {
             // Added where the state is read.
             timing: None,
             age: None,
-            following: self.following.is_some(),
+            following: false,
         };
         shared.publish(snapshot, self.is_live());
     }
