@@ -43,8 +43,9 @@ fn static_checks(tally: &mut Tally) {
     }
     tally.step("format of the firmware templates", templates::format);
     tally.step("packages that the chip shares", for_the_chip);
-    // What a stranger would get is built from its packed files alone.
-    let mut package = cargo(["package", "--locked", "--allow-dirty", "--quiet"]);
+    // What a stranger would get is built from its packed files alone. Its dependencies are those of the lints above, which are on this machine by now:
+    // without `--offline`, cargo asks the registry's index again for each package, and a short failure of the network would fail this step.
+    let mut package = cargo(["package", "--locked", "--offline", "--allow-dirty", "--quiet"]);
     tally.command("packages for others", package.args(FOR_OTHERS.iter().flat_map(|name| ["--package", name])));
 }
 
