@@ -241,7 +241,7 @@ fn every_rule_speaks_and_is_silent_on_the_other_side_of_its_threshold() {
     // The rest pose and the rules about scenes have their own tests, because they need a load, or a scene.
     let known: BTreeSet<_> = known
         .into_iter()
-        .chain([Rest, FirstMotion, LiveAge, CheckRule::BrakeDelay])
+        .chain([Rest, FirstMotion, LiveAge, CheckRule::BrakeDelay, CheckRule::Oscillation])
         .chain(crate::import::RULES)
         .collect();
     assert_eq!(known, BTreeSet::from(CheckRule::ALL), "a rule without a case");

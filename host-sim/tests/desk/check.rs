@@ -262,6 +262,56 @@ fn figures_come_from_the_scene_and_stand_beside_those_of_the_standard() {
     assert!(code == 2 && error.contains("a scene of another robot"), "{error}");
 }
 
+/// A scene of the YAM with other lines, and the oscillation that `check` finds: problem and advice.
+fn oscillation(file: &str, rate: f64, law: &str, frequency: &str) -> Option<(String, String)> {
+    let text = std::fs::read_to_string("../scenes/yam_one_bus.toml").unwrap();
+    let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots").display().to_string();
+    let text = text
+        .replace("../robots", &robots)
+        .replace("rate = 400", &format!("rate = {rate}"))
+        .replace("\"split\"", &format!("\"{law}\""))
+        .replace("40.0", frequency);
+    // A hand-guided arm has no error to remove.
+    let text: String = text
+        .lines()
+        .filter(|line| law != "teach" || !line.starts_with("integral"))
+        .fold(String::new(), |text, line| text + line + "\n");
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("oscillation_{file}.toml"));
+    std::fs::write(&path, text).unwrap();
+    let (code, out, error) = check(&["../robots/yam.toml", "--scene", path.to_str().unwrap(), "--json"]);
+    let json: Value = serde_json::from_str(&out).unwrap_or_else(|_| panic!("{error}"));
+    let found = json["findings"].as_array().unwrap().iter().find(|finding| finding["rule"] == "oscillation");
+    assert_eq!(code, if found.is_some() { 3 } else { 0 }, "{out}");
+    let text = |finding: &Value, key: &str| finding[key].as_str().unwrap().to_owned();
+    let found = found.map(|finding| (text(finding, "problem"), text(finding, "advice")));
+    if let Some((problem, _)) = &found {
+        let (_, out, _) = check(&["../robots/yam.toml", "--scene", path.to_str().unwrap()]);
+        assert!(out.contains(problem) && out.contains("wrong: the scene's controller cannot hold the arm"), "{out}");
+    }
+    found
+}
+
+#[test]
+fn gains_that_are_too_high_for_the_rate_are_wrong_and_quiet_ones_are_named() {
+    let (problem, advice) = oscillation("high", 100.0, "split", "40.0").unwrap();
+    assert!(
+        problem.starts_with("the simulated arm, held at rest at 100 Hz, oscillates: the torque of joint "),
+        "{problem}"
+    );
+    let quiet = advice.split("natural_frequency = ").nth(1).unwrap().split('`').next().unwrap();
+    let frequency: f64 = quiet.parse().unwrap();
+    assert!((15.0..40.0).contains(&frequency), "{advice}");
+    // What it advises is quiet, and so are the gains that these tests use at 100 Hz, and the shipped ones at their rate.
+    assert_eq!(oscillation("advised", 100.0, "split", quiet), None);
+    assert_eq!(oscillation("half", 100.0, "split", "20.0"), None);
+    assert_eq!(oscillation("shipped", 400.0, "split", "40.0"), None);
+    // Another law, whose spring the board computes.
+    assert!(oscillation("computed", 50.0, "computed-torque", "60.0").is_some());
+    assert_eq!(oscillation("slow_law", 50.0, "computed-torque", "10.0"), None);
+    // Nothing is held.
+    assert_eq!(oscillation("teach", 50.0, "teach", "40.0"), None);
+}
+
 /// Findings that once were missing: the reBot's shoulder needs 15.5 N m in its worst posture, and its motor gives 8 N m for ever while it stands still.
 /// The YAM's needs 15.3 and has 9.
 #[test]

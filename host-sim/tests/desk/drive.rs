@@ -314,6 +314,21 @@ fn a_program_that_stalls_for_some_ticks_damps_the_arm_and_one_that_stalls_longer
 }
 
 #[test]
+fn gains_that_are_too_high_for_the_rate_reach_no_adapter() {
+    let scene = scene("too_stiff");
+    let text = std::fs::read_to_string(&scene).unwrap().replace("natural_frequency = 20.0", "natural_frequency = 40.0");
+    std::fs::write(&scene, text).unwrap();
+    // The adapter does not exist: the scene is refused before it is opened.
+    let (code, _, error) = told(drive(&scene, "slcan:/dev/no-adapter", "status\n").output().unwrap());
+    assert_eq!(code, 2, "{error}");
+    assert!(error.contains("held at rest at 100 Hz, oscillates") && error.contains("natural_frequency = "), "{error}");
+    assert!(!error.contains("no-adapter"), "{error}");
+    // The simulated arm may oscillate; the session says so.
+    let (_, out, error) = told(drive(&scene, "simulated", "status\n").output().unwrap());
+    assert!(format!("{out}{error}").contains("an arm at an adapter is refused with this scene"), "{out}{error}");
+}
+
+#[test]
 fn what_this_computer_cannot_drive_is_refused_with_what_to_do() {
     let yam = scene("refused");
     let text = std::fs::read_to_string(&yam).unwrap();

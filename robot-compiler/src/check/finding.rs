@@ -83,11 +83,13 @@ pub enum CheckRule {
     LiveAge,
     /// Time of the brakes of an arm with drives that is zero, or is not given.
     BrakeDelay,
+    /// A loop that oscillates when it holds the simulated arm.
+    Oscillation,
 }
 
 impl CheckRule {
     /// All rules.
-    pub const ALL: [Self; 27] = [
+    pub const ALL: [Self; 28] = [
         Self::ImpossibleBody,
         Self::Mass,
         Self::Gyration,
@@ -115,12 +117,13 @@ impl CheckRule {
         Self::FirstMotion,
         Self::LiveAge,
         Self::BrakeDelay,
+        Self::Oscillation,
     ];
 
     /// True for a rule about the safety settings of a scene.
     #[must_use]
     pub const fn is_of_scene(self) -> bool {
-        matches!(self, Self::FirstMotion | Self::LiveAge | Self::BrakeDelay)
+        matches!(self, Self::FirstMotion | Self::LiveAge | Self::BrakeDelay | Self::Oscillation)
     }
 
     /// The name.
@@ -154,6 +157,7 @@ impl CheckRule {
             Self::FirstMotion => "first-motion",
             Self::LiveAge => "live-age",
             Self::BrakeDelay => "brake-delay",
+            Self::Oscillation => "oscillation",
         }
     }
 }

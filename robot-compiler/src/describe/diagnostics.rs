@@ -74,7 +74,7 @@ impl Source {
 
 impl FileError {
     /// An error that concerns a file as a whole: it cannot be read, or it is of another kind than requested.
-    pub(crate) fn whole_file(
+    pub fn whole_file(
         file: &Path,
         field: impl Into<String>,
         problem: impl Into<String>,

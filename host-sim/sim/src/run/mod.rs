@@ -10,6 +10,7 @@
 //! | [`simulate`] | from a scene to a finished run |
 //! | [`record`], [`joint_label`] | the record of every tick, and its CSV; names and units of joints |
 //! | [`load`] | the nearest limit, the work of the torques |
+//! | [`trial`] | does the arm become quiet when it is held? |
 //! | [`quality`] | chatter, the error at rest, the distance from the reference |
 //! | [`numbers`] | numbers of a series, and their text |
 //! | [`summary`], [`summary_parts`] | a run in a few numbers |
@@ -40,5 +41,6 @@ pub mod simulation;
 pub mod summary;
 pub mod summary_parts;
 pub mod target;
+pub mod trial;
 pub mod world;
 pub mod wrench;

@@ -13,10 +13,13 @@ use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, Inertia, Live, Rotor, Scene, Trig, Wrench};
 pub use hazard::{CLASS_I, Hazard};
 use nalgebra::Vector3;
-use robot_compiler::check::{Draft, Finding, JointLoad, Severity, findings, gravity_finding, scene_findings};
-use robot_compiler::{Robot, SceneFile, with_dof};
+use robot_compiler::check::{
+    CheckRule, Draft, Finding, JointLoad, Severity, findings, gravity_finding, scene_findings,
+};
+use robot_compiler::{FileError, Robot, SceneFile, with_dof};
 use sim::failure::Failure;
 use sim::parallel::in_parallel;
+use sim::run::trial;
 use std::path::Path;
 
 /// The findings about an arm.
@@ -64,7 +67,10 @@ pub fn answer_in(mut draft: Draft, gravity: &[f64], scene: Option<SceneFile>) ->
     let loads = draft.arm().and_then(|arm| with_dof!(arm.dof(), N => loads::<N>(arm, &gravity)));
     let name = scene.as_ref().map(|scene| scene.name.clone());
     let named = name.clone();
-    let of_scene = scene.as_ref().map(scene_findings).unwrap_or_default();
+    let mut of_scene = scene.as_ref().map(scene_findings).unwrap_or_default();
+    if let Some(scene) = &scene {
+        of_scene.extend(oscillation(scene)?);
+    }
     let file = scene.or_else(|| draft.arm().map(SceneFile::default_for));
     let hazard = file.and_then(|file| with_dof!(file.robot.dof(), N => hazard::hazard::<N>(&file, name, &gravity)));
     // Notes come last.
@@ -74,6 +80,16 @@ pub fn answer_in(mut draft: Draft, gravity: &[f64], scene: Option<SceneFile>) ->
         findings.extend(gravity_finding(Path::new("the command line"), "--gravity", &gravity, None));
     }
     Ok(CheckResult { draft, gravity, loads, hazard, findings })
+}
+
+/// The finding about a loop that oscillates in a trial in the simulated arm.
+fn oscillation(scene: &SceneFile) -> Result<Option<Finding>, Failure> {
+    let found = trial::oscillation(scene)?;
+    Ok(found.map(|found| {
+        let place =
+            FileError::whole_file(&scene.path, "control.natural_frequency", found.text(scene), found.advice(scene));
+        Finding { rule: CheckRule::Oscillation, severity: Severity::Wrong, place, quote: None }
+    }))
 }
 
 /// Load of every joint, each in its worst posture; `None` if no model can be made of the arm.

@@ -5,8 +5,9 @@ use robot_compiler::check::{Finding, Severity};
 use serde::Serialize;
 
 /// Severities of the robot or of the scene, the worst first, with their meaning.
-const MEANINGS: [(Severity, bool, &str); 4] = [
+const MEANINGS: [(Severity, bool, &str); 5] = [
     (Severity::Wrong, false, "no physics allows it, the arm cannot hold itself, or a name is misspelt"),
+    (Severity::Wrong, true, "the scene's controller cannot hold the arm"),
     (Severity::Doubt, false, "improbable"),
     (Severity::Note, false, "missing: measure it"),
     (Severity::Note, true, "settings of the scene: think about them before the arm is armed"),
