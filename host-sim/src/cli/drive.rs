@@ -7,7 +7,7 @@ use board::session::drive::arm::Wiring;
 use board::session::drive::timing_check;
 use board::session::operate::Presses;
 use clap::{ArgGroup, Args};
-use robot_compiler::{FileError, SceneFile};
+use robot_compiler::SceneFile;
 use sim::failure::{self, Failure};
 use sim::run::trial;
 use sim::terminal;
@@ -71,12 +71,12 @@ pub fn run(args: &DriveArgs, presses: fn() -> Presses) -> Result<u8, Failure> {
     let setup = Setup::new(&args.scene, &args.session, None)?;
     let wiring = Wiring::new(&setup.scene, &args.can, args.without_timeout)?;
     if let Some(found) = trial::oscillation(&setup.scene)? {
-        let (problem, advice) = (found.text(&setup.scene), found.advice(&setup.scene));
+        let error = found.error(&setup.scene);
         if args.can.iter().any(|name| *name != AdapterName::Simulated) {
-            let place = FileError::whole_file(&setup.scene.path, "control.natural_frequency", problem, advice);
-            return Err(Failure::input(place));
+            return Err(Failure::input(error));
         }
-        setup.say("loop", &format!("{problem}; {advice}; an arm at an adapter is refused with this scene"))?;
+        let (problem, expected) = (error.problem(), error.expected());
+        setup.say("loop", &format!("{problem}; {expected}; an arm at an adapter is refused with this scene"))?;
     }
     for load in wiring.loads() {
         setup.say("bus", &load.to_string())?;

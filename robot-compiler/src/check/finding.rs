@@ -120,7 +120,7 @@ impl CheckRule {
         Self::Oscillation,
     ];
 
-    /// True for a rule about the safety settings of a scene.
+    /// True for a rule about the settings of a scene: its safety, or the gains of its controller.
     #[must_use]
     pub const fn is_of_scene(self) -> bool {
         matches!(self, Self::FirstMotion | Self::LiveAge | Self::BrakeDelay | Self::Oscillation)

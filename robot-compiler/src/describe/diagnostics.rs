@@ -73,7 +73,8 @@ impl Source {
 }
 
 impl FileError {
-    /// An error that concerns a file as a whole: it cannot be read, or it is of another kind than requested.
+    /// An error that concerns a file as a whole, without a line: it cannot be read, it is of another kind than requested, or a program found that
+    /// the value of `field` does not work.
     pub fn whole_file(
         file: &Path,
         field: impl Into<String>,

@@ -16,8 +16,8 @@ use crate::run::simulation;
 use dynamics_core::JointKind;
 use dynamics_core::control::Fault;
 use indicatif::ProgressBar;
-use robot_compiler::SceneFile;
 use robot_compiler::scene::MotionSpec;
+use robot_compiler::{FileError, SceneFile};
 use std::sync::atomic::AtomicBool;
 
 /// Duration of the trial: the longer of this time, s, and this number of ticks.
@@ -117,9 +117,13 @@ fn held(scene: &SceneFile) -> Result<Option<Oscillation>, Failure> {
 }
 
 impl Oscillation {
-    /// The finding as a sentence about this scene.
+    /// The finding as an error of the scene file: the problem, and the change that makes the arm quiet.
     #[must_use]
-    pub fn text(&self, scene: &SceneFile) -> String {
+    pub fn error(&self, scene: &SceneFile) -> FileError {
+        FileError::whole_file(&scene.path, "control.natural_frequency", self.problem(scene), self.advice(scene))
+    }
+
+    fn problem(&self, scene: &SceneFile) -> String {
         let rate = scene.control.rate;
         let name = scene.robot.joints.get(self.joint).map_or("", |joint| joint.name.as_str());
         match self.fault {
@@ -133,9 +137,7 @@ impl Oscillation {
         }
     }
 
-    /// The change that makes the arm quiet.
-    #[must_use]
-    pub fn advice(&self, scene: &SceneFile) -> String {
+    fn advice(&self, scene: &SceneFile) -> String {
         let Some(factor) = self.quiet_factor else {
             return "softer gains or a higher `control.rate`: these gains are too high for the rate and for the delay of the drives".into();
         };

@@ -16,7 +16,7 @@ use nalgebra::Vector3;
 use robot_compiler::check::{
     CheckRule, Draft, Finding, JointLoad, Severity, findings, gravity_finding, scene_findings,
 };
-use robot_compiler::{FileError, Robot, SceneFile, with_dof};
+use robot_compiler::{Robot, SceneFile, with_dof};
 use sim::failure::Failure;
 use sim::parallel::in_parallel;
 use sim::run::trial;
@@ -84,11 +84,11 @@ pub fn answer_in(mut draft: Draft, gravity: &[f64], scene: Option<SceneFile>) ->
 
 /// The finding about a loop that oscillates in a trial in the simulated arm.
 fn oscillation(scene: &SceneFile) -> Result<Option<Finding>, Failure> {
-    let found = trial::oscillation(scene)?;
-    Ok(found.map(|found| {
-        let place =
-            FileError::whole_file(&scene.path, "control.natural_frequency", found.text(scene), found.advice(scene));
-        Finding { rule: CheckRule::Oscillation, severity: Severity::Wrong, place, quote: None }
+    Ok(trial::oscillation(scene)?.map(|found| Finding {
+        rule: CheckRule::Oscillation,
+        severity: Severity::Wrong,
+        place: found.error(scene),
+        quote: None,
     }))
 }
 
