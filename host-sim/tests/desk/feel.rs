@@ -325,3 +325,38 @@ fn hand_guiding_says_how_good_the_gravity_model_is_and_is_rejected_where_the_arm
     assert!(code == 3 && out.contains("teach: rejected: the error of the gravity model exceeds the friction"), "{out}");
     assert!(out.contains("elbow 0.97 N m") && !out.contains("law: teach"), "{out}");
 }
+
+#[test]
+fn hand_guiding_is_rejected_in_a_soft_wall_and_possible_right_after_a_motion() {
+    // 0.05 rad above its lower limit the shoulder stands in a wall, which would lift it at once.
+    let (code, out) = connect(
+        "walls",
+        "",
+        "goto 0 0.05 0.8 0 0 0\nwait\nteach\ngoto 0 0.9 0.8 0 0 0\nwait\nhold\nhold\nteach\nwait 0.1\nhold\n",
+    );
+    let rejected =
+        out.find("teach: rejected: in the soft walls of hand guiding, which would push at once, stand shoulder by ");
+    let led = out.find("teach: running; guide it by hand");
+    assert!(code == 3 && rejected.is_some() && led > rejected, "{out}");
+    assert!(!out.contains("elbow by") && out.matches("law: teach").count() == 1, "{out}");
+    assert!(
+        out.contains("hold: the arm is held already: holding: as requested") && !out.contains("hold: rejected"),
+        "{out}"
+    );
+}
+
+/// A scene whose law is `teach` from the start: `run` begins hand guiding.
+#[test]
+fn the_walls_count_for_run_too() {
+    let scene =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/yam_teach.toml")).unwrap();
+    let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots");
+    let scene = scene.replace("../robots", &robots.display().to_string()).replace("q = [0.0, 1.0,", "q = [0.0, 0.02,");
+    let (path, lines) = (file("teach_wall.toml"), file("teach_wall.txt"));
+    std::fs::write(&path, scene).unwrap();
+    std::fs::write(&lines, "home\nconfirm\narm\nfull-range\nrun\nwait 0.1\nquit!\n").unwrap();
+    let (code, out, _) = told(
+        at_the_top().arg("connect").arg(&path).args(["--target", "desk", "--script"]).arg(&lines).output().unwrap(),
+    );
+    assert!(code == 3 && out.contains("run: rejected: in the soft walls of hand guiding"), "{out}");
+}

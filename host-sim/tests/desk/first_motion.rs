@@ -110,7 +110,7 @@ fn set_law_is_checked_as_law_is() {
 
 /// Under the law `teach`, no command moves the arm before `full-range`; the message gives the alternatives.
 #[test]
-fn a_scene_whose_law_is_teach_names_another_scene_for_its_first_motion() {
+fn a_scene_whose_law_is_teach_says_how_its_first_motion_becomes_possible() {
     let lines = Path::new(env!("CARGO_TARGET_TMPDIR")).join("law_teach_first.txt");
     std::fs::write(
         &lines,
@@ -124,7 +124,7 @@ fn a_scene_whose_law_is_teach_names_another_scene_for_its_first_motion() {
     for name in ["jog", "run", "teach"] {
         let line =
             out.lines().find(|line| line.starts_with(&format!("{name}: rejected: in the first motion"))).unwrap();
-        assert!(line.contains("scenes/yam_move.toml") && line.contains("`full-range`"), "{line}");
+        assert!(line.contains("`tunable = true`") && line.contains("`full-range`"), "{line}");
         assert!(!line.contains("`jog`"), "`jog` was rejected too: {line}");
     }
     assert!(out.contains("\nfull-range: armed"), "{out}");

@@ -336,7 +336,7 @@ fn a_port_without_a_board_ends_in_time() {
     drop(host);
     let (code, _, error) = connect("silent", "home\n", &["--port", &port]);
     assert_eq!(code, 1);
-    assert!(error.contains("the board is silent: no answer to a join came within 2s"), "{error}");
+    assert!(error.contains("the controller is silent: no answer to a join came within 2s"), "{error}");
     let (code, _, error) = connect("absent", "home\n", &["--port", "/dev/no-such-port"]);
     assert_eq!(code, 1);
     assert!(error.contains("/dev/no-such-port"), "{error}");
@@ -446,8 +446,10 @@ fn a_cable_that_was_cut_for_long_is_plugged_in_and_the_arm_is_armed_again() {
     let (_, out, error) = connect_to("scenes/yam_move.toml", "cut", script, &["--target", "desk", "--simulate-link"]);
     assert_eq!(error, "", "{out}");
     let lines: Vec<&str> = out.lines().collect();
-    let old =
-        lines.iter().position(|line| line.starts_with("the board is not heard: this is its last report, ")).unwrap();
+    let old = lines
+        .iter()
+        .position(|line| line.starts_with("the controller is not heard: this is its last report, "))
+        .unwrap();
     let plugged = lines.iter().position(|line| *line == "plug: host").unwrap();
     assert!(old < plugged, "{out}");
     // After that, `status` prints the present state: the board lowers the arm.

@@ -124,7 +124,10 @@ impl AdapterName {
             Self::Socket(_) => {
                 Err(io::Error::new(io::ErrorKind::Unsupported, "only Linux has SocketCAN; use slcan:PORT"))
             }
-            Self::Simulated => Err(io::Error::new(io::ErrorKind::Unsupported, "a simulated bus belongs to an arm")),
+            Self::Simulated => Err(io::Error::new(
+                io::ErrorKind::Unsupported,
+                "the simulated arm is that of a scene, in `newtau drive SCENE --can simulated`; expected the adapter of real motors",
+            )),
         };
         opened.map_err(|source| AdapterError { name: self.clone(), source })
     }

@@ -240,7 +240,7 @@ impl Shared {
             };
             if handled.includes(wanted) {
                 return text.map_or(
-                    StopOutcome::NotConfirmed("the board has not confirmed the stop, or the arm still moves"),
+                    StopOutcome::NotConfirmed("the controller has not confirmed the stop, or the arm still moves"),
                     StopOutcome::Confirmed,
                 );
             }

@@ -81,6 +81,8 @@ pub(super) struct Arm {
     pub(super) torque: Vec<f64>,
     /// Lowest and highest position of each joint, rad or m.
     pub(super) range: Vec<(f64, f64)>,
+    /// Positions between which no soft wall of hand guiding acts on a joint, rad or m; `None` if the scene has no hand guiding.
+    pub(super) walls: Option<Vec<(f64, f64)>>,
     /// Torque of each joint that friction and noise can explain, N m or N.
     pub(super) hidden: Vec<f64>,
     /// Viscous and Coulomb friction of each joint.
@@ -111,7 +113,7 @@ impl Arm {
         let motion = plays.trajectory(model).map_err(|error| Stop::Input(format!("the motion cannot be: {error}")))?;
         let whole = |duration: f64| (duration / motion.duration() + 1e-9).floor().clamp(1.0, 1e6) as u32;
         let times = if plays.motion.repeats() { scene.duration.map_or(1, whole) } else { 1 };
-        let ControllerConfig { encoder, limits, .. } = scene.controller_config(model);
+        let ControllerConfig { encoder, limits, teach, .. } = scene.controller_config(model);
         let rules = scene.safety_rules(model);
         let deceleration = rules.joints.map(|joint| joint.deceleration);
         let units = |kind| match kind {
@@ -167,6 +169,7 @@ impl Arm {
             acceleration: deceleration.to_vec(),
             torque: limits.map(|limits| limits.torque).to_vec(),
             range: limits.map(|limits| limits.position).to_vec(),
+            walls: teach.map(|teach| teach.map(|joint| joint.wall).to_vec()),
             hidden: scene.robot.joints.iter().map(of_friction).collect(),
             friction: scene.robot.joints.iter().map(coefficients).collect(),
             drives: scene.robot.joints.iter().map(DriveNumbers::of).collect(),

@@ -73,7 +73,7 @@ pub enum Command {
 
 /// Each command with its arguments and its effect.
 pub const HELP: [(&str, &str); 38] = [
-    ("status", "what the board says: state, positions, torques"),
+    ("status", "the last report: state, positions, torques"),
     ("home", "forget the zeros: the joints look for them"),
     ("confirm", "the zeros are right: look before you say so"),
     ("arm", "hold the arm where it is, by torque"),
@@ -112,7 +112,7 @@ pub const HELP: [(&str, &str); 38] = [
     ("stiffness FACTOR", "so many times the scene's stiffness, 0.25 to 4"),
     ("check-torque [JOINT]", "move a joint slightly back and forth, and report actual over commanded torque"),
     ("weigh", "measure what the arm holds by slow back-and-forth motions, and declare it"),
-    ("dump [FILE]", "the ticks that the board remembers: a table, or a CSV file"),
+    ("dump [FILE]", "the ticks in the black box: a table, or a CSV file"),
     ("erase", "release the black box of an earlier fault, so that it records again"),
     ("full-range", "show what was seen in the first motion after homing, and lift its limits"),
     ("record FILE", "keep every frame from here on, for `newtau connect replay`; begins a new session"),

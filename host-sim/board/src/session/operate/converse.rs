@@ -35,7 +35,15 @@ pub fn converse(operator: &mut Operator, console: &mut Console) -> Result<(), St
                 operator.report().still();
                 let answered = pending.take();
                 match (answered, line.trim()) {
-                    (Some(Pending::FullRange), "y" | "yes") => operator.full_range().map(|()| None),
+                    (Some(Pending::FullRange), answer) if operator.lifts(answer) => {
+                        operator.full_range().map(|()| None)
+                    }
+                    (Some(Pending::FullRange), "y" | "yes") => operator
+                        .say(
+                            "full-range",
+                            "not every joint was seen moving: the limits of the first motion stay in force",
+                        )
+                        .map(|()| None),
                     (Some(Pending::FullRange), "n" | "no" | "") => {
                         operator.say("full-range", "the limits of the first motion stay in force").map(|()| None)
                     }
@@ -151,14 +159,19 @@ mod tests {
         let ready = ["home", "confirm"];
         let after = |more: &[&str]| limited_after(&[&ready, more].concat());
         assert!(!limited_after(&[]) && after(&[]), "homing begins the first motion");
-        for kept in
-            [&["full-range"][..], &["full-range", "n"], &["full-range", ""], &["full-range", "status", "y"], &["y"]]
-        {
+        for kept in [
+            &["full-range"][..],
+            &["full-range", "n"],
+            &["full-range", ""],
+            &["full-range", "status", "unseen"],
+            &["full-range", "y"],
+            &["y"],
+        ] {
             assert!(after(kept), "{kept:?}");
         }
-        for lifted in [&["full-range", "y"][..], &["full-range", "p", "full-range", "yes"]] {
+        for lifted in [&["full-range", "unseen"][..], &["full-range", "p", "full-range", "unseen"]] {
             assert!(!after(lifted), "{lifted:?}");
         }
-        assert!(after(&["full-range", "y", "home", "confirm"]), "another homing limits the arm again");
+        assert!(after(&["full-range", "unseen", "home", "confirm"]), "another homing limits the arm again");
     }
 }

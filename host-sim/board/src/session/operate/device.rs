@@ -131,7 +131,7 @@ pub enum DeviceError {
     #[error("the control thread has ended; the drives' own timeouts stop the arm")]
     ControlEnded,
     /// The board is silent.
-    #[error("the board is silent: no {what} came within {time:?}")]
+    #[error("the controller is silent: no {what} came within {time:?}")]
     Silent {
         /// The awaited answer.
         what: &'static str,

@@ -1,6 +1,5 @@
 //! Control law, stiffness and payload of an armed arm. They change in small steps, and the board accepts a step only if no torque jumps.
 
-use super::torque_check::GravityError;
 use super::{Operator, Stop};
 use crate::chip::ChipError;
 use dynamics_core::control::ControlLaw;
@@ -13,9 +12,6 @@ use session::parameters::{ARM, LAW};
 /// Stiffness of `soft` and of `stiff`, as multiples of the scene's.
 pub(super) const SOFT: f64 = 0.25;
 pub(super) const STIFF: f64 = 4.0;
-
-/// Time over which an arm at rest is observed before hand guiding, s.
-const AT_REST: f64 = 0.12;
 
 /// Number of steps in a change of stiffness.
 const STEPS: u32 = 24;
@@ -31,7 +27,7 @@ impl Operator {
     /// Selects another control law. A moving arm is stopped first. With the law `teach`, the arm is hand-guided from then on.
     pub(super) fn law(&mut self, law: ControlLaw) -> Result<(), Stop> {
         self.hold_if_running()?;
-        if law.is_hand_guided() && self.drives() && !(self.is_guidable("teach")? && self.gravity_is_good_enough()?) {
+        if law.is_hand_guided() && self.drives() && !self.may_be_led("teach")? {
             return Ok(());
         }
         let setting = Setting { index: LAW, value: f32::from(law.code()) };
@@ -46,62 +42,6 @@ impl Operator {
             }
         }
         if law.is_hand_guided() && self.drives() { self.lead() } else { Ok(()) }
-    }
-
-    /// Reports the error of the gravity model before hand guiding. Returns false, and leaves the arm as it is, if a joint's error exceeds its
-    /// friction: that joint would drift.
-    fn gravity_is_good_enough(&mut self) -> Result<bool, Stop> {
-        if !self.torque_is_believed()? {
-            return Ok(false);
-        }
-        self.watch(1)?;
-        self.wait(AT_REST)?;
-        let needed = self.needed();
-        self.watch(needed)?;
-        let Some(errors) = self.gravity_errors() else {
-            self.refused = true;
-            self.say(
-                "teach",
-                "teach: rejected: the gravity model cannot be checked; hold the arm at rest for 0.1 s first",
-            )?;
-            return Ok(false);
-        };
-        let in_words = |error: &GravityError| {
-            let (name, unit) =
-                self.arm.joints.get(error.joint).map_or(("", ""), |(name, _, unit)| (name.as_str(), *unit));
-            format!("{name} {:.2} {unit} (friction {:.2})", error.error.abs(), error.friction)
-        };
-        let share = |error: &GravityError| error.error.abs() / error.friction;
-        let worst = errors.iter().max_by(|a, b| share(a).total_cmp(&share(b)));
-        let text = worst.map(in_words).unwrap_or_default();
-        let drifting: Vec<String> = errors.iter().filter(|error| error.drifts()).map(in_words).collect();
-        if drifting.is_empty() {
-            self.say(
-                "teach",
-                &format!("teach: error of the gravity model: {text} at most; `newtau identify` makes it smaller"),
-            )?;
-            return Ok(true);
-        }
-        self.refused = true;
-        self.say(
-            "teach",
-            &format!(
-                "teach: rejected: the error of the gravity model exceeds the friction, so the arm would drift: {}; declare what it \
-                 holds with `payload` or `weigh`, or run `newtau identify`",
-                drifting.join(", ")
-            ),
-        )?;
-        Ok(false)
-    }
-
-    /// Starts hand guiding: the arm runs, and its reference follows its position.
-    fn lead(&mut self) -> Result<(), Stop> {
-        if !self.torque_is_believed()? {
-            return Ok(());
-        }
-        let here = self.here()?;
-        let denial = self.set_out(Vec::new(), &here, here.clone())?;
-        self.answer("teach", denial, "; guide it by hand, then `hold`")
     }
 
     /// Sets every joint's stiffness to this multiple of the scene's and keeps the damping ratio: `Kp` scales with the factor, `Kd` with its square
@@ -204,7 +144,7 @@ impl Operator {
             Some(Ok(value)) => {
                 self.refused = true;
                 format!(
-                    "{name}: not confirmed: the board has {} kg, sent were {} kg; repeat the command",
+                    "{name}: not confirmed: the controller has {} kg, sent were {} kg; repeat the command",
                     value.value, goal.mass
                 )
             }

@@ -26,6 +26,9 @@ const HOLD_FIRST: &str = "`hold` first, and wait until the arm is at rest; an ar
 /// Range, rad or m, below which a joint counts as not moved.
 const MOVED: f64 = 0.02;
 
+/// The answer that lifts the limits although a joint has not moved since homing.
+const UNSEEN: &str = "unseen";
+
 /// Time over which a speed is averaged, s: a step of an encoder must not look like a fast joint.
 const AVERAGED: f64 = 0.05;
 
@@ -103,38 +106,6 @@ impl Operator {
         factor
     }
 
-    /// True if the arm may be hand-guided now. In the first motion, the board treats a joint that is guided too fast as a fault, and an arm without
-    /// brakes then sinks.
-    pub(super) fn is_guidable(&mut self, name: &str) -> Result<bool, Stop> {
-        let Some(share) = self.limit() else { return Ok(true) };
-        self.refused = true;
-        let percent = 100.0 * share;
-        let what_to_do = match (self.arm.law.is_hand_guided(), self.arm.tunable) {
-            (false, _) => "`jog` every joint a little, then lift the limits with `full-range`",
-            (true, true) => {
-                "choose a law that follows a reference (`law computed-torque`), `jog` every joint a little, then lift the limits with `full-range`"
-            }
-            // With this scene's control law, nothing moves before the limits are lifted.
-            (true, false) => {
-                "make the first motion with another scene of this robot, whose law follows a reference (for the YAM \
-                 scenes/yam_move.toml); `full-range` lifts the limits here although nothing was seen of the arm"
-            }
-        };
-        self.say(
-            name,
-            &format!(
-                "{name}: rejected: in the first motion after homing (`first_motion` in [safety]) a hand that leads a joint faster than {percent:.0} % \
-                 of its velocity bound causes fault 5; {what_to_do}"
-            ),
-        )?;
-        Ok(false)
-    }
-
-    /// As [`Operator::is_guidable`], before a motion: only the law `teach` allows hand guiding.
-    pub(super) fn may_be_guided(&mut self, name: &str) -> Result<bool, Stop> {
-        if self.arm.law.is_hand_guided() { self.is_guidable(name) } else { Ok(true) }
-    }
-
     /// Adds a status in which torque acts to the observations.
     pub(super) fn observe(&mut self, status: &Status) {
         let (Some(link::Actuation::Drive { torque, .. }), Some(q)) = (&status.actuation, &self.q) else {
@@ -207,7 +178,7 @@ impl Operator {
     /// Describes the joints that have not moved since homing: their sign, zero and torque constant are not verified.
     fn unmoved_in_words(&self) -> String {
         let ranges = self.arm.joints.iter().zip(&self.first_motion.joints);
-        let unmoved = ranges.filter(|(_, range)| range.position.1 - range.position.0 < MOVED);
+        let unmoved = ranges.filter(|(_, range)| is_unmoved(range));
         let names: Vec<&str> = unmoved.map(|((name, ..), _)| name.as_str()).collect();
         match names.as_slice() {
             [] => String::new(),
@@ -221,12 +192,28 @@ impl Operator {
     /// Shows a person at a terminal the observations since homing, and asks whether to lift the limits of the first motion.
     pub(crate) fn ask_for_full_range(&self) -> Result<(), Stop> {
         let seen = self.observed_in_words();
+        let yes = match self.has_moved_every_joint() {
+            true => "y: yes".to_owned(),
+            // A habit types `y`; a joint whose sign and zero are not verified needs a decision.
+            false => format!("{UNSEEN}: yes, although not every joint was seen moving"),
+        };
         self.say(
             "full-range",
             &format!(
-                "{seen}\nlift the limits of the first motion, so that the arm may use its full speed and torque? y: yes, n: no"
+                "{seen}\nlift the limits of the first motion, so that the arm may use its full speed and torque? {yes}, n: no"
             ),
         )
+    }
+
+    /// True if this answer to [`Operator::ask_for_full_range`] lifts the limits.
+    pub(crate) fn lifts(&self, answer: &str) -> bool {
+        answer == UNSEEN || (matches!(answer, "y" | "yes") && self.has_moved_every_joint())
+    }
+
+    /// True if every joint has moved since homing.
+    fn has_moved_every_joint(&self) -> bool {
+        let joints = &self.first_motion.joints;
+        joints.len() == self.arm.joints.len() && !joints.iter().any(is_unmoved)
     }
 
     /// Lifts the limits of the first motion, and shows the observations since homing.
@@ -244,4 +231,9 @@ impl Operator {
         self.answer("full-range", rejection, &format!("; {seen}"))?;
         if accepted { self.note_accepted(Request::FullRange) } else { Ok(()) }
     }
+}
+
+/// True if a joint has not moved since homing.
+fn is_unmoved(range: &Range) -> bool {
+    range.position.1 - range.position.0 < MOVED
 }

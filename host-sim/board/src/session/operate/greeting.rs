@@ -32,7 +32,7 @@ impl Operator {
         if self.status.as_ref().is_some_and(|status| status.kept) {
             self.say(
                 "black-box",
-                "the board holds the black box of an earlier fault: `dump` reads it, `erase` lets it record again",
+                "the black box of an earlier fault is kept: `dump` reads it, `erase` lets it record again",
             )?;
         }
         Ok(())
@@ -75,7 +75,7 @@ impl Operator {
                 Some(_) if !self.device.tap().is_recording() => return Ok(()),
                 Some(first) if attempt == HELLOS || self.drives() => {
                     let text = format!(
-                        "the board's first ticks were missed: the record begins at tick {first} and cannot be replayed"
+                        "the first ticks were missed: the record begins at tick {first} and cannot be replayed"
                     );
                     return self.say("record", &text);
                 }

@@ -13,7 +13,7 @@ const ADVICE: [&str; dynamics_core::safety::Refusal::TEXTS.len()] = [
      running and lowering allow hold",
     "remove its cause, then `clear`",
     "`home`, compare the position of every joint with the arm, `confirm`",
-    "move it until it finds its zero; an encoder that lost its turn needs a restart of the board",
+    "move it until it finds its zero; an encoder that lost its turn needs a restart: of the board, or of `drive`",
     "check the sensor of this joint",
     "wait until it is at rest; `hold` stops it",
     "check the link; repeat the command",
@@ -112,7 +112,7 @@ pub fn rejection(rejection: &Rejection) -> String {
         Rejection::Denied(it) => denial(it),
         Rejection::Superseded => "superseded: a stronger request came at the same time; repeat the command".into(),
         Rejection::Unconfirmed(time) => format!(
-            "not confirmed: the board has not answered for {} ms; check the cable, and `status` before you go on",
+            "not confirmed: the controller has not answered for {} ms; check the cable, and `status` before you go on",
             time.as_millis()
         ),
     }
@@ -129,7 +129,7 @@ pub fn frame(refusal: &Refusal) -> String {
         }
         _ => "",
     };
-    format!("the board rejected a frame: {}{what_to_do}", refusal_in_words(refusal))
+    format!("the controller rejected a frame: {}{what_to_do}", refusal_in_words(refusal))
 }
 
 /// Limits that acted on a joint.

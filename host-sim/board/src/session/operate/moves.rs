@@ -30,7 +30,7 @@ impl Operator {
         running
             .or(self.q.as_ref())
             .cloned()
-            .ok_or_else(|| Stop::Input("the board has not said where the arm is".into()))
+            .ok_or_else(|| Stop::Input("the positions of the arm are not known yet".into()))
     }
 
     /// Runs the scene's motion, after a motion to its start.

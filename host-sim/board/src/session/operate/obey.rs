@@ -89,7 +89,7 @@ impl Operator {
             return Ok(());
         }
         let age = self.silent_for(self.reported).as_secs_f64();
-        self.say("status", &format!("the board is not heard: this is its last report, {age:.1} s old"))
+        self.say("status", &format!("the controller is not heard: this is its last report, {age:.1} s old"))
     }
 
     fn cut(&mut self, what: Cut, cut: bool) -> Result<(), Stop> {
@@ -131,7 +131,7 @@ impl Operator {
         }
         if self.is_live() {
             self.refused = true;
-            return self.say(name, &format!("{name}: rejected: the board has an emergency stop of its own"));
+            return self.say(name, &format!("{name}: rejected: this arm has an emergency stop of its own"));
         }
         self.lines.emergency_stop = pressed;
         self.asking = true;

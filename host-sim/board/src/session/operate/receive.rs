@@ -105,8 +105,8 @@ impl Operator {
         let (tick, state) = (status.tick, status.state);
         let doing = |status: &Status| (status.state, status.cause, status.joint);
         let changed = self.status.as_ref().is_some_and(|before| doing(before) != doing(&status));
-        let before = self.status.replace(status);
-        if changed && before.is_some_and(|before| before.state == StateCode::Running) {
+        let before = self.status.replace(status).map(|before| before.state);
+        if changed && before == Some(StateCode::Running) {
             // The board has discarded its trajectory.
             self.feed.clear();
             self.under_way.clear();
@@ -118,7 +118,9 @@ impl Operator {
         if changed && !self.asking {
             let text = format!("tick {tick}: {}", self.doing());
             self.report.say("change", &text, self.seen_now().as_ref())?;
-            if let (StateCode::Fault, Some((text, _))) = (state, self.torque_in_words()) {
+            // In motion, what has caused the fault (a hand, a stop, a collision) changes the torques too.
+            let was_held = matches!(before, Some(StateCode::Armed | StateCode::Holding));
+            if let (StateCode::Fault, true, Some((text, _))) = (state, was_held, self.torque_in_words()) {
                 self.say("torque", &text)?;
             }
         }
@@ -151,7 +153,7 @@ impl Operator {
         if to_board > 0 || to_host > 0 {
             let least = if self.device.tap().lost_more() { "at least " } else { "" };
             text += &format!(
-                "\nhost link: {least}{to_board} frames lost on the way to the board, {to_host} on the way back"
+                "\nhost link: {least}{to_board} frames lost on the way to the controller, {to_host} on the way back"
             );
         }
         let (counts, statuses) = &self.stale;

@@ -81,7 +81,7 @@ impl Operator {
             }
             if waited >= UNCONFIRMED && !reported {
                 reported = true;
-                self.say(name, &format!("{name}: sent, not confirmed by the board yet; sending it again"))?;
+                self.say(name, &format!("{name}: sent, not confirmed by the controller yet; sending it again"))?;
             }
             self.pass()?;
         };
@@ -134,11 +134,11 @@ impl Operator {
         }
         self.refused = true;
         self.feed.clear();
-        self.leave_targets("frames were lost on the way to the board");
+        self.leave_targets("frames were lost on the way to the controller");
         self.hold_without_waiting()?;
         self.say(
             "lost",
-            "frames were lost on the way to the board, perhaps points of the motion: stop sent; check the cable, then repeat the command",
+            "frames were lost on the way to the controller, perhaps points of the motion: stop sent; check the cable, then repeat the command",
         )
     }
 

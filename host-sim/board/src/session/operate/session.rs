@@ -81,7 +81,7 @@ impl Operator {
                 self.refused = true;
                 return self.say(
                     name,
-                    "arm: rejected: the board does not report the payload that it holds; declare it with `payload`",
+                    "arm: rejected: the controller does not report the payload that it holds; declare it with `payload`",
                 );
             }
             // The live inputs of the hello may have been lost.
@@ -89,6 +89,11 @@ impl Operator {
             self.send_surely(&Frame::Live(live))?;
         }
         let denial = if request == Request::Disarm { self.disarm()? } else { self.request(request)? };
+        if request == Request::Hold
+            && let (Some(Rejection::Denied(_)), Some(StateCode::Armed | StateCode::Holding)) = (denial, self.state())
+        {
+            return self.say(name, &format!("hold: the arm is held already: {}", self.doing()));
+        }
         let accepted = denial.is_none();
         let armed = request == Request::Arm && accepted;
         self.answer(name, denial, "")?;
