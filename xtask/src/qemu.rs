@@ -3,9 +3,14 @@
 use crate::process::{cargo, run as run_command};
 use anyhow::{Context as _, Result, bail, ensure};
 use firmware_image::log_strings;
+use firmware_image::tied::{TiedProcess, tied};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
+
+/// Processor time after which an emulator is killed: one whose log a person reads, and one whose program prints its results and ends.
+const LOGGED: Duration = Duration::from_secs(6 * 3600);
+const LONGEST: Duration = Duration::from_secs(600);
 
 /// Arguments of cargo for the program that decodes logs.
 const LOG: [&str; 5] = ["--quiet", "--locked", "--package=chip-image", "--features=log", "--bin=chip-log"];
@@ -17,15 +22,15 @@ pub(crate) fn run(elf: &Path, limit: Option<Duration>) -> Result<()> {
     log_strings::count(elf)?;
     // Build the decoder before the emulator starts, because the emulator does not wait for a reader of its log.
     run_command(cargo(["build"]).args(LOG))?;
-    let mut child = Command::new("qemu-system-arm")
+    let mut emulator = Command::new("qemu-system-arm");
+    emulator
         .args(["-M", "netduinoplus2", "-icount", "shift=0", "-display", "none", "-monitor", "none"])
         .args(["-serial", "null", "-serial", "null", "-semihosting-config", "enable=on,target=native", "-kernel"])
-        .arg(elf)
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .spawn()
-        .context("cannot start qemu-system-arm")?;
-    let log = child.stdout.take().context("the emulator's output is piped")?;
+        .arg(elf);
+    let mut tied = tied(&emulator, LOGGED).context("cannot start qemu-system-arm")?;
+    tied.stdout(Stdio::piped());
+    let mut process = TiedProcess::spawn(tied).context("cannot start qemu-system-arm")?;
+    let log = process.child().stdout.take().context("the emulator's output is piped")?;
     let mut words = cargo(["run"]).args(LOG).arg("--").arg(elf).stdin(log).spawn().context("cannot start cargo")?;
     let end = limit.map(|limit| Instant::now() + limit);
     let printed = loop {
@@ -38,9 +43,8 @@ pub(crate) fn run(elf: &Path, limit: Option<Duration>) -> Result<()> {
         std::thread::sleep(Duration::from_millis(20));
     };
     // If the emulator has ended before the limit, the firmware stopped with an error, and its log gives the reason.
-    let ended = child.try_wait()?;
-    child.kill().ok();
-    child.wait()?;
+    let ended = process.child().try_wait()?;
+    process.end();
     // Wait until the decoder has printed the rest of the pipe.
     words.wait()?;
     ensure!(printed, "the log cannot be decoded");
@@ -57,13 +61,11 @@ pub(crate) fn semihosted(elf: &Path) -> Result<String> {
 
 /// As [`semihosted`], by a command that names the emulator and the machine.
 pub(crate) fn semihosted_by(emulator: &mut Command, elf: &Path) -> Result<String> {
-    let output = emulator
+    emulator
         .args(["-icount", "shift=0", "-display", "none", "-monitor", "none"])
         .args(["-serial", "null", "-semihosting-config", "enable=on,target=native", "-kernel"])
-        .arg(elf)
-        .stdin(Stdio::null())
-        .output()
-        .with_context(|| format!("cannot start {emulator:?}"))?;
+        .arg(elf);
+    let output = TiedProcess::output(emulator, LONGEST, true).with_context(|| format!("cannot start {emulator:?}"))?;
     // The emulator writes semihosting debug messages to its standard error, and semihosting files to its standard output.
     let said = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
     if !output.status.success() {

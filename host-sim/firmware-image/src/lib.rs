@@ -11,6 +11,8 @@
 //! | [`log_strings`] | check that the log of a program can be decoded |
 //! | [`process`] | finding and running other programs, with errors that name them |
 //! | [`scene_keys`] | keys of a scene file that are needed before its robot is compiled |
+//! | [`scratch`] | files that live as long as the program |
+//! | [`tied`] | child processes that end with the program, however it ends |
 //! | [`toolchain`] | the compiler for the chip |
 #![forbid(unsafe_code)]
 
@@ -24,6 +26,8 @@ pub mod install;
 pub mod log_strings;
 pub mod process;
 pub mod scene_keys;
+pub mod scratch;
+pub mod tied;
 pub mod toolchain;
 
 pub use bad_input::BadInput;

@@ -2,6 +2,9 @@
 
 use crate::program::{at_the_top, new, printed, told};
 use std::path::Path;
+use std::process::Stdio;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 #[test]
 fn a_session_on_the_chip_has_the_desk_s_bits_in_every_status_refusal_and_remembered_tick() {
@@ -42,4 +45,40 @@ fn gains_are_changed_on_the_chip_within_their_bounds_and_its_record_has_the_same
     let out = printed(at_the_top().args(["connect", "replay"]).arg(&log).output().unwrap());
     let ticks: u64 = out.strip_suffix(" ticks compared, 0 differ\n").unwrap().parse().unwrap();
     assert!(ticks > 900, "{ticks}");
+}
+
+/// True if a process of this machine names the folder of that program's temporary files in its command line.
+#[cfg(target_os = "linux")]
+fn has_emulator(program: u32) -> bool {
+    let folder = format!("newtau-run-{program}/");
+    std::fs::read_dir("/proc").unwrap().flatten().any(|entry| {
+        std::fs::read(entry.path().join("cmdline")).is_ok_and(|line| String::from_utf8_lossy(&line).contains(&folder))
+    })
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_program_that_is_killed_leaves_no_emulator_and_the_next_one_deletes_its_folder() {
+    let until = |what: &str, is_so: &dyn Fn() -> bool| {
+        let begun = Instant::now();
+        while !is_so() {
+            assert!(begun.elapsed() < Duration::from_secs(200), "{what}");
+            sleep(Duration::from_millis(10));
+        }
+    };
+    let mut connect = at_the_top();
+    connect.args(["connect", "scenes/planar2r_swing.toml", "--target", "qemu"]);
+    let mut program = connect.stdin(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
+    until("the emulator runs", &|| has_emulator(program.id()));
+    let folder = std::env::temp_dir().join(format!("newtau-run-{}", program.id()));
+    assert!(folder.is_dir());
+    // SIGKILL: nothing in the program runs after it.
+    program.kill().unwrap();
+    program.wait().unwrap();
+    until("the emulator has ended", &|| !has_emulator(program.id()));
+    assert!(folder.is_dir(), "the killed program could not delete it");
+    let mut connect = at_the_top();
+    connect.args(["connect", "scenes/planar2r_swing.toml", "--target", "qemu"]);
+    assert_eq!(told(connect.stdin(Stdio::null()).output().unwrap()).0, 0);
+    assert!(!folder.exists());
 }

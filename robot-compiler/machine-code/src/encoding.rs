@@ -17,7 +17,7 @@ pub(crate) const END: [u8; 4] = [0xc5, 0xf8, 0x77, 0xc3];
 /// Register number of RDI.
 const RDI: u8 = 7;
 
-/// Opcodes in the map of 0F, all with the prefix 66: packed doubles.
+/// Opcodes in the map of 0F: packed doubles with the prefix 66, one double with F2.
 const LOAD: u8 = 0x10;
 const STORE: u8 = 0x11;
 
@@ -39,16 +39,18 @@ pub(crate) fn encode(bytes: &mut Vec<u8>, instruction: &Instruction, set: Instru
         Instruction::Compute { operation, to, a, b } => (opcode(operation), to, a, b),
     };
     match set {
-        Instructions::Avx => vex(bytes, opcode, register, a, b),
+        Instructions::AvxOne => vex(bytes, opcode, register, a, b, 0b011),
+        Instructions::Avx => vex(bytes, opcode, register, a, b, 0b101),
         Instructions::Avx512 => evex(bytes, opcode, register, a, b),
     }
 }
 
-/// Encoding for 256 bits: `C5 R.vvvv.L.pp` if the second operand has no high bit, otherwise `C4 RXB.mmmmm W.vvvv.L.pp`.
-fn vex(bytes: &mut Vec<u8>, opcode: u8, register: u8, a: u8, b: Operand) {
+/// Encoding for one number or for 256 bits: `C5 R.vvvv.L.pp` if the second operand has no high bit, otherwise `C4 RXB.mmmmm W.vvvv.L.pp`. `kind` is
+/// `L.pp`: 0.11 for one number, 1.01 for four.
+fn vex(bytes: &mut Vec<u8>, opcode: u8, register: u8, a: u8, b: Operand, kind: u8) {
     let not = |bit: u8| u8::from(bit == 0);
     let high = |register: u8| register >> 3 & 1;
-    let last = (!a & 15) << 3 | 0b101;
+    let last = (!a & 15) << 3 | kind;
     match b {
         Operand::Register(b) if high(b) == 1 => {
             bytes.extend([0xc4, not(high(register)) << 7 | 1 << 6 | 1, last, opcode, direct(register, b)]);
@@ -124,12 +126,12 @@ mod tests {
     /// The bytes are those that GNU as 2.40 generates for the comment above them.
     #[test]
     fn instructions_have_the_bytes_that_an_assembler_gives_them() {
-        use Instructions::{Avx, Avx512};
+        use Instructions::{Avx, Avx512, AvxOne};
         use Operand::{Place, Register};
         use Operation::{Add, Div, Mul, Sub};
         let load = |to, from| Instruction::Load { to, from };
         let store = |to, from| Instruction::Store { to, from };
-        let cases: [(Instruction, Instructions, &[u8]); 18] = [
+        let cases: [(Instruction, Instructions, &[u8]); 25] = [
             // vaddpd ymm1, ymm2, ymm3
             (compute(Add, 1, 2, Register(3)), Avx, &[0xc5, 0xed, 0x58, 0xcb]),
             // vsubpd ymm9, ymm10, ymm11
@@ -148,6 +150,20 @@ mod tests {
             (store(256, 8), Avx, &[0xc5, 0x7d, 0x11, 0x87, 0x00, 0x20, 0x00, 0x00]),
             // vaddpd ymm8, ymm15, [rdi-192]
             (compute(Add, 8, 15, Place(125)), Avx, &[0xc5, 0x05, 0x58, 0x87, 0x40, 0xff, 0xff, 0xff]),
+            // vaddsd xmm1, xmm2, xmm3
+            (compute(Add, 1, 2, Register(3)), AvxOne, &[0xc5, 0xeb, 0x58, 0xcb]),
+            // vsubsd xmm9, xmm10, xmm11
+            (compute(Sub, 9, 10, Register(11)), AvxOne, &[0xc4, 0x41, 0x2b, 0x5c, 0xcb]),
+            // vdivsd xmm1, xmm15, xmm7
+            (compute(Div, 1, 15, Register(7)), AvxOne, &[0xc5, 0x83, 0x5e, 0xcf]),
+            // vmovsd xmm1, [rdi-128]
+            (load(1, 126), AvxOne, &[0xc5, 0xfb, 0x10, 0x4f, 0x80]),
+            // vmovsd xmm12, [rdi-8192]
+            (load(12, 0), AvxOne, &[0xc5, 0x7b, 0x10, 0xa7, 0x00, 0xe0, 0xff, 0xff]),
+            // vmovsd [rdi+8192], xmm8
+            (store(256, 8), AvxOne, &[0xc5, 0x7b, 0x11, 0x87, 0x00, 0x20, 0x00, 0x00]),
+            // vmulsd xmm8, xmm15, [rdi-192]
+            (compute(Mul, 8, 15, Place(125)), AvxOne, &[0xc5, 0x03, 0x59, 0x87, 0x40, 0xff, 0xff, 0xff]),
             // vaddpd zmm1, zmm2, zmm3
             (compute(Add, 1, 2, Register(3)), Avx512, &[0x62, 0xf1, 0xed, 0x48, 0x58, 0xcb]),
             // vsubpd zmm9, zmm18, zmm27

@@ -8,7 +8,8 @@
 //! program --registers--> instructions --encoding--> bytes --memory, made executable--> code
 //! ```
 //!
-//! Eight states are computed in parallel: in one vector of AVX-512, or in two of AVX, one after the other.
+//! Eight states are computed in parallel: in one vector of AVX-512, or in two of AVX, one after the other. A kernel of one state computes with single
+//! numbers.
 //!
 //! Other processors, and systems that do not let a program generate code, have no [`Kernel`]: the caller then computes state by state.
 //!
@@ -56,10 +57,10 @@ impl Kernel {
         Instructions::ALL.into_iter().find_map(|instructions| Self::with(program, inputs, instructions))
     }
 
-    /// The program for one state at a time, for [`run_one`](Self::run_one): it consists of narrow vectors, of which it uses one.
+    /// The program for one state at a time, in lane 0: [`run_one`](Self::run_one) and [`run`](Self::run) leave the other lanes unchanged.
     #[must_use]
     pub fn of_one(program: &Program, inputs: usize) -> Option<Self> {
-        Self::with(program, inputs, Instructions::Avx)
+        Self::with(program, inputs, Instructions::AvxOne)
     }
 
     /// The program for these instructions; `None` as in [`Kernel::new`].
@@ -106,7 +107,7 @@ impl Kernel {
         self.code.run(self.frame.all_mut(), self.instructions.vectors());
     }
 
-    /// Runs the program on lane 0, and on the lanes that share its vector.
+    /// Runs the program on lane 0, and on the lanes that share its vector; there is one if the kernel is [of one](Self::of_one) state.
     #[inline]
     pub fn run_one(&mut self) {
         self.code.run(self.frame.all_mut(), 1);

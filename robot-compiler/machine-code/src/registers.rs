@@ -4,9 +4,9 @@
 //! replacement algorithms for a virtual-storage computer, 1966). Inputs and numbers have slots in memory from the start and are simply
 //! dropped; a computed value is stored first, once.
 
+use core::ops::Range;
 use robot_compiler::kernel::Program;
 use robot_compiler::kernel::tape::{Expr, Node};
-use std::collections::HashMap;
 
 /// A vector register, by its number.
 pub(crate) type Register = u8;
@@ -59,16 +59,25 @@ pub(crate) fn allocate(program: &Program, inputs: usize, registers: Register) ->
 /// Stands for the next use of a value that is never used again.
 const NEVER: usize = usize::MAX;
 
+/// Where a value is, and its further uses. An arm is compiled while the user waits, so there is one of these for each value, by its index.
+#[derive(Clone, Debug, Default)]
+struct Value {
+    /// Its uses to come: a range of [`Allocator::uses`].
+    uses: Range<usize>,
+    register: Option<Register>,
+    /// Its slot in memory.
+    home: Option<usize>,
+    /// Its first place among the outputs.
+    output: Option<usize>,
+}
+
 struct Allocator<'a> {
     program: &'a Program,
-    /// Statements that use a value, the last one first.
-    uses: HashMap<Expr, Vec<usize>>,
+    values: Vec<Value>,
+    /// Statements that use each value, in order and each once: one list after another.
+    uses: Vec<usize>,
     /// Value in each register.
     held: Vec<Option<Expr>>,
-    /// Register of a value.
-    registers: HashMap<Expr, Register>,
-    /// Slot of a value that is in memory.
-    homes: HashMap<Expr, usize>,
     /// Slots that no value needs any more, and those that no value needs after the current statement.
     free: Vec<usize>,
     released: Vec<usize>,
@@ -78,22 +87,45 @@ struct Allocator<'a> {
 
 impl<'a> Allocator<'a> {
     fn new(program: &'a Program, inputs: usize, registers: Register) -> Self {
-        let mut uses: HashMap<Expr, Vec<usize>> = HashMap::new();
-        for (place, &expr) in program.order().iter().enumerate().rev() {
+        let order = program.order();
+        let all = order.iter().flat_map(|&expr| program.node(expr).operands()).chain(order.iter().copied());
+        let count = all.chain(program.outputs().iter().copied()).map(Expr::index).max().map_or(0, |last| last + 1);
+        let mut values = vec![Value::default(); count];
+        let mut number = vec![0; count];
+        for operand in order.iter().flat_map(|&expr| program.node(expr).operands()) {
+            number[operand.index()] += 1;
+        }
+        let mut begun = 0;
+        for (value, number) in values.iter_mut().zip(number) {
+            (value.uses, begun) = (begun..begun, begun + number);
+        }
+        let mut uses = vec![0; begun];
+        for (place, &expr) in order.iter().enumerate() {
             for operand in program.node(expr).operands() {
-                let uses = uses.entry(operand).or_default();
-                if uses.last() != Some(&place) {
-                    uses.push(place);
+                let range = &mut values[operand.index()].uses;
+                if range.start == range.end || uses[range.end - 1] != place {
+                    uses[range.end] = place;
+                    range.end += 1;
                 }
             }
+        }
+        for (output, &expr) in program.outputs().iter().enumerate().rev() {
+            values[expr.index()].output = Some(output);
         }
         let inputs = program.inputs().last().map_or(inputs, |&last| inputs.max(last as usize + 1));
         let outputs = program.outputs().len();
         let out =
             Allocation { instructions: Vec::new(), places: inputs + outputs, inputs, outputs, numbers: Vec::new() };
         let held = vec![None; usize::from(registers)];
-        let (registers, homes, free) = (HashMap::new(), HashMap::new(), Vec::new());
-        Self { program, uses, held, registers, homes, free, released: Vec::new(), minus_zero: None, out }
+        Self { program, values, uses, held, free: Vec::new(), released: Vec::new(), minus_zero: None, out }
+    }
+
+    fn value(&self, expr: Expr) -> &Value {
+        &self.values[expr.index()]
+    }
+
+    fn value_mut(&mut self, expr: Expr) -> &mut Value {
+        &mut self.values[expr.index()]
     }
 
     fn statement(&mut self, now: usize, expr: Expr) {
@@ -117,8 +149,8 @@ impl<'a> Allocator<'a> {
         self.minus_zero = Some(zero);
         let a_register = self.vacant(&[b]);
         self.out.instructions.push(Instruction::Load { to: a_register, from: zero });
-        let b_operand = match self.registers.get(&b) {
-            Some(&register) => Operand::Register(register),
+        let b_operand = match self.value(b).register {
+            Some(register) => Operand::Register(register),
             None => Operand::Place(self.home(b)),
         };
         self.used(now, [b, b]);
@@ -127,17 +159,17 @@ impl<'a> Allocator<'a> {
 
     /// The operands of a commutative operation, ordered so that one in a register comes first.
     fn register_first(&self, [a, b]: [Expr; 2]) -> [Expr; 2] {
-        if !self.registers.contains_key(&a) && self.registers.contains_key(&b) { [b, a] } else { [a, b] }
+        if self.value(a).register.is_none() && self.value(b).register.is_some() { [b, a] } else { [a, b] }
     }
 
     fn compute(&mut self, expr: Expr, operation: Operation, a: Register, b: Operand) {
         let to = self.vacant(&[]);
         self.out.instructions.push(Instruction::Compute { operation, to, a, b });
         self.free.append(&mut self.released);
-        if let Some(output) = self.program.outputs().iter().position(|&output| output == expr) {
+        if let Some(output) = self.value(expr).output {
             let place = self.out.inputs + output;
             self.out.instructions.push(Instruction::Store { to: place, from: to });
-            self.homes.insert(expr, place);
+            self.value_mut(expr).home = Some(place);
         }
         if self.next_use(expr) != NEVER {
             self.hold(expr, to);
@@ -146,7 +178,7 @@ impl<'a> Allocator<'a> {
 
     /// Register of a value, which is loaded if it is in memory; registers of `keep` are not reused for it.
     fn loaded(&mut self, expr: Expr, keep: &[Expr]) -> Register {
-        if let Some(&register) = self.registers.get(&expr) {
+        if let Some(register) = self.value(expr).register {
             return register;
         }
         let from = self.home(expr);
@@ -158,10 +190,10 @@ impl<'a> Allocator<'a> {
 
     /// A value as second operand: its register; or its slot, unless it is used again before some value that is in a register.
     fn operand(&mut self, expr: Expr, now: usize, beside: Expr) -> Operand {
-        if let Some(&register) = self.registers.get(&expr) {
+        if let Some(register) = self.value(expr).register {
             return Operand::Register(register);
         }
-        let again = self.uses.get(&expr).and_then(|uses| uses.iter().rev().find(|&&use_| use_ > now)).copied();
+        let again = self.uses[self.value(expr).uses.clone()].iter().find(|&&place| place > now).copied();
         let sooner = |again: usize| {
             self.held.iter().any(|held| held.is_none_or(|held| held != beside && self.next_use(held) > again))
         };
@@ -174,20 +206,19 @@ impl<'a> Allocator<'a> {
     /// Removes this statement's use of its operands, and the values that are not used any more.
     fn used(&mut self, now: usize, operands: [Expr; 2]) {
         for expr in operands {
-            if let Some(uses) = self.uses.get_mut(&expr)
-                && uses.last() == Some(&now)
-            {
-                uses.pop();
+            if self.next_use(expr) == now {
+                self.value_mut(expr).uses.start += 1;
             }
             if self.next_use(expr) != NEVER {
                 continue;
             }
-            if let Some(register) = self.registers.remove(&expr) {
+            if let Some(register) = self.value_mut(expr).register.take() {
                 self.held[usize::from(register)] = None;
             }
             let computed = !matches!(self.program.node(expr), Node::Input(_) | Node::Constant(_));
-            if computed && !self.program.outputs().contains(&expr) {
-                self.released.extend(self.homes.remove(&expr));
+            if computed && self.value(expr).output.is_none() {
+                let home = self.value_mut(expr).home.take();
+                self.released.extend(home);
             }
         }
     }
@@ -201,23 +232,23 @@ impl<'a> Allocator<'a> {
         let farthest = candidates.filter(|(_, held)| !keep.contains(held)).max_by_key(|(_, held)| self.next_use(*held));
         // At most two registers are kept, so there is always one.
         let Some((register, expr)) = farthest else { return 0 };
-        if !self.homes.contains_key(&expr) && self.program.number(expr).is_none() {
+        if self.value(expr).home.is_none() && self.program.number(expr).is_none() {
             let place = self.home(expr);
             self.out.instructions.push(Instruction::Store { to: place, from: register as Register });
         }
         self.held[register] = None;
-        self.registers.remove(&expr);
+        self.value_mut(expr).register = None;
         register as Register
     }
 
     fn hold(&mut self, expr: Expr, register: Register) {
         self.held[usize::from(register)] = Some(expr);
-        self.registers.insert(expr, register);
+        self.value_mut(expr).register = Some(register);
     }
 
     /// Slot of a value in memory.
     fn home(&mut self, expr: Expr) -> usize {
-        if let Some(&place) = self.homes.get(&expr) {
+        if let Some(place) = self.value(expr).home {
             return place;
         }
         let place = match self.program.node(expr) {
@@ -225,7 +256,7 @@ impl<'a> Allocator<'a> {
             Node::Constant(bits) => self.number(f64::from_bits(bits)),
             _ => self.free.pop().unwrap_or_else(|| self.fresh()),
         };
-        self.homes.insert(expr, place);
+        self.value_mut(expr).home = Some(place);
         place
     }
 
@@ -241,7 +272,7 @@ impl<'a> Allocator<'a> {
     }
 
     fn next_use(&self, expr: Expr) -> usize {
-        self.uses.get(&expr).and_then(|uses| uses.last()).copied().unwrap_or(NEVER)
+        self.uses[self.value(expr).uses.clone()].first().copied().unwrap_or(NEVER)
     }
 
     /// Copies the outputs that are inputs or numbers, or that occur twice.

@@ -24,7 +24,7 @@ impl Instructions {
             // SAFETY: the processor has the instructions.
             return unsafe {
                 match self {
-                    Self::Avx => in_avx(work),
+                    Self::AvxOne | Self::Avx => in_avx(work),
                     Self::Avx512 => in_avx512(work),
                 }
             };

@@ -34,7 +34,26 @@ fn same(a: f64, b: f64) -> bool {
     a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan()
 }
 
+/// The kernel of one state, on each state.
+fn alone_agrees(program: &Program, states: &[[f64; INPUTS]; 8]) {
+    let Some(mut kernel) = Kernel::of_one(program, INPUTS) else {
+        assert!(!Instructions::AvxOne.are_here());
+        return;
+    };
+    for state in states {
+        for (number, value) in state.iter().enumerate() {
+            kernel.inputs()[number * LANES] = *value;
+        }
+        kernel.run_one();
+        for (number, wanted) in program.evaluate(state).into_iter().enumerate() {
+            let found = kernel.outputs()[number * LANES];
+            assert!(same(found, wanted), "alone: output {number}: {found:e}, not {wanted:e}");
+        }
+    }
+}
+
 fn agrees(program: &Program, states: &[[f64; INPUTS]; 8]) {
+    alone_agrees(program, states);
     for instructions in Instructions::ALL.into_iter().filter(|it| it.are_here()) {
         let mut kernel = Kernel::with(program, INPUTS, instructions).unwrap();
         // Twice: values that the first run leaves in memory must have no effect.

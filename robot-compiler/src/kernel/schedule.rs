@@ -3,6 +3,8 @@
 //! A simulated arm is scheduled while the user waits, so tables are indexed by a value's index in the arena for speed.
 
 use super::arena::{Arena, Expr};
+use core::cmp::Reverse;
+use std::collections::BinaryHeap;
 
 /// The best of three orders: as traced, depth first from the outputs, and greedy by the values that a statement frees.
 pub(super) fn few_alive(arena: &Arena, traced: &[Expr], outputs: &[Expr]) -> Vec<Expr> {
@@ -25,38 +27,90 @@ fn distinct_operands(arena: &Arena, expr: Expr) -> impl Iterator<Item = Expr> {
 /// Single-precision registers of a Cortex-M4F, less two for the inputs and numbers of a statement.
 const REGISTERS: usize = 30;
 
+/// A list for each value, in one piece of memory.
+struct Lists<T> {
+    items: Vec<T>,
+    /// For each value, where its list begins; the last entry is the end of the last list.
+    begin: Vec<usize>,
+}
+
+impl<T: Copy + Default> Lists<T> {
+    /// The items of each value, in the order in which `pairs` gives them. It is run twice.
+    fn new<I: Iterator<Item = (Expr, T)>>(values: usize, pairs: impl Fn() -> I) -> Self {
+        let mut begin = vec![0; values + 1];
+        pairs().for_each(|(value, _)| begin[value.index() + 1] += 1);
+        for value in 0..values {
+            begin[value + 1] += begin[value];
+        }
+        let mut items = vec![T::default(); begin[values]];
+        let mut next = begin.clone();
+        for (value, item) in pairs() {
+            items[next[value.index()]] = item;
+            next[value.index()] += 1;
+        }
+        Self { items, begin }
+    }
+
+    fn of(&self, value: Expr) -> &[T] {
+        &self.items[self.begin[value.index()]..self.begin[value.index() + 1]]
+    }
+}
+
+/// The statements that use each value, in order. A statement that uses a value twice is there twice.
+struct Uses {
+    places: Lists<usize>,
+    /// Number of uses that have passed, for each value.
+    passed: Vec<usize>,
+}
+
+impl Uses {
+    fn new(arena: &Arena, order: &[Expr]) -> Self {
+        let values = arena.nodes().len();
+        let places = Lists::new(values, || {
+            let all = order.iter().enumerate();
+            all.flat_map(|(place, &expr)| computed_operands(arena, expr).map(move |operand| (operand, place)))
+        });
+        Self { places, passed: vec![0; values] }
+    }
+
+    /// Passes one use of a value.
+    fn pass(&mut self, expr: Expr) {
+        self.passed[expr.index()] += 1;
+    }
+
+    /// The statement that uses a value next.
+    fn next(&self, expr: Expr) -> Option<usize> {
+        self.places.of(expr).get(self.passed[expr.index()]).copied()
+    }
+}
+
 /// Stores and loads of values for which there is no free register. When a register is needed, the value whose next use is farthest is removed
 /// (Belady's rule, which is optimal for loads). An output is stored at its destination and uses no register afterwards.
 pub(super) fn spills(arena: &Arena, order: &[Expr]) -> usize {
-    // Statements that use a value, the last one first.
-    let mut uses: Vec<Vec<usize>> = vec![Vec::new(); arena.nodes().len()];
-    for (place, &expr) in order.iter().enumerate().rev() {
-        for operand in computed_operands(arena, expr) {
-            uses[operand.index()].push(place);
-        }
-    }
-    let mut held: Vec<Expr> = Vec::with_capacity(REGISTERS + 3);
+    let mut uses = Uses::new(arena, order);
+    // Next use of each value in a register, and the value.
+    let mut held: Vec<(usize, Expr)> = Vec::with_capacity(REGISTERS + 3);
     let mut stored = vec![false; arena.nodes().len()];
     let mut moved = 0;
     for &expr in order {
+        computed_operands(arena, expr).for_each(|operand| uses.pass(operand));
         for operand in distinct_operands(arena, expr) {
-            if !held.contains(&operand) {
-                held.push(operand);
-                moved += 1;
+            let register = held.iter().position(|&(_, other)| other == operand);
+            moved += usize::from(register.is_none());
+            match (register, uses.next(operand)) {
+                (Some(register), Some(next)) => held[register].0 = next,
+                (Some(register), None) => {
+                    held.swap_remove(register);
+                }
+                (None, Some(next)) => held.push((next, operand)),
+                (None, None) => {}
             }
         }
-        for operand in computed_operands(arena, expr) {
-            uses[operand.index()].pop();
-        }
-        let next = |e: Expr| uses[e.index()].last().copied();
-        held.retain(|&e| next(e).is_some());
-        if next(expr).is_some() {
-            held.push(expr);
-        }
+        held.extend(uses.next(expr).map(|next| (next, expr)));
         while held.len() > REGISTERS
-            && let Some(farthest) = (0..held.len()).max_by_key(|&k| (next(held[k]), held[k]))
+            && let Some((register, &(_, farthest))) = held.iter().enumerate().max_by_key(|(_, held)| **held)
         {
-            let farthest = held.swap_remove(farthest);
+            held.swap_remove(register);
             moved += usize::from(!core::mem::replace(&mut stored[farthest.index()], true));
         }
     }
@@ -119,33 +173,41 @@ fn depth_first(arena: &Arena, outputs: &[Expr]) -> Vec<Expr> {
 /// Chooses, among the statements that are ready, the one after which the most values are no longer needed; among equals, the one traced first.
 fn greedy(arena: &Arena, traced: &[Expr], outputs: &[Expr]) -> Vec<Expr> {
     let nodes = arena.nodes().len();
-    let (mut uses, mut waits) = (vec![0_usize; nodes], vec![0_usize; nodes]);
-    let mut users: Vec<Vec<Expr>> = vec![Vec::new(); nodes];
+    let users = Lists::new(nodes, || {
+        traced.iter().flat_map(|&expr| distinct_operands(arena, expr).map(move |operand| (operand, Some(expr))))
+    });
+    let (mut uses, mut waits, mut done) = (vec![0_usize; nodes], vec![0_usize; nodes], vec![false; nodes]);
     for &expr in traced {
-        for operand in distinct_operands(arena, expr) {
-            waits[expr.index()] += 1;
-            uses[operand.index()] += 1;
-            users[operand.index()].push(expr);
-        }
+        uses[expr.index()] = users.of(expr).len();
+        waits[expr.index()] = distinct_operands(arena, expr).count();
     }
     for &output in outputs.iter().filter(|&&e| arena.node(e).is_statement()) {
         uses[output.index()] += 1;
     }
-    let mut ready: Vec<Expr> = traced.iter().copied().filter(|e| waits[e.index()] == 0).collect();
+    let rank = |expr: Expr, uses: &[usize]| {
+        let ended = distinct_operands(arena, expr).filter(|e| uses[e.index()] == 1).count();
+        (ended, Reverse(expr))
+    };
+    // A statement whose rank rises while it waits is there once more. The rank never falls.
+    let mut ready: BinaryHeap<(usize, Reverse<Expr>)> =
+        traced.iter().filter(|e| waits[e.index()] == 0).map(|&expr| rank(expr, &uses)).collect();
     let mut order = Vec::with_capacity(traced.len());
-    while let Some(place) = (0..ready.len()).max_by_key(|&k| {
-        let ended = distinct_operands(arena, ready[k]).filter(|e| uses[e.index()] == 1).count();
-        (ended, core::cmp::Reverse(ready[k]))
-    }) {
-        let next = ready.swap_remove(place);
+    while let Some((_, Reverse(next))) = ready.pop() {
+        if core::mem::replace(&mut done[next.index()], true) {
+            continue;
+        }
         order.push(next);
         for operand in distinct_operands(arena, next) {
             uses[operand.index()] -= 1;
+            if uses[operand.index()] == 1 {
+                let last = users.of(operand).iter().flatten().filter(|e| !done[e.index()] && waits[e.index()] == 0);
+                ready.extend(last.map(|&expr| rank(expr, &uses)));
+            }
         }
-        for &user in &users[next.index()] {
+        for &user in users.of(next).iter().flatten() {
             waits[user.index()] -= 1;
             if waits[user.index()] == 0 {
-                ready.push(user);
+                ready.push(rank(user, &uses));
             }
         }
     }

@@ -8,10 +8,12 @@ use crate::scene_keys::SceneKeys;
 use crate::trials;
 use anyhow::{Context as _, Result, bail};
 use chip_image::costs::{Late, Ways};
+use firmware_image::tied::TiedProcess;
 use firmware_image::{Board, Build};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
+use std::time::Duration;
 
 /// Extent of the measurement.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +33,9 @@ impl Extent {
 /// interrupt the link's work. `age_max` allows old measurements, because the host waits until the chip has read the bytes. The firmware is for the
 /// bench only and reaches no drive.
 const FLOOD: [(&str, &str); 3] = [("rate", "50000.0"), ("age_max", "100000"), ("safety.bench_only", "true")];
+
+/// Processor time after which a measurement is killed.
+const LONGEST: Duration = Duration::from_secs(3600);
 
 /// Number of ticks under the flood.
 const FLOOD_TICKS: u32 = 400;
@@ -137,8 +142,7 @@ pub(super) fn chip_budget(what: &str, scene: &Path) -> Command {
 
 /// Standard output of a command; its standard error goes to ours.
 fn output(command: &mut Command) -> Result<String> {
-    let output = command.stdin(Stdio::null()).stderr(Stdio::inherit()).output();
-    let output = output.with_context(|| format!("cannot start {command:?}"))?;
+    let output = TiedProcess::output(command, LONGEST, false).with_context(|| format!("cannot start {command:?}"))?;
     if !output.status.success() {
         bail!("chip-budget failed: {}", output.status);
     }

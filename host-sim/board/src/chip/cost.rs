@@ -10,6 +10,7 @@
 
 use crate::chip::run_cost;
 use dynamics_core::{Command, Fault, Model, Real};
+use firmware_image::scratch::ScratchFile;
 use indicatif::ProgressBar;
 use miette::IntoDiagnostic as _;
 use robot_compiler::emit::cost::{Input, RUN_UP, difference, inputs};
@@ -20,7 +21,7 @@ use sim::failure::Failure;
 use sim::run::simulate;
 use sim::run::target::Torques;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Number of scenes that are built and run at once. Between batches, `stop` is checked and the progress is shown.
 const BATCH: usize = 8;
@@ -139,31 +140,19 @@ fn comparable(files: &[SceneFile]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// A list of scene files for the build; the file is deleted on drop.
-struct List(PathBuf);
-
-impl List {
-    fn new(scenes: &[SceneFile]) -> std::io::Result<Self> {
-        static COUNT: AtomicU32 = AtomicU32::new(0);
-        let count = COUNT.fetch_add(1, Ordering::Relaxed);
-        let path = std::env::temp_dir().join(format!("newtau-{}-{count}.scenes", std::process::id()));
-        let lines: String = scenes.iter().map(|scene| format!("{}\n", scene.path.display())).collect();
-        std::fs::write(&path, lines)?;
-        Ok(Self(path))
-    }
-}
-
-impl Drop for List {
-    fn drop(&mut self) {
-        std::fs::remove_file(&self.0).ok();
-    }
+/// A list of scene files for the build.
+fn list(scenes: &[SceneFile]) -> std::io::Result<ScratchFile> {
+    let file = ScratchFile::new("scenes")?;
+    let lines: String = scenes.iter().map(|scene| format!("{}\n", scene.path.display())).collect();
+    std::fs::write(file.path(), lines)?;
+    Ok(file)
 }
 
 fn measure_batch(scenes: &[SceneFile]) -> Result<Vec<Cost>, Failure> {
     let desk: Vec<Vec<String>> =
         scenes.iter().map(|scene| with_dof!(scene.robot.dof(), N => commands::<N>(scene))).collect::<Result<_, _>>()?;
-    let list = List::new(scenes).map_err(Failure::Output)?;
-    let said = run_cost(&list.0).map_err(|error| Failure::Target(miette::Report::from_err(error)))?;
+    let list = list(scenes).map_err(Failure::Output)?;
+    let said = run_cost(list.path()).map_err(|error| Failure::Target(miette::Report::from_err(error)))?;
     let measured: Vec<Measured> =
         said.lines().map(serde_json::from_str).collect::<Result<_, _>>().into_diagnostic().map_err(Failure::Target)?;
     if measured.len() != desk.len() {

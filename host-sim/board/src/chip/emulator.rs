@@ -1,16 +1,16 @@
 //! The emulator as a child process with a socket to its serial port.
 
 use super::ChipError;
-use super::emulator_process::{Guard, KeyFile, Socket, dead, end, on_one_processor};
+use super::emulator_process::{KeyFile, Socket, dead, on_one_processor};
 use crate::key;
+use firmware_image::tied::{TiedProcess, tied};
 use link::Key;
 use std::collections::VecDeque;
 use std::ffi::OsString;
 use std::io::{ErrorKind, Read as _, Write as _};
 use std::os::unix::net::UnixStream;
-use std::os::unix::process::CommandExt as _;
 use std::path::Path;
-use std::process::{Child, ChildStderr, Command, Stdio};
+use std::process::{ChildStderr, Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// Timeouts of each wait.
@@ -28,10 +28,13 @@ impl Default for Timeouts {
     }
 }
 
-/// A running emulator; dropping it ends the process.
+/// Processor time after which an emulator is killed: a session of some hours.
+const LIMIT: Duration = Duration::from_secs(6 * 3600);
+
+/// A running emulator; it ends when it is dropped, and when this program ends.
 #[derive(Debug)]
 pub struct Emulator {
-    pub(super) child: Child,
+    pub(super) process: TiedProcess,
     link: UnixStream,
     timeouts: Timeouts,
     buffer: [u8; 256],
@@ -106,35 +109,27 @@ impl Emulator {
         key: Option<Key>,
     ) -> Result<Self, ChipError> {
         let socket = Socket::new()?;
-        let page = KeyFile::new(&socket.path, key)?;
+        let page = KeyFile::new(key)?;
         let mut command = Command::new(program);
         command
             .args(["-M", "netduinoplus2", "-icount", "shift=0", "-display", "none", "-monitor", "none"])
             .arg("-chardev")
-            .arg(format!("socket,id=link,path={}", socket.path.display()))
+            .arg(format!("socket,id=link,path={}", socket.file.path().display()))
             // The firmware's link is the second serial port.
             .args(["-serial", "null", "-serial", "chardev:link"])
             .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
             .arg(elf)
             .args(page.arguments())
-            .args(arguments)
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            // A separate process group: Ctrl-C in a terminal reaches every process of the group, and the run should
-            // end cleanly while the chip still answers.
-            .process_group(0);
-        let child = on_one_processor(|| command.spawn())
-            .map_err(|source| ChipError::CannotStart { program: program.to_owned(), source })?;
-        let mut guard = Guard(Some(child));
-        let link = socket.accept(&mut guard, timeouts.connect)?;
+            .args(arguments);
+        let cannot_start = |source| ChipError::CannotStart { program: program.to_owned(), source };
+        let mut tied = tied(&command, LIMIT).map_err(cannot_start)?;
+        tied.stdout(Stdio::null()).stderr(Stdio::piped());
+        let mut process = on_one_processor(|| TiedProcess::spawn(tied)).map_err(cannot_start)?;
+        let link = socket.accept(&mut process, timeouts.connect)?;
         link.set_read_timeout(Some(timeouts.answer))?;
         link.set_write_timeout(Some(timeouts.answer))?;
-        let Some(child) = guard.0.take() else {
-            return Err(ChipError::Io(ErrorKind::NotFound.into()));
-        };
         Ok(Self {
-            child,
+            process,
             link,
             timeouts,
             buffer: [0; 256],
@@ -204,7 +199,7 @@ impl Emulator {
             }
             let count = loop {
                 match self.link.read(&mut self.buffer) {
-                    Ok(0) => return Err(dead(&mut self.child, waiting_for)),
+                    Ok(0) => return Err(dead(&mut self.process, waiting_for)),
                     Ok(count) => break count,
                     // A signal to this program, such as Ctrl-C, is no failure of the chip.
                     Err(error) if error.kind() == ErrorKind::Interrupted => {}
@@ -234,7 +229,7 @@ impl Emulator {
 
     /// Takes the emulator's standard error; `None` after the first call. The error of a dead emulator then has no output.
     pub fn take_log(&mut self) -> Option<ChildStderr> {
-        self.child.stderr.take()
+        self.process.child().stderr.take()
     }
 
     /// The key in the chip's key page.
@@ -243,10 +238,10 @@ impl Emulator {
         self.key
     }
 
-    /// Process id of the emulator.
+    /// Process id of the shell that started the emulator, and of their group.
     #[must_use]
     pub fn process(&self) -> u32 {
-        self.child.id()
+        self.process.id()
     }
 
     fn explain(&mut self, error: std::io::Error, waiting_for: &'static str) -> ChipError {
@@ -255,15 +250,9 @@ impl Emulator {
                 ChipError::Silent { waiting_for, timeout: self.timeouts.answer }
             }
             ErrorKind::BrokenPipe | ErrorKind::ConnectionReset | ErrorKind::UnexpectedEof => {
-                dead(&mut self.child, waiting_for)
+                dead(&mut self.process, waiting_for)
             }
             _ => ChipError::Io(error),
         }
-    }
-}
-
-impl Drop for Emulator {
-    fn drop(&mut self) {
-        end(&mut self.child);
     }
 }

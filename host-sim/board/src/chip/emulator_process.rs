@@ -2,46 +2,28 @@
 
 use super::ChipError;
 use crate::key;
+use firmware_image::scratch::ScratchFile;
+use firmware_image::tied::TiedProcess;
 use link::{Key, key_page};
 use std::ffi::OsString;
 use std::io::{ErrorKind, Read as _};
 use std::os::unix::net::{UnixListener, UnixStream};
-use std::path::{Path, PathBuf};
-use std::process::Child;
-use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
-/// Ends the child if the start fails.
-pub(super) struct Guard(pub(super) Option<Child>);
-
-impl Drop for Guard {
-    fn drop(&mut self) {
-        if let Some(mut child) = self.0.take() {
-            end(&mut child);
-        }
-    }
-}
-
-pub(super) fn end(child: &mut Child) {
-    // Fails only if the child has ended already.
-    child.kill().ok();
-    child.wait().ok();
-}
-
 /// Makes the error of an emulator that has closed its socket: ends the process and includes its output.
-pub(super) fn dead(child: &mut Child, waiting_for: &'static str) -> ChipError {
+pub(super) fn dead(process: &mut TiedProcess, waiting_for: &'static str) -> ChipError {
     // The emulator closes the socket a moment before it ends; wait a moment, so that the error holds its exit status.
     let limit = Instant::now() + Duration::from_millis(500);
     let status = loop {
-        match child.try_wait() {
+        match process.child().try_wait() {
             Ok(Some(status)) => break status.to_string(),
             Ok(None) if Instant::now() < limit => std::thread::sleep(Duration::from_millis(2)),
             Ok(None) | Err(_) => break "its link is closed".into(),
         }
     };
-    end(child);
+    process.end();
     let mut output = String::new();
-    if let Some(mut stderr) = child.stderr.take() {
+    if let Some(mut stderr) = process.child().stderr.take() {
         stderr.read_to_string(&mut output).ok();
     }
     let output = output.trim_end();
@@ -51,53 +33,40 @@ pub(super) fn dead(child: &mut Child, waiting_for: &'static str) -> ChipError {
 
 /// The chip's key page as a file, which the emulator loads before it starts; the file is deleted on drop.
 #[derive(Debug)]
-pub(super) struct KeyFile(Option<PathBuf>);
+pub(super) struct KeyFile(Option<ScratchFile>);
 
 impl KeyFile {
-    pub(super) fn new(beside: &Path, key: Option<Key>) -> Result<Self, ChipError> {
+    pub(super) fn new(key: Option<Key>) -> Result<Self, ChipError> {
         let Some(key) = key else { return Ok(Self(None)) };
-        let path = beside.with_extension("key");
-        std::fs::remove_file(&path).ok();
-        key::write_for_owner(&path, &key::page(&key)?)?;
-        Ok(Self(Some(path)))
+        let file = ScratchFile::new("key")?;
+        key::write_for_owner(file.path(), &key::page(&key)?)?;
+        Ok(Self(Some(file)))
     }
 
     pub(super) fn arguments(&self) -> Vec<OsString> {
-        let Some(path) = &self.0 else { return Vec::new() };
+        let Some(file) = &self.0 else { return Vec::new() };
         let mut loader = OsString::from("loader,file=");
-        loader.push(path);
+        loader.push(file.path());
         loader.push(format!(",addr={:#x},force-raw=on", key_page::ADDRESS));
         vec!["-device".into(), loader]
-    }
-}
-
-impl Drop for KeyFile {
-    fn drop(&mut self) {
-        if let Some(path) = &self.0 {
-            std::fs::remove_file(path).ok();
-        }
     }
 }
 
 /// A listening socket with a file name; the file is deleted on drop.
 pub(super) struct Socket {
     pub(super) listener: UnixListener,
-    pub(super) path: PathBuf,
+    pub(super) file: ScratchFile,
 }
 
 impl Socket {
     pub(super) fn new() -> Result<Self, ChipError> {
-        static COUNT: AtomicU32 = AtomicU32::new(0);
-        let count = COUNT.fetch_add(1, Ordering::Relaxed);
-        let path = std::env::temp_dir().join(format!("newtau-{}-{count}.sock", std::process::id()));
-        // The file may be left over from a killed process with the same id.
-        std::fs::remove_file(&path).ok();
-        let listener = UnixListener::bind(&path)?;
+        let file = ScratchFile::new("sock")?;
+        let listener = UnixListener::bind(file.path())?;
         listener.set_nonblocking(true)?;
-        Ok(Self { listener, path })
+        Ok(Self { listener, file })
     }
 
-    pub(super) fn accept(&self, guard: &mut Guard, timeout: Duration) -> Result<UnixStream, ChipError> {
+    pub(super) fn accept(&self, process: &mut TiedProcess, timeout: Duration) -> Result<UnixStream, ChipError> {
         const WAITING_FOR: &str = "the emulator's connection";
         let end = Instant::now() + timeout;
         loop {
@@ -109,22 +78,14 @@ impl Socket {
                 Err(error) if error.kind() == ErrorKind::WouldBlock => {}
                 Err(error) => return Err(error.into()),
             }
-            if let Some(child) = &mut guard.0
-                && child.try_wait()?.is_some()
-            {
-                return Err(dead(child, WAITING_FOR));
+            if process.child().try_wait()?.is_some() {
+                return Err(dead(process, WAITING_FOR));
             }
             if Instant::now() >= end {
                 return Err(ChipError::Silent { waiting_for: WAITING_FOR, timeout });
             }
             std::thread::sleep(Duration::from_millis(2));
         }
-    }
-}
-
-impl Drop for Socket {
-    fn drop(&mut self) {
-        std::fs::remove_file(&self.path).ok();
     }
 }
 

@@ -83,7 +83,7 @@ fn a_packet_that_never_arrives_is_noticed_with_the_next() {
 fn a_killed_emulator_is_dead_within_a_second() {
     let mut chip = chip();
     tick(&mut chip).unwrap();
-    chip.emulator.child.kill().unwrap();
+    chip.emulator.process.end();
     let begun = Instant::now();
     let error = tick(&mut chip).unwrap_err();
     assert!(matches!(error, ChipError::Dead { .. }), "{error}");
@@ -107,7 +107,14 @@ fn the_emulator_ends_with_the_chip() {
     let chip = chip();
     let process = chip.emulator.process();
     drop(chip);
+    // The shell that started it, and its whole group.
     assert!(!Path::new(&format!("/proc/{process}")).exists());
+    let group = rustix::process::Pid::from_raw(process as i32).unwrap();
+    let begun = Instant::now();
+    while rustix::process::test_kill_process_group(group).is_ok() {
+        assert!(begun.elapsed() < Duration::from_secs(10), "a process of the group is left");
+        std::thread::sleep(Duration::from_millis(5));
+    }
 }
 
 #[test]

@@ -4,6 +4,7 @@
 
 use super::{Board, Chip, PROBE_TOOL, is_real, line, no_tool, probe_call, run_steps};
 use crate::process::{which, write_for_owner};
+use crate::scratch::ScratchFile;
 use anyhow::Result;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -47,7 +48,7 @@ impl KeyOptions {
 pub fn write(options: &KeyOptions, page: &[u8]) -> Result<()> {
     options.check()?;
     let page = Page::of(page)?;
-    let steps = steps(options.board.chip(), options.probe.as_deref(), &page.0);
+    let steps = steps(options.board.chip(), options.probe.as_deref(), page.0.path());
     if options.dry_run {
         steps.iter().for_each(|step| println!("$ {PROBE_TOOL} {}", line(step)));
         return Ok(());
@@ -64,20 +65,12 @@ fn steps(chip: Chip, probe: Option<&str>, page: &Path) -> [Vec<OsString>; 2] {
 }
 
 /// A page as a file that only its owner can read; deleted on drop.
-struct Page(PathBuf);
+struct Page(ScratchFile);
 
 impl Page {
     fn of(bytes: &[u8]) -> Result<Self> {
-        let page = Self(std::env::temp_dir().join(format!("newtau-key-page-{}.bin", std::process::id())));
-        // The file may be left over from a killed process with the same id.
-        std::fs::remove_file(&page.0).ok();
-        write_for_owner(&page.0, bytes)?;
+        let page = Self(ScratchFile::new("key-page.bin")?);
+        write_for_owner(page.0.path(), bytes)?;
         Ok(page)
-    }
-}
-
-impl Drop for Page {
-    fn drop(&mut self) {
-        std::fs::remove_file(&self.0).ok();
     }
 }

@@ -88,7 +88,7 @@ pub(super) type JointLanes<const N: usize> = [[f64; LANES]; N];
 impl<const N: usize> ArmKernel<N> {
     /// Compiles a kernel for arms of this shape; `None` if this processor is not supported.
     ///
-    /// Cost: some 10 ms for six joints.
+    /// Cost: some milliseconds for six joints.
     pub(super) fn new(mechanism: &Mechanism<N>, wrench: bool, dry: bool) -> Option<Self> {
         let (shape, given) = take_apart(mechanism, wrench, dry);
         let kernel = Kernel::new(&program(mechanism, &shape), GROUPS * N + WRENCH + given.len())?;
@@ -183,9 +183,16 @@ impl<const N: usize> ArmKernel<N> {
         dry: Option<&mut Dry<N, 1>>,
     ) -> Option<[f64; N]> {
         let (inputs, _) = self.kernel.inputs().as_chunks_mut::<LANES>();
-        let free = dry.as_ref().map_or(&[][..], |dry| &dry.free);
-        for (to, from) in inputs.iter_mut().zip(q.iter().chain(qd).chain(drive).chain(free.as_flattened())) {
-            to[0] = *from;
+        let (groups, _) = inputs.as_chunks_mut::<N>();
+        for (group, values) in [(POSITION, q), (VELOCITY, qd), (TORQUE, drive)] {
+            for joint in 0..N {
+                groups[group][joint][0] = values[joint];
+            }
+        }
+        if let Some(dry) = &dry {
+            for joint in 0..N {
+                groups[FREE][joint][0] = dry.free[joint][0];
+            }
         }
         self.kernel.run_one();
         let (outputs, _) = self.kernel.outputs().as_chunks::<LANES>();

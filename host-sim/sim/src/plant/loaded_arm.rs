@@ -12,9 +12,9 @@ use dynamics_core::trig::Polynomial;
 use dynamics_core::{JointKind, Wrench};
 use robot_compiler::scene::Ripple;
 
-/// Number of solutions of the equations of motion after which an arm gets a kernel. Compiling a kernel takes some milliseconds, about as long as this
-/// many solutions of a six-joint arm without it. So a run that ends right after the compilation has not lost much.
-const WORTH_A_KERNEL: u64 = 10_000;
+/// Number of solutions of the equations of motion after which an arm gets a kernel. Compiling a kernel takes about as long as this many solutions of a
+/// six-joint arm without it. So a run that ends right after the compilation has not lost much.
+const WORTH_A_KERNEL: u64 = 1000;
 
 /// The arm's bodies, with gravity, wrench at the tip, friction and ripple, but without the torque.
 #[derive(Clone, Debug)]
@@ -267,6 +267,6 @@ mod tests {
         assert_eq!(computed, run);
         assert_ne!(computed, few.moved(&state, &[1.0; 6], None).unwrap());
         let [few, often] = pushed.map(|body| body.kernel.get().is_some_and(Option::is_some));
-        assert_eq!((few, often), (false, Instructions::Avx.are_here()));
+        assert_eq!((few, often), (false, Instructions::AvxOne.are_here()));
     }
 }

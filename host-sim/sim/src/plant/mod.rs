@@ -195,7 +195,8 @@ impl<const N: usize> Plant<N> {
         self.body.solutions()
     }
 
-    /// Makes the next step compile the equations of motion, which a run does after some seconds and which takes 20 ms. For an arm in the time of the clock.
+    /// Makes the next step compile the equations of motion, which a run does after a thousand solutions and which takes some milliseconds. For an arm in
+    /// the time of the clock.
     pub fn compile_next(&self) {
         self.body.compile_next();
     }

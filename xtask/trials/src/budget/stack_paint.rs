@@ -4,13 +4,13 @@
 //! is the flashed one.
 
 use crate::budget::Failure;
+use firmware_image::scratch::ScratchFile;
 use serde_json::{Value, json};
 use std::ffi::OsString;
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::ops::Range;
 use std::os::unix::net::UnixStream;
-use std::path::PathBuf;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::path::Path;
 
 /// Pattern byte, which a program is unlikely to write repeatedly to its stack.
 const PAINT: u8 = 0xa5;
@@ -19,9 +19,9 @@ const PAINT: u8 = 0xa5;
 #[derive(Debug)]
 pub struct StackPaint {
     room: Range<u32>,
-    paint: PathBuf,
-    monitor: PathBuf,
-    read_back: PathBuf,
+    paint: ScratchFile,
+    monitor: ScratchFile,
+    read_back: ScratchFile,
 }
 
 impl StackPaint {
@@ -30,14 +30,9 @@ impl StackPaint {
     /// # Errors
     /// The file cannot be written.
     pub fn new(room: Range<u32>) -> Result<Self, Failure> {
-        static COUNT: AtomicU32 = AtomicU32::new(0);
-        let count = COUNT.fetch_add(1, Ordering::Relaxed);
-        let file =
-            |what: &str| std::env::temp_dir().join(format!("newtau-paint-{}-{count}.{what}", std::process::id()));
-        let paint = Self { room, paint: file("bin"), monitor: file("monitor"), read_back: file("ram") };
-        // Remove the file of a killed process that had the same process number.
-        std::fs::remove_file(&paint.monitor).ok();
-        std::fs::write(&paint.paint, vec![PAINT; paint.size()])?;
+        let file = |what: &str| ScratchFile::new(&format!("paint.{what}"));
+        let paint = Self { room, paint: file("bin")?, monitor: file("monitor")?, read_back: file("ram")? };
+        std::fs::write(paint.paint.path(), vec![PAINT; paint.size()])?;
         Ok(paint)
     }
 
@@ -48,8 +43,8 @@ impl StackPaint {
     /// Arguments for starting the emulator.
     #[must_use]
     pub fn arguments(&self) -> Vec<OsString> {
-        let loader = format!("loader,file={},addr={:#x},force-raw=on", self.paint.display(), self.room.start);
-        let monitor = format!("unix:{},server=on,wait=off", self.monitor.display());
+        let loader = format!("loader,file={},addr={:#x},force-raw=on", self.paint.path().display(), self.room.start);
+        let monitor = format!("unix:{},server=on,wait=off", self.monitor.path().display());
         ["-device", &loader, "-qmp", &monitor].map(OsString::from).to_vec()
     }
 
@@ -58,25 +53,16 @@ impl StackPaint {
     /// # Errors
     /// The monitor does not answer; or the whole pattern is overwritten, or nothing is.
     pub fn deepest(&self) -> Result<u64, Failure> {
-        let mut monitor = Monitor::connect(&self.monitor)?;
+        let mut monitor = Monitor::connect(self.monitor.path())?;
         monitor.ask("qmp_capabilities", &json!({}))?;
-        let file = self.read_back.display().to_string();
+        let file = self.read_back.path().display().to_string();
         monitor.ask("pmemsave", &json!({ "val": self.room.start, "size": self.size(), "filename": file }))?;
-        high_water(&std::fs::read(&self.read_back)?).ok_or_else(|| {
+        high_water(&std::fs::read(self.read_back.path())?).ok_or_else(|| {
             Failure::NotSeen(format!(
                 "the stack of {} bytes: either nothing was painted, or the program used none or all of it",
                 self.size()
             ))
         })
-    }
-}
-
-impl Drop for StackPaint {
-    fn drop(&mut self) {
-        for file in [&self.paint, &self.monitor, &self.read_back] {
-            // It is not an error if the file was never created.
-            std::fs::remove_file(file).ok();
-        }
     }
 }
 
@@ -95,7 +81,7 @@ struct Monitor {
 }
 
 impl Monitor {
-    fn connect(path: &PathBuf) -> Result<Self, Failure> {
+    fn connect(path: &Path) -> Result<Self, Failure> {
         let to = UnixStream::connect(path)?;
         to.set_read_timeout(Some(std::time::Duration::from_secs(10)))?;
         let from = BufReader::new(to.try_clone()?);
