@@ -28,7 +28,7 @@ mod workspace;
 
 use clap::{Parser, Subcommand};
 use firmware_image::board::SCENE_DEFAULT;
-use firmware_image::{BadInput, Board, Build, Trust, process, scene_keys, tied, toolchain};
+use firmware_image::{BadInput, Board, Build, Trust, process, scene_keys, toolchain};
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -211,7 +211,7 @@ fn run(task: Task) -> anyhow::Result<()> {
         Task::Api { check } => api::run_task(check),
         Task::Docs => docs::build(),
         Task::Pages { pages } => pages::run_commands(&pages),
-        Task::Campaign { arguments } => tied::become_command(trials::fast_program("campaign").args(arguments)),
+        Task::Campaign { arguments } => process::become_command(trials::fast_program("campaign").args(arguments)),
         Task::Gate { scene } => gate::check(&scene),
         Task::Firmware { task } => match task {
             FirmwareTask::Run { what, seconds } => qemu::run(&what.build()?, seconds.map(Duration::from_secs)),

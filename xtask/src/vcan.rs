@@ -155,7 +155,7 @@ fn boot(kernel: &Path, files: &Path) -> Result<Vec<(String, bool)>> {
         "tcg,thread=multi",
     ]);
     qemu.arg("-kernel").arg(kernel).arg("-initrd").arg(files).args(["-append", "console=ttyS0 quiet panic=-1"]);
-    let mut tied = tied(&qemu, LONGEST).context("cannot start qemu-system-x86_64")?;
+    let mut tied = tied(&qemu, 4 * LONGEST).context("cannot start qemu-system-x86_64")?;
     tied.stdout(Stdio::piped());
     let mut process = TiedProcess::spawn(tied).context("cannot start qemu-system-x86_64")?;
     let lines = BufReader::new(process.child().stdout.take().context("the emulator's output is piped")?);

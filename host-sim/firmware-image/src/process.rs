@@ -47,6 +47,12 @@ pub fn cargo_run(package: &str) -> Command {
     cargo(["run", "--quiet", "--locked", "--release", "--package", package, "--"])
 }
 
+/// Runs a command, and ends this program with its exit code. Returns only if the command cannot start.
+pub fn become_command(command: &mut Command) -> Result<()> {
+    let status = command.status().with_context(|| format!("cannot start {command:?}"))?;
+    std::process::exit(status.code().unwrap_or(1));
+}
+
 /// Runs a command to its end. An error names the command.
 pub fn run(command: &mut Command) -> Result<()> {
     let status = command.status().with_context(|| format!("cannot start {command:?}"))?;

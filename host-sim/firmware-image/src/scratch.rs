@@ -3,23 +3,35 @@
 //! They are in a folder of this process, which is deleted with its last file. A program that is killed deletes nothing; so the first file of a later
 //! program deletes the folders of processes that are dead.
 
-use rustix::process::{Pid, geteuid, test_kill_process};
-use std::fs::{self, DirBuilder};
+use rustix::process::geteuid;
+use std::fs::{self, DirBuilder, File, OpenOptions};
 use std::io;
-use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _};
+use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
+use std::time::Duration;
 
-/// Begin of a folder's name; the process id follows.
+/// Begin of a folder's name; the process id and a number follow.
 const PREFIX: &str = "newtau-run-";
 
-/// Files of this process: made so far, and there now.
-struct Count {
+/// File in the folder that its owner keeps locked. The system unlocks it when the owner ends.
+const LOCK: &str = "lock";
+
+/// Age from which a folder without a lock belongs to nobody: its owner makes the lock at once.
+const YOUNG: Duration = Duration::from_secs(60);
+
+/// Most folders of processes that seem to have this process's number, as in another container.
+const NAMES: u32 = 100;
+
+/// Folder of this process, the number of files made in it, and of those that are there now.
+struct Folder {
+    path: PathBuf,
+    _lock: File,
     made: u32,
     now: u32,
 }
 
-static COUNT: Mutex<Count> = Mutex::new(Count { made: 0, now: 0 });
+static FOLDER: Mutex<Option<Folder>> = Mutex::new(None);
 
 /// A file name in this process's folder, which only its owner can enter; the file is deleted on drop.
 #[derive(Debug)]
@@ -29,25 +41,20 @@ impl ScratchFile {
     /// A new name that ends with this one. Nothing is there yet.
     ///
     /// # Errors
-    /// The folder cannot be made, or belongs to another user.
+    /// The folder cannot be made.
     pub fn new(name: &str) -> io::Result<Self> {
-        let mut count = COUNT.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        let folder = folder(std::process::id());
-        if count.made == 0 {
-            sweep(&std::env::temp_dir());
-            // Left over from a killed process with the same id.
-            fs::remove_dir_all(&folder).ok();
-        }
-        match DirBuilder::new().mode(0o700).create(&folder) {
-            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
-            other => other?,
-        }
-        let found = fs::symlink_metadata(&folder)?;
-        if !found.is_dir() || found.uid() != geteuid().as_raw() || found.mode() & 0o077 != 0 {
-            return Err(io::Error::other(format!("{}: not a folder of this user alone", folder.display())));
-        }
-        (count.made, count.now) = (count.made + 1, count.now + 1);
-        Ok(Self(folder.join(format!("{}-{name}", count.made))))
+        let mut shared = FOLDER.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut folder = match shared.take() {
+            Some(folder) => folder,
+            None => {
+                sweep(&std::env::temp_dir());
+                own_folder()?
+            }
+        };
+        (folder.made, folder.now) = (folder.made + 1, folder.now + 1);
+        let file = Self(folder.path.join(format!("{}-{name}", folder.made)));
+        *shared = Some(folder);
+        Ok(file)
     }
 
     /// Its path.
@@ -59,31 +66,53 @@ impl ScratchFile {
 
 impl Drop for ScratchFile {
     fn drop(&mut self) {
-        let mut count = COUNT.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut shared = FOLDER.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         // It is not an error if the file was never made.
         fs::remove_file(&self.0).ok();
-        count.now -= 1;
-        if count.now == 0 {
-            fs::remove_dir(folder(std::process::id())).ok();
+        if let Some(folder) = shared.as_mut() {
+            folder.now -= 1;
+            if folder.now == 0 {
+                fs::remove_dir_all(&folder.path).ok();
+                *shared = None;
+            }
         }
     }
 }
 
-fn folder(process: u32) -> PathBuf {
-    std::env::temp_dir().join(format!("{PREFIX}{process}"))
+/// Makes and locks a folder of this process.
+fn own_folder() -> io::Result<Folder> {
+    for number in 0..NAMES {
+        let path = std::env::temp_dir().join(format!("{PREFIX}{}-{number}", std::process::id()));
+        match DirBuilder::new().mode(0o700).create(&path) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
+            other => other?,
+        }
+        let lock = OpenOptions::new().write(true).create_new(true).mode(0o600).open(path.join(LOCK));
+        if let Ok(lock) = lock
+            && lock.try_lock().is_ok()
+        {
+            return Ok(Folder { path, _lock: lock, made: 0, now: 0 });
+        }
+    }
+    Err(io::Error::other(format!("no folder for temporary files in {}", std::env::temp_dir().display())))
 }
 
-/// Deletes this user's folders of dead processes.
+/// Deletes this user's folders whose owners are dead.
 fn sweep(temporary: &Path) {
     let Ok(entries) = fs::read_dir(temporary) else { return };
     for entry in entries.flatten() {
-        let name = entry.file_name();
-        let process = name.to_str().and_then(|name| name.strip_prefix(PREFIX)?.parse().ok()).and_then(Pid::from_raw);
-        let is_ours =
-            fs::symlink_metadata(entry.path()).is_ok_and(|found| found.is_dir() && found.uid() == geteuid().as_raw());
-        // Any other answer means that the process is there.
-        if is_ours && process.is_some_and(|process| test_kill_process(process) == Err(rustix::io::Errno::SRCH)) {
-            fs::remove_dir_all(entry.path()).ok();
+        let path = entry.path();
+        let is_named = entry.file_name().to_str().is_some_and(|name| name.starts_with(PREFIX));
+        let Ok(found) = fs::symlink_metadata(&path) else { continue };
+        if !is_named || !found.is_dir() || found.uid() != geteuid().as_raw() {
+            continue;
+        }
+        let is_dead = match File::open(path.join(LOCK)) {
+            Ok(lock) => lock.try_lock().is_ok(),
+            Err(_) => found.modified().ok().and_then(|time| time.elapsed().ok()).is_some_and(|age| age > YOUNG),
+        };
+        if is_dead {
+            fs::remove_dir_all(&path).ok();
         }
     }
 }
@@ -91,9 +120,8 @@ fn sweep(temporary: &Path) {
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 mod tests {
-    use super::{PREFIX, ScratchFile, sweep};
-    use std::fs;
-    use std::process::Command;
+    use super::{LOCK, PREFIX, ScratchFile, sweep};
+    use std::fs::{self, File};
 
     #[test]
     fn files_and_their_folder_are_deleted_and_folders_of_dead_processes_are_swept() {
@@ -107,20 +135,20 @@ mod tests {
         assert!(!folder.exists());
 
         let temporary = std::env::temp_dir().join(format!("newtau-test-sweep-{}", std::process::id()));
-        let dead = {
-            let mut child = Command::new("true").spawn().unwrap();
-            let process = child.id();
-            child.wait().unwrap();
-            process
-        };
-        let [dead, alive] = [dead, std::process::id()].map(|process| temporary.join(format!("{PREFIX}{process}")));
-        let other = temporary.join("newtau-run-notes");
-        for folder in [&dead, &alive, &other] {
+        let names = [format!("{PREFIX}1-0"), format!("{PREFIX}2-0"), format!("{PREFIX}3-0"), "newtau-other".to_owned()];
+        let folders = names.map(|name| temporary.join(name));
+        for folder in &folders {
             fs::create_dir_all(folder).unwrap();
             fs::write(folder.join("1-a.sock"), "x").unwrap();
         }
+        let [dead, alive, beginning, other] = &folders;
+        let locks = [dead, alive].map(|folder| File::create(folder.join(LOCK)).unwrap());
+        locks[1].lock().unwrap();
         sweep(&temporary);
-        assert_eq!([&dead, &alive, &other].map(|folder| folder.exists()), [false, true, true]);
+        assert_eq!([dead, alive, beginning, other].map(|folder| folder.exists()), [false, true, true, true]);
+        drop(locks);
+        sweep(&temporary);
+        assert!(!alive.exists());
         fs::remove_dir_all(&temporary).unwrap();
     }
 }

@@ -5,7 +5,6 @@
 //! never ends is killed after a limit of processor time.
 
 use crate::process::which;
-use anyhow::{Context as _, Result};
 use rustix::process::{Pid, Signal, kill_process_group};
 use std::io;
 use std::path::Path;
@@ -14,7 +13,7 @@ use std::time::Duration;
 
 /// Arguments: the limit in seconds, then the child's command line. The last command's status is the child's; 128 and a signal's number if one ended it.
 const SCRIPT: &str = r#"
-ulimit -t "$1"
+ulimit -S -t "$1" 2>/dev/null
 shift
 exec 3<&0
 "$@" 3<&- </dev/null &
@@ -24,6 +23,7 @@ waiter=$!
 wait "$child"
 status=$?
 kill -9 "$waiter"
+wait "$waiter" 2>/dev/null
 exit "$status"
 "#;
 
@@ -103,7 +103,7 @@ impl TiedProcess {
         self.child.id()
     }
 
-    /// Kills the child and its group, and waits for its end. Nothing happens if it has ended.
+    /// Kills the child and its group, and waits for the shell that started it. Nothing happens if it has ended.
     pub fn end(&mut self) {
         let has_ended = matches!(self.child.try_wait(), Ok(Some(_)));
         if !has_ended && let Some(group) = i32::try_from(self.child.id()).ok().and_then(Pid::from_raw) {
@@ -121,22 +121,10 @@ impl Drop for TiedProcess {
     }
 }
 
-/// Processor time after which the command of [`become_command`] is killed.
-const LONGEST: Duration = Duration::from_secs(24 * 3600);
-
-/// Runs a command that reads no input, and ends this program with its exit code. It ends with this program, too. Returns only if it cannot start.
-pub fn become_command(command: &Command) -> Result<()> {
-    let started = tied(command, LONGEST).and_then(TiedProcess::spawn);
-    let mut process = started.with_context(|| format!("cannot start {command:?}"))?;
-    let status = process.child().wait()?;
-    std::process::exit(status.code().unwrap_or(1));
-}
-
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 mod tests {
     use super::{TiedProcess, tied};
-    use rustix::process::{Pid, test_kill_process_group};
     use std::process::{Command, Stdio};
     use std::time::{Duration, Instant};
 
@@ -151,8 +139,13 @@ mod tests {
         command
     }
 
+    /// True if a process of this group lives. A zombie does not: whoever inherited it may never ask for its status.
     fn lives(group: u32) -> bool {
-        test_kill_process_group(Pid::from_raw(group as i32).unwrap()).is_ok()
+        let listed = Command::new("ps").args(["-eo", "pgid=,stat="]).output().unwrap();
+        String::from_utf8(listed.stdout).unwrap().lines().any(|line| {
+            let mut words = line.split_whitespace();
+            words.next() == Some(&group.to_string()) && words.next().is_some_and(|state| !state.starts_with('Z'))
+        })
     }
 
     fn until_gone(group: u32) {

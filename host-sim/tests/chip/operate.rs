@@ -50,7 +50,7 @@ fn gains_are_changed_on_the_chip_within_their_bounds_and_its_record_has_the_same
 /// True if a process of this machine names the folder of that program's temporary files in its command line.
 #[cfg(target_os = "linux")]
 fn has_emulator(program: u32) -> bool {
-    let folder = format!("newtau-run-{program}/");
+    let folder = format!("newtau-run-{program}-0/");
     std::fs::read_dir("/proc").unwrap().flatten().any(|entry| {
         std::fs::read(entry.path().join("cmdline")).is_ok_and(|line| String::from_utf8_lossy(&line).contains(&folder))
     })
@@ -70,7 +70,7 @@ fn a_program_that_is_killed_leaves_no_emulator_and_the_next_one_deletes_its_fold
     connect.args(["connect", "scenes/planar2r_swing.toml", "--target", "qemu"]);
     let mut program = connect.stdin(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
     until("the emulator runs", &|| has_emulator(program.id()));
-    let folder = std::env::temp_dir().join(format!("newtau-run-{}", program.id()));
+    let folder = std::env::temp_dir().join(format!("newtau-run-{}-0", program.id()));
     assert!(folder.is_dir());
     // SIGKILL: nothing in the program runs after it.
     program.kill().unwrap();

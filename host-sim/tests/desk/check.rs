@@ -308,8 +308,10 @@ fn gains_that_are_too_high_for_the_rate_are_wrong_and_quiet_ones_are_named() {
     // Another law, whose spring the board computes.
     assert!(oscillation("computed", 50.0, "computed-torque", "60.0").is_some());
     assert_eq!(oscillation("slow_law", 50.0, "computed-torque", "10.0"), None);
-    // Nothing is held.
-    assert_eq!(oscillation("teach", 50.0, "teach", "40.0"), None);
+    // A law for hand guiding holds nothing; another one holds the arm before and after.
+    assert_eq!(oscillation("guided", 400.0, "teach", "40.0"), None);
+    let (problem, _) = oscillation("teach", 50.0, "teach", "40.0").unwrap();
+    assert!(problem.starts_with("the simulated arm, held at rest after hand guiding at 50 Hz, "), "{problem}");
 }
 
 /// Findings that once were missing: the reBot's shoulder needs 15.5 N m in its worst posture, and its motor gives 8 N m for ever while it stands still.

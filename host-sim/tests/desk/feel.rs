@@ -345,6 +345,16 @@ fn hand_guiding_is_rejected_in_a_soft_wall_and_possible_right_after_a_motion() {
     );
 }
 
+#[test]
+fn an_arm_that_still_brakes_is_judged_by_where_it_comes_to_rest() {
+    let (code, out) = connect("braking", "", "goto 0 0.02 0.8 0 0 0\nwait 0.55\nhold\nteach\nwait 0.1\nstatus\n");
+    assert!(code == 3 && out.contains("teach: rejected: in the soft walls"), "{out}");
+    // A payload that it does not know: rejected for drift, and `weigh` does not let it go either.
+    let heavy = "[plant]\nmasses = [1.2, 1.2, 1.2, 1.2, 1.2, 1.2]\n";
+    let (code, out) = connect("gripped", heavy, "disarm!\nlaw teach\narm\nweigh\nrun\njog shoulder 0.1\n");
+    assert!(code == 3 && !out.contains(": running"), "{out}");
+}
+
 /// A scene whose law is `teach` from the start: `run` begins hand guiding.
 #[test]
 fn the_walls_count_for_run_too() {
@@ -354,9 +364,18 @@ fn the_walls_count_for_run_too() {
     let scene = scene.replace("../robots", &robots.display().to_string()).replace("q = [0.0, 1.0,", "q = [0.0, 0.02,");
     let (path, lines) = (file("teach_wall.toml"), file("teach_wall.txt"));
     std::fs::write(&path, scene).unwrap();
-    std::fs::write(&lines, "home\nconfirm\narm\nfull-range\nrun\nwait 0.1\nquit!\n").unwrap();
+    std::fs::write(
+        &lines,
+        "home\nconfirm\narm\nfull-range\nrun\ncheck-torque\njog shoulder 0.1\nwait 0.1\nstatus\nquit!\n",
+    )
+    .unwrap();
     let (code, out, _) = told(
         at_the_top().arg("connect").arg(&path).args(["--target", "desk", "--script"]).arg(&lines).output().unwrap(),
     );
     assert!(code == 3 && out.contains("run: rejected: in the soft walls of hand guiding"), "{out}");
+    // A motion would only let the arm go.
+    for name in ["check-torque", "jog"] {
+        assert!(out.contains(&format!("{name}: rejected: an arm that is guided by hand follows no motion")), "{out}");
+    }
+    assert!(!out.contains("running") && out.contains("bring them out by hand"), "{out}");
 }

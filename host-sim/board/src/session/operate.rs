@@ -40,7 +40,7 @@
 //! | `first_motion` | limits of the first motion after homing |
 //! | `heat` | heat of the motors, as last reported |
 //! | `motor_heat` | requests for the heat of the motors, in the background |
-//! | `guiding` | conditions of hand guiding: first motion, soft walls, gravity model
+//! | `guiding` | conditions of hand guiding: first motion, soft walls, gravity model |
 //! | `feel` | changes of control law, stiffness and payload of an armed arm, without a jump of torque |
 //! | `samples` | positions and torques of the last ticks |
 //! | `torque_check` | comparison of the drives' torque with the commanded torque |

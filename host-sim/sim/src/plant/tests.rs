@@ -22,12 +22,12 @@ fn shipped() -> Vec<PathBuf> {
 }
 
 /// Ticks of a run: so few that the arm gets no kernel, whose code is not counted.
-const TICKS: u64 = 50;
+const TICKS: u64 = 60;
 
 /// A scene in which the arm moves for that long, without any effect.
 fn bare(path: &Path) -> SceneFile {
     let mut scene = SceneFile::default_for(Robot::load(path).unwrap());
-    scene.duration = Some(0.05);
+    scene.duration = Some(0.06);
     (scene.model.friction, scene.plant.friction) = (false, false);
     scene
 }

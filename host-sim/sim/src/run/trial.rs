@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::run::joint_label::JointLabel;
 use crate::run::simulation;
 use dynamics_core::JointKind;
-use dynamics_core::control::Fault;
+use dynamics_core::control::{ControlLaw, Fault};
 use indicatif::ProgressBar;
 use robot_compiler::scene::MotionSpec;
 use robot_compiler::{FileError, SceneFile};
@@ -46,23 +46,38 @@ pub struct Oscillation {
     pub joint: usize,
     /// Swing of its torque at the end of the trial, N m or N.
     pub swing: f64,
+    /// True if it is the law that holds the arm after hand guiding, not the scene's own.
+    pub after_guiding: bool,
     /// The fault that ended the trial.
     pub fault: Option<Fault>,
     /// Greatest factor tried on all natural frequencies with which the arm becomes quiet, if there is one.
     pub quiet_factor: Option<f64>,
 }
 
-/// Holds the scene's simulated arm and returns how it oscillates, or `None` if it becomes quiet. A law for hand guiding holds no position: it is not
-/// tried.
+/// Holds the scene's simulated arm and returns how it oscillates, or `None` if it becomes quiet. A law for hand guiding holds no position. In a scene with
+/// hand guiding, the law that holds the arm before and after it is tried too.
 ///
-/// Cost: one simulation of a second, and up to eight more if the arm oscillates.
+/// Cost: one or two simulations of a second, and up to eight more if the arm oscillates.
 ///
 /// # Errors
 /// [`Failure::Input`] for a scene that cannot be run.
 pub fn oscillation(scene: &SceneFile) -> Result<Option<Oscillation>, Failure> {
-    if scene.control.law.is_hand_guided() {
-        return Ok(None);
+    let own = (!scene.control.law.is_hand_guided()).then(|| scene.clone());
+    let after_guiding = scene.control.teach.is_some().then(|| {
+        let mut scene = scene.clone();
+        scene.control.law = ControlLaw::Teach.standing();
+        scene
+    });
+    for (scene, after_guiding) in [(own, false), (after_guiding, true)] {
+        let Some(scene) = scene else { continue };
+        if let Some(found) = oscillation_under_its_law(&scene)? {
+            return Ok(Some(Oscillation { after_guiding, ..found }));
+        }
     }
+    Ok(None)
+}
+
+fn oscillation_under_its_law(scene: &SceneFile) -> Result<Option<Oscillation>, Failure> {
     let Some(mut found) = held(scene)? else { return Ok(None) };
     for factor in FACTORS {
         let mut softer = scene.clone();
@@ -110,7 +125,7 @@ fn held(scene: &SceneFile) -> Result<Option<Oscillation>, Failure> {
         let share = if limit.is_finite() { swing / limit } else { swing / start };
         let oscillates = swing > KEPT * start && (!limit.is_finite() || share > OF_LIMIT);
         if (oscillates || fault.is_some()) && worst.as_ref().is_none_or(|(most, _)| share > *most) {
-            worst = Some((share, Oscillation { joint, swing, fault, quiet_factor: None }));
+            worst = Some((share, Oscillation { joint, swing, after_guiding: false, fault, quiet_factor: None }));
         }
     }
     Ok(worst.map(|(_, found)| found))
@@ -126,10 +141,11 @@ impl Oscillation {
     fn problem(&self, scene: &SceneFile) -> String {
         let rate = scene.control.rate;
         let name = scene.robot.joints.get(self.joint).map_or("", |joint| joint.name.as_str());
+        let when = if self.after_guiding { " after hand guiding" } else { "" };
         match self.fault {
-            Some(fault) => format!("the simulated arm, held at rest at {rate} Hz, ends with {fault}"),
+            Some(fault) => format!("the simulated arm, held at rest{when} at {rate} Hz, ends with {fault}"),
             None => format!(
-                "the simulated arm, held at rest at {rate} Hz, oscillates: the torque of joint {} ({name}) keeps swinging by {:.2} {}",
+                "the simulated arm, held at rest{when} at {rate} Hz, oscillates: the torque of joint {} ({name}) keeps swinging by {:.2} {}",
                 self.joint + 1,
                 self.swing,
                 scene.robot.joints.get(self.joint).map_or("N m", |joint| JointLabel::from(joint).torque_unit()),

@@ -41,7 +41,7 @@ pub fn converse(operator: &mut Operator, console: &mut Console) -> Result<(), St
                     (Some(Pending::FullRange), "y" | "yes") => operator
                         .say(
                             "full-range",
-                            "not every joint was seen moving: the limits of the first motion stay in force",
+                            "not every joint was seen moving: the limits of the first motion stay in force; `full-range`, then `unseen`, lifts them",
                         )
                         .map(|()| None),
                     (Some(Pending::FullRange), "n" | "no" | "") => {

@@ -2,6 +2,7 @@
 
 use super::torque_check::GravityError;
 use super::{Operator, Stop};
+use link::StateCode;
 
 /// Time over which an arm at rest is observed before hand guiding, s.
 const AT_REST: f64 = 0.12;
@@ -9,18 +10,36 @@ const AT_REST: f64 = 0.12;
 /// Number of observations of an arm that has not come to rest yet.
 const LOOKS: u32 = 10;
 
-/// Depth in a soft wall, rad or m, that counts as outside of it: there the wall pushes less than friction holds.
+/// Depth in a soft wall, rad or m, that counts as outside of it: nobody places an arm more exactly.
 const DEPTH_MIN: f64 = 2e-3;
 
 impl Operator {
-    /// True if a driven arm may be hand-guided now. Otherwise says why not.
+    /// True if a driven arm may be hand-guided now. Otherwise says why not. The walls come last: the arm is at rest then.
     pub(super) fn may_be_led(&mut self, name: &str) -> Result<bool, Stop> {
-        Ok(self.is_seen(name)? && self.is_clear_of_walls(name)? && self.gravity_is_good_enough(name)?)
+        Ok(self.is_seen(name)? && self.gravity_is_good_enough(name)? && self.is_clear_of_walls(name)?)
     }
 
-    /// As [`Operator::may_be_led`], before a motion: the law may be `teach` from the start, and `torque_is_believed` judges its gravity model.
-    pub(super) fn may_be_guided(&mut self, name: &str) -> Result<bool, Stop> {
-        Ok(!self.arm.law.is_hand_guided() || (self.is_seen(name)? && self.is_clear_of_walls(name)?))
+    /// True if the arm may begin what this command asks for. Under a law for hand guiding, only `run` begins something: hand guiding, under the
+    /// conditions of `teach`.
+    pub(super) fn may_begin(&mut self, name: &str) -> Result<bool, Stop> {
+        match (self.arm.law.is_hand_guided(), name, self.state()) {
+            (false, ..) | (true, "run", Some(StateCode::Running)) => Ok(true),
+            (true, "run", _) => self.may_be_led(name),
+            (true, ..) => Ok(self.is_seen(name)? && self.follows_motions(name)?),
+        }
+    }
+
+    /// True if the law follows a motion. Under a law for hand guiding the reference is the arm's own position: a motion would only let the arm go.
+    pub(super) fn follows_motions(&mut self, name: &str) -> Result<bool, Stop> {
+        if !self.arm.law.is_hand_guided() {
+            return Ok(true);
+        }
+        self.refused = true;
+        self.say(
+            name,
+            &format!("{name}: rejected: an arm that is guided by hand follows no motion; choose another law (`law computed-torque`) first"),
+        )?;
+        Ok(false)
     }
 
     /// True if the limits of the first motion are lifted. While they are in force, a joint that is guided too fast is a fault, and an arm without brakes
@@ -51,8 +70,11 @@ impl Operator {
     }
 
     /// True if no joint stands in a soft wall, which would push it from the first tick on, while a hand reaches for the arm.
-    fn is_clear_of_walls(&mut self, name: &str) -> Result<bool, Stop> {
-        let (Some(walls), Some(q)) = (&self.arm.walls, &self.q) else { return Ok(true) };
+    pub(super) fn is_clear_of_walls(&mut self, name: &str) -> Result<bool, Stop> {
+        let (true, Some(walls), Some(q)) = (self.arm.law.is_hand_guided() || name == "teach", &self.arm.walls, &self.q)
+        else {
+            return Ok(true);
+        };
         let inside = self.arm.joints.iter().zip(q).zip(walls).filter_map(|(((joint, unit, _), q), (low, high))| {
             let depth = (low - q).max(q - high);
             (depth > DEPTH_MIN).then(|| format!("{joint} by {depth:.3} {unit} (no wall from {low:.2} to {high:.2})"))
@@ -62,11 +84,14 @@ impl Operator {
             return Ok(true);
         }
         self.refused = true;
+        let way_out = match self.arm.tunable {
+            true => "under a law that follows a reference, `jog` or `goto` moves them out",
+            false => "`disarm` with the arm supported, bring them out by hand, and arm again",
+        };
         self.say(
             name,
             &format!(
-                "{name}: rejected: in the soft walls of hand guiding, which would push at once, stand {}; `jog` or `goto` moves them out, under a law that \
-                 follows a reference",
+                "{name}: rejected: in the soft walls of hand guiding, which would push at once, stand {}; {way_out}",
                 inside.join(", ")
             ),
         )?;
@@ -118,7 +143,7 @@ impl Operator {
             name,
             &format!(
                 "{name}: rejected: the error of the gravity model exceeds the friction, so the arm would drift: {}; declare what it \
-                 holds with `payload` or `weigh`, or run `newtau identify`",
+                 holds with `payload`, or with `weigh` under another law, or run `newtau identify`",
                 drifting.join(", ")
             ),
         )?;
@@ -127,7 +152,7 @@ impl Operator {
 
     /// Starts hand guiding: the arm runs, and its reference follows its position.
     pub(super) fn lead(&mut self) -> Result<(), Stop> {
-        if !self.torque_is_believed()? {
+        if !self.torque_is_believed()? || !self.is_clear_of_walls("teach")? {
             return Ok(());
         }
         let here = self.here()?;

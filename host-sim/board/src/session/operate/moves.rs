@@ -110,7 +110,10 @@ impl Operator {
         goal: Vec<f64>,
         text: &str,
     ) -> Result<(), Stop> {
-        if !self.may_be_guided(name)? || !self.torque_is_believed()? || !self.dead_man_is_held(name)? {
+        // The walls again, because the arm may have been moved while the key was awaited.
+        let begins = self.may_begin(name)? && self.torque_is_believed()? && self.dead_man_is_held(name)?;
+        let runs = self.state() == Some(StateCode::Running);
+        if !begins || !(runs || self.is_clear_of_walls(name)?) {
             return Ok(());
         }
         let denial = self.set_out(legs, here, goal)?;

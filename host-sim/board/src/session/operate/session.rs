@@ -6,6 +6,7 @@ use super::rejection::Rejection;
 use super::requests::name_of;
 use super::{Operator, Stop};
 use crate::chip::ChipError;
+use dynamics_core::safety::HoldCause;
 use link::StateCode;
 use link::{Denial, Frame, Parts, Request, Watch};
 use std::sync::atomic::Ordering;
@@ -90,7 +91,8 @@ impl Operator {
         }
         let denial = if request == Request::Disarm { self.disarm()? } else { self.request(request)? };
         if request == Request::Hold
-            && let (Some(Rejection::Denied(_)), Some(StateCode::Armed | StateCode::Holding)) = (denial, self.state())
+            && let (Some(Rejection::Denied(_)), Some(status)) = (denial, &self.status)
+            && (status.state == StateCode::Armed || status.hold_cause() == Some(HoldCause::Requested))
         {
             return self.say(name, &format!("hold: the arm is held already: {}", self.doing()));
         }

@@ -200,6 +200,9 @@ impl Operator {
             self.refused = true;
             return self.say("check-torque", "check-torque: rejected: the arm is not held at rest; `arm` first");
         }
+        if !self.follows_motions("check-torque")? {
+            return Ok(());
+        }
         let joints = joint.map_or(0..self.arm.joints.len(), |joint| joint..joint + 1);
         let mut lines = Vec::new();
         for joint in joints {

@@ -38,7 +38,7 @@ impl Operator {
         {
             return refused(self, "the arm is not held at rest; `arm` first");
         }
-        if !self.torque_is_believed()? {
+        if !self.follows_motions("weigh")? || !self.torque_is_believed()? {
             return Ok(());
         }
         let here = self.here()?;
