@@ -34,14 +34,14 @@ impl Masked {
 }
 
 /// The word, without the folders above `target/chip`, with `HASH` in place of a hash between hyphens, and with `NUMBER` in place of the process in the
-/// name of a file that is deleted at once.
+/// folder of a file that is deleted at once.
 fn path(word: &str) -> String {
     let word = word.find("target/chip/").map_or(word, |at| &word[at..]);
     let is_hash = |part: &str| part.len() == 8 && part.bytes().all(|byte| byte.is_ascii_hexdigit());
-    let is_process = |part: &str| part.strip_suffix(".bin").is_some_and(|id| id.parse::<u32>().is_ok());
+    let is_process = |part: &str| word.contains("newtau-run-") && part.parse::<u32>().is_ok();
     let masked = word.split('-').map(|part| match part {
         part if is_hash(part) => "HASH",
-        part if is_process(part) => "NUMBER.bin",
+        part if is_process(part) => "NUMBER",
         part => part,
     });
     masked.collect::<Vec<_>>().join("-")
