@@ -71,10 +71,7 @@ impl Operator {
 
     /// True if no joint stands in a soft wall, which would push it from the first tick on, while a hand reaches for the arm.
     pub(super) fn is_clear_of_walls(&mut self, name: &str) -> Result<bool, Stop> {
-        let (true, Some(walls), Some(q)) = (self.arm.law.is_hand_guided() || name == "teach", &self.arm.walls, &self.q)
-        else {
-            return Ok(true);
-        };
+        let (Some(walls), Some(q)) = (&self.arm.walls, &self.q) else { return Ok(true) };
         let inside = self.arm.joints.iter().zip(q).zip(walls).filter_map(|(((joint, unit, _), q), (low, high))| {
             let depth = (low - q).max(q - high);
             (depth > DEPTH_MIN).then(|| format!("{joint} by {depth:.3} {unit} (no wall from {low:.2} to {high:.2})"))

@@ -110,10 +110,12 @@ impl Operator {
         goal: Vec<f64>,
         text: &str,
     ) -> Result<(), Stop> {
-        // The walls again, because the arm may have been moved while the key was awaited.
-        let begins = self.may_begin(name)? && self.torque_is_believed()? && self.dead_man_is_held(name)?;
-        let runs = self.state() == Some(StateCode::Running);
-        if !begins || !(runs || self.is_clear_of_walls(name)?) {
+        if !self.may_begin(name)? || !self.torque_is_believed()? || !self.dead_man_is_held(name)? {
+            return Ok(());
+        }
+        // The walls again: the arm may have been moved while the key was awaited.
+        let begins_guiding = self.arm.law.is_hand_guided() && self.state() != Some(StateCode::Running);
+        if begins_guiding && !self.is_clear_of_walls(name)? {
             return Ok(());
         }
         let denial = self.set_out(legs, here, goal)?;

@@ -118,7 +118,8 @@ impl Operator {
         if changed && !self.asking {
             let text = format!("tick {tick}: {}", self.doing());
             self.report.say("change", &text, self.seen_now().as_ref())?;
-            // In a later motion, what has caused the fault (a hand, a stop, a collision) changes the torques too. In the first one, a wrong sign or unit is likely.
+            // In the first motion a wrong sign or unit is likely. In a later one, what has caused the fault (a hand, a stop, a collision) changes the
+            // torques too.
             let explains = matches!(before, Some(StateCode::Armed | StateCode::Holding)) || self.limit().is_some();
             if let (StateCode::Fault, true, Some((text, _))) = (state, explains, self.torque_in_words()) {
                 self.say("torque", &text)?;
