@@ -240,8 +240,3 @@ fn bounds<F: Element>(array: &Bound<'_, PyArrayDyn<F>>) -> (usize, usize) {
     }
     (first, past)
 }
-
-/// An error that no argument can cause.
-pub(crate) fn internal(error: impl std::fmt::Display) -> PyErr {
-    pyo3::exceptions::PyRuntimeError::new_err(format!("newtau: {error}"))
-}

@@ -3,13 +3,10 @@
 pub(crate) mod identification;
 pub(crate) mod simulation;
 
-use crate::arrays::internal;
-use crate::load::file_error;
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use crate::errors::{failure, file_error, internal};
 use pyo3::prelude::*;
 use robot_compiler::Ends;
 use robot_compiler::check::Draft;
-use sim::failure::Failure;
 use std::path::PathBuf;
 use studies::check::answer_in;
 use studies::robot_or_scene::scene_about;
@@ -32,15 +29,4 @@ pub(crate) fn check(
         let answer = answer_in(draft, &gravity, scene).map_err(failure)?;
         serde_json::to_string(&answer.json()).map_err(internal)
     })
-}
-
-/// The error for a failure of a command: `ValueError` for wrong input, otherwise `RuntimeError`.
-fn failure(failure: Failure) -> PyErr {
-    let input = matches!(failure, Failure::Input(_));
-    let report = failure.report();
-    let mut message = report.to_string();
-    if let Some(help) = report.help() {
-        message += &format!("; {help}");
-    }
-    if input { PyValueError::new_err(message) } else { PyRuntimeError::new_err(message) }
 }

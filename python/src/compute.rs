@@ -1,9 +1,10 @@
 //! One call of a function: arguments, computation, result.
 
 use crate::arm::Arm;
-use crate::arrays::{Argument, internal, output, read, reject_shared, states};
+use crate::arrays::{Argument, Precision, output, precision, read, reject_shared, states};
+use crate::errors::internal;
 use batch_engine::arm::Singular;
-use batch_engine::{Float, Quantity, evaluate};
+use batch_engine::{ArmFloat, Quantity, evaluate};
 use ndarray::{ArrayViewMut2, ArrayViewMutD, Axis};
 use numpy::{Element, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -12,8 +13,22 @@ use pyo3::prelude::*;
 /// Fewest states for which other Python threads may run meanwhile. Below, releasing the interpreter takes longer than the work.
 const RELEASED: usize = 8;
 
-/// Evaluates a function for one state or for many. Results are new arrays, or `out`.
-pub(crate) fn compute<'py, F: Float + Element>(
+/// Evaluates a function for one state or for many, in the precision of its arguments. Results are new arrays, or `out`.
+pub(crate) fn compute<'py>(
+    py: Python<'py>,
+    arm: &Arm,
+    quantity: Quantity,
+    arguments: &[Argument<'_, 'py>],
+    out: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    match precision(py, arguments)? {
+        Precision::Single => compute_in::<f32>(py, arm, quantity, arguments, out),
+        Precision::Double => compute_in::<f64>(py, arm, quantity, arguments, out),
+    }
+}
+
+/// Evaluates a function in the precision `F`.
+fn compute_in<'py, F: ArmFloat + Element>(
     py: Python<'py>,
     arm: &Arm,
     quantity: Quantity,

@@ -2,16 +2,22 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | `arm` | the class `Arm`, and its functions for one state and for many |
+//! | `arm` | the class `Arm`: robot, gravity and payload |
+//! | `arm_methods` | its methods and properties, for one state and for many |
 //! | `arrays` | precision, shape and memory of the arguments |
 //! | `commands` | check, simulation and identification, as data for the dataclasses of the package |
 //! | `compute` | one call of a function: arguments, computation, result |
+//! | `errors` | Python's exceptions for the errors of the program |
+//! | `kernel_source` | source text of an arm's inverse dynamics |
 //! | `load` | robot files, gravity and payload |
 
 mod arm;
+mod arm_methods;
 mod arrays;
 mod commands;
 mod compute;
+mod errors;
+mod kernel_source;
 mod load;
 
 use pyo3::prelude::*;

@@ -1,11 +1,12 @@
 //! Robot files, gravity and payload.
 
 use crate::arm::Arm;
+use crate::errors::file_error;
 use dynamics_core::{Body, Dh, Frame, Inertia, JointKind, JointSpec, Limits, Model, Rotor, Tool};
 use nalgebra::{Matrix3, Vector3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use robot_compiler::{Ends, FileError, Robot};
+use robot_compiler::{Ends, Robot};
 use std::path::PathBuf;
 
 /// Mass, kg; mass centre, m, and inertia tensor about it, kg m^2, in the tip frame.
@@ -51,9 +52,4 @@ fn body((mass, com, [x, y, z]): Payload) -> PyResult<Body> {
     };
     Model::new(&[joint], &tool).map_err(|error| PyValueError::new_err(format!("payload: {}", error.what)))?;
     Ok(body)
-}
-
-/// `ValueError` with the program's message: file, line, column, field, found, expected.
-pub(crate) fn file_error(error: &FileError) -> PyErr {
-    PyValueError::new_err(format!("{error}; expected {}", error.expected()))
 }

@@ -13,8 +13,8 @@ use std::sync::OnceLock;
 /// An arm that is ready to compute.
 pub struct Arm {
     joints: usize,
-    pub(crate) single: Box<dyn Compute<f32>>,
-    pub(crate) double: Box<dyn Compute<f64>>,
+    single: Box<dyn Compute<f32>>,
+    double: Box<dyn Compute<f64>>,
     parameters: Vec<f64>,
 }
 
@@ -71,6 +71,25 @@ pub trait Compute<F>: Send + Sync {
 
     /// The statements of a function; they are made at the first call.
     fn statements(&self, quantity: Quantity) -> &Statements;
+}
+
+/// Precision in which an arm computes: `f32` or `f64`.
+pub trait ArmFloat: Float {
+    /// The functions of an arm in this precision.
+    #[doc(hidden)]
+    fn of(arm: &Arm) -> &dyn Compute<Self>;
+}
+
+impl ArmFloat for f32 {
+    fn of(arm: &Arm) -> &dyn Compute<Self> {
+        arm.single.as_ref()
+    }
+}
+
+impl ArmFloat for f64 {
+    fn of(arm: &Arm) -> &dyn Compute<Self> {
+        arm.double.as_ref()
+    }
 }
 
 /// An arm with a fixed number of joints.

@@ -1,6 +1,6 @@
 //! Many states: transposed into blocks, computed on one core or on all, and transposed back.
 
-use crate::arm::{Arm, Compute, Singular};
+use crate::arm::{Arm, ArmFloat, Compute, Singular};
 use crate::kernel::{Block, Float, Kernel, LANES};
 use crate::quantity::Quantity;
 use ndarray::parallel::prelude::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
@@ -18,7 +18,7 @@ const GRAIN: usize = 1024;
 ///
 /// # Errors
 /// [`Singular`]: forward dynamics, and a joint moves no inertia. The rows of `out` are then meaningless.
-pub fn evaluate<F: Float>(
+pub fn evaluate<F: ArmFloat>(
     arm: &Arm,
     quantity: Quantity,
     inputs: &[ArrayView2<'_, F>],

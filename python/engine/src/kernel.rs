@@ -4,7 +4,6 @@
 //! [`pulp::Arch`] knows, and the widest that the processor has is chosen at run time. No multiplication is fused with an addition, so
 //! every state has the bits that the same operations on single numbers give.
 
-use crate::arm::{Arm, Compute};
 use crate::statements::{Slot, Source, Statement, Statements};
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{Real, Trig};
@@ -26,23 +25,15 @@ pub trait Float: Real + Send + Sync + 'static {
     /// Largest joint position for which sine and cosine are computed, rad; beyond it they are NaN.
     const ANGLE: Self;
 
-    /// The functions of an arm in this precision.
-    #[doc(hidden)]
-    fn of(arm: &Arm) -> &dyn Compute<Self>;
-
     /// Sines and cosines of many angles, rad.
     fn sin_cos(angles: &[Self], sin: &mut [Self], cos: &mut [Self]);
 }
 
 macro_rules! impl_float {
-    ($float:ty, $functions:ident, $ordinary:literal, $angle:expr) => {
+    ($float:ty, $ordinary:literal, $angle:expr) => {
         impl Float for $float {
             const ORDINARY: Self = $ordinary;
             const ANGLE: Self = $angle;
-
-            fn of(arm: &Arm) -> &dyn Compute<Self> {
-                arm.$functions.as_ref()
-            }
 
             #[inline(always)]
             fn sin_cos(angles: &[Self], sin: &mut [Self], cos: &mut [Self]) {
@@ -53,8 +44,8 @@ macro_rules! impl_float {
 }
 
 // The outputs are polynomials of degree four at most in the inputs, with coefficients far below the rest of the range.
-impl_float!(f32, single, 1e7, Polynomial::LIMIT_F32);
-impl_float!(f64, double, 1e60, Polynomial::LIMIT_F64);
+impl_float!(f32, 1e7, Polynomial::LIMIT_F32);
+impl_float!(f64, 1e60, Polynomial::LIMIT_F64);
 
 /// A program ready to run, with its memory.
 #[derive(Clone, Debug)]

@@ -23,7 +23,7 @@ pub mod kernel;
 pub mod quantity;
 pub mod statements;
 
-pub use arm::Arm;
+pub use arm::{Arm, ArmFloat};
 pub use batch::evaluate;
 pub use kernel::Float;
 pub use quantity::Quantity;

@@ -3,7 +3,7 @@
 
 use batch_engine::kernel::{Block, Float, Kernel, LANES};
 use batch_engine::statements::statements;
-use batch_engine::{Arm, Quantity, evaluate};
+use batch_engine::{Arm, ArmFloat, Quantity, evaluate};
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{Dynamics, InverseDynamics, Live, Scene, Trig};
 use ndarray::{Array2, ArrayView2};
@@ -32,7 +32,7 @@ fn bits<F: Float>(numbers: &[F]) -> Vec<u64> {
 }
 
 /// Compares one state, many states and the core itself.
-fn compare<F: Float>(name: &str)
+fn compare<F: ArmFloat>(name: &str)
 where
     Polynomial: Trig<F>,
 {

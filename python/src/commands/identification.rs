@@ -1,8 +1,6 @@
 //! Identification of an arm from logs.
 
-use super::failure;
-use crate::arrays::internal;
-use crate::load::file_error;
+use crate::errors::{failure, file_error, internal};
 use identification::identify::Settings;
 use identification::log::{ColumnNames, Log};
 use identification::verdict::{Grade, Reason, Verdict};

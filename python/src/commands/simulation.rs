@@ -1,8 +1,6 @@
 //! Simulation of a scene: the summary, and the record as arrays.
 
-use super::failure;
-use crate::arrays::internal;
-use crate::load::file_error;
+use crate::errors::{failure, file_error, internal};
 use indicatif::ProgressBar;
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;

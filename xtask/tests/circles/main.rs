@@ -1,7 +1,7 @@
 //! Check that files do not use each other in a circle: no source file uses an item of another file that, directly or through others, uses one of its
 //! own.
 //!
-//! The test reads all files of every library and program of both workspaces except `python`, without code that is compiled only for tests. A file uses another one if
+//! The test reads all files of every library and program of both workspaces, without code that is compiled only for tests. A file uses another one if
 //! a path in its code, or an import, leads to an item that the other one defines; re-exports are followed to the file with the definition. A parent
 //! that only declares its children, or re-exports their items, does not use them.
 //!
@@ -52,10 +52,8 @@ fn uses_of(roots: &[PathBuf]) -> Graph {
 
 #[test]
 fn no_source_files_use_each_other_in_a_circle() {
-    let mut packages = [packages(top()), packages(&top().join("bench"))].concat();
-    // Not yet without circles: the class `Arm` and the functions that compute for it.
-    packages.retain(|(package, _)| !["newtau-python", "batch-engine"].contains(&package.as_str()));
-    for name in ["xtask", "bench"] {
+    let packages = [packages(top()), packages(&top().join("bench"))].concat();
+    for name in ["xtask", "bench", "newtau-python", "batch-engine"] {
         assert!(packages.iter().any(|(package, roots)| package == name && !roots.is_empty()), "{name}");
     }
     let circles: Vec<String> = std::thread::scope(|scope| {
