@@ -1,6 +1,7 @@
 //! `drive`: operates the arm of a scene from this computer, with its drives at CAN adapters.
 
-use crate::cli::connect::session::{SessionArgs, Setup};
+use crate::cli::connect::options::SessionArgs;
+use crate::cli::connect::session::Setup;
 use crate::cli::interrupt::stop_on_interrupt;
 use board::can::adapter_name::AdapterName;
 use board::session::drive::arm::Wiring;

@@ -1,5 +1,6 @@
 //! `connect`: operates an arm, and checks records of such sessions.
 
+pub mod options;
 pub mod replay;
 pub mod session;
 
@@ -9,7 +10,7 @@ use clap::Subcommand;
 use sim::failure::Failure;
 
 /// `connect`, or one of its parts.
-pub type ConnectCommand = OrPart<session::ConnectArgs, ConnectPart>;
+pub type ConnectCommand = OrPart<options::ConnectArgs, ConnectPart>;
 
 /// Parts of `connect`.
 #[derive(Clone, Debug, Subcommand)]
