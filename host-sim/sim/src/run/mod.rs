@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`target`] | the targets that compute the torques: the desk, the chip, or both for comparison |
 //! | [`world`] | everything in the loop but the controller: arm, sensors, drives, motion |
+//! | [`sensing`] | the measurement of a tick, from sensors or drives |
 //! | [`closed_loop`] | the loop itself, once per control period |
 //! | [`batch`] | several runs together, with their arms' equations solved in lanes |
 //! | [`scene_world`] | the simulated world of a scene |
@@ -36,6 +37,7 @@ pub mod quality;
 pub mod record;
 pub mod report;
 pub mod scene_world;
+pub mod sensing;
 pub mod simulate;
 pub mod simulation;
 pub mod summary;

@@ -1,17 +1,16 @@
 //! Everything in the loop but the controller: arm, sensors, drives and motion.
 
 use crate::plant::drives::{Drives, Order};
-use crate::plant::sensor::{Reading, Sample, Sensors};
+use crate::plant::sensor::Sensors;
 use crate::plant::solver::{AtOnce, Solver, now};
 use crate::plant::{Diverged, Plant};
+pub use crate::run::sensing::Sensing;
 use actuator_model::frame::Frame;
 use core::fmt;
 use dynamics_core::control::Spring;
 use dynamics_core::control::trajectory::Motion;
 use dynamics_core::safety::SafeAction;
-use dynamics_core::{Fault, Measurement, Model, Real, Reference, Sensed};
-use link::DriveFaultReport;
-use session::readings::{JointFaults, Readings};
+use dynamics_core::{Fault, Model, Real, Reference};
 
 /// Everything in the loop but the controller.
 ///
@@ -45,19 +44,6 @@ pub struct World<const N: usize> {
     pub(crate) compiled: Compiled<N>,
 }
 
-/// Measurement at the start of a tick, and further reports of the drives.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sensing<S, const N: usize> {
-    /// Positions and velocities, or counts.
-    pub measurement: Measurement<S, N>,
-    /// Joints whose drive has a fault.
-    pub drive_fault: [bool; N],
-    /// Highest temperature that the drives report, degrees Celsius.
-    pub temperature: Option<f32>,
-    /// Report of the first joint with a fault.
-    pub fault_report: Option<DriveFaultReport>,
-}
-
 impl<const N: usize> World<N> {
     /// Reference of the arm at `t` (s).
     pub fn reference(&self, t: f64) -> Reference<f64, N> {
@@ -85,22 +71,9 @@ impl<const N: usize> World<N> {
 
     /// Reads the sensors or drives at the start of a tick.
     pub fn sense<S: Real>(&mut self) -> Sensing<S, N> {
-        let Some((readings, temperature)) = self.drives.as_mut().map(Drives::measure) else {
-            let measurement = measurement(&self.sensors.read(self.plant.measured()));
-            return Sensing { measurement, drive_fault: [false; N], temperature: None, fault_report: None };
-        };
-        // These drives always give readings. If there were none, the measurement would have the greatest age.
-        let never = Sensed::State { q: [S::zero(); N], qd: [S::zero(); N] };
-        let fault_report = readings.as_ref().and_then(Readings::drive_fault);
-        let (sensed, age_ticks, faults) = readings.map_or((never, u32::MAX, [JointFaults::NONE; N]), |readings| {
-            let oldest = readings.age_ticks.into_iter().fold(0, u32::max);
-            (cast(&readings.sensed), oldest, readings.faults)
-        });
-        Sensing {
-            measurement: Measurement { sensed, age_ticks },
-            drive_fault: faults.map(|faults| faults.intersects(JointFaults::OF_DRIVE)),
-            temperature,
-            fault_report,
+        match self.drives.as_mut().map(Drives::measure) {
+            None => Sensing::of_sensors(&self.sensors.read(self.plant.measured())),
+            Some(reports) => Sensing::of_drives(reports),
         }
     }
 
@@ -290,22 +263,4 @@ impl<const N: usize> Steps<N> for OneByOne {
 fn hold<const N: usize>(plant: &mut Plant<N>, drives: &mut Drives<N>) {
     drives.rest(plant.measured());
     plant.brake();
-}
-
-/// Converts the sensors' reading to the controller's scalar.
-pub fn measurement<S: Real, const N: usize>(reading: &Reading<N>) -> Measurement<S, N> {
-    let sensed = match &reading.sample {
-        Sample::State(state) => Sensed::State { q: state.q.map(S::literal), qd: state.qd.map(S::literal) },
-        Sample::Counts(counts) => Sensed::Counts(*counts),
-    };
-    Measurement { sensed, age_ticks: reading.age_ticks }
-}
-
-/// Converts the drives' reading to the controller's scalar.
-fn cast<S: Real, const N: usize>(sensed: &Sensed<f32, N>) -> Sensed<S, N> {
-    let literal = |values: &[f32; N]| values.map(|x| S::literal(f64::from(x)));
-    match sensed {
-        Sensed::State { q, qd } => Sensed::State { q: literal(q), qd: literal(qd) },
-        Sensed::Counts(counts) => Sensed::Counts(*counts),
-    }
 }

@@ -18,7 +18,8 @@ use robot_compiler::scene::Push;
 use session::Drives;
 use sim::failure::Failure;
 use sim::plant::Diverged;
-use sim::run::world::{World, measurement};
+use sim::run::sensing::measurement;
+use sim::run::world::World;
 
 /// Does one run. The machine may be in any state before; it starts again.
 ///
