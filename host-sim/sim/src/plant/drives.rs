@@ -10,10 +10,11 @@
 //! Without stiffness and damping, the torque is constant from frame to frame.
 
 use super::drive_wiring::{self, Joints, Line};
+use super::joint_mount::JointMount;
 use super::{Clock, State};
 use actuator_model::bus::{Bus, Fate};
 use actuator_model::frame::Frame;
-use actuator_model::mit::{Actuator, Electronics, Language, Ranges, Shaft};
+use actuator_model::mit::{Electronics, Shaft};
 use dynamics_core::control::Spring;
 use dynamics_core::drive::MitDrive;
 use dynamics_core::safety::SafeAction;
@@ -22,13 +23,6 @@ use joint_io::can::BUSES;
 use robot_compiler::drive::{MitSpec, Protocol};
 use robot_compiler::scene::{DriveFailure, FailureKind};
 use session::readings::Readings;
-
-/// Temperature of a healthy drive, degrees Celsius.
-const TEMPERATURE: f64 = 25.0;
-
-/// Supply voltage of every drive, and the lowest at which it works, V: typical of a 24 V drive.
-const SUPPLY: f64 = 24.0;
-const SUPPLY_MIN: f64 = 15.0;
 
 /// Limit on the exchanges until all drives are on: for each drive in turn, three about its timeout, and three until it is on.
 const ENABLING_MAX: u32 = 100;
@@ -44,17 +38,6 @@ pub struct Drives<const N: usize> {
     failure: Option<DriveFailure>,
     /// Ticks driven or stopped.
     ticks: u64,
-}
-
-/// Location of a joint's actuator, and the joint's gearing.
-#[derive(Clone, Copy, Debug)]
-struct JointMount {
-    bus: usize,
-    place: usize,
-    ratio: f64,
-    zero: f64,
-    /// True torque over the torque in the frames.
-    factor: f64,
 }
 
 /// Command to all drives.
@@ -76,12 +59,7 @@ impl<const N: usize> Drives<N> {
     #[must_use]
     pub fn new(specs: &[MitSpec; N], wires: [MitDrive; N], clock: Clock, loop_rate: f64) -> Self {
         let mut actuators = [const { Vec::new() }; BUSES];
-        let seats = specs.map(|spec| {
-            let bus = usize::from(spec.bus.saturating_sub(1)).min(BUSES - 1);
-            let seat = JointMount { bus, place: actuators[bus].len(), ratio: spec.ratio, zero: spec.zero, factor: 1.0 };
-            actuators[bus].push(actuator(&spec));
-            seat
-        });
+        let seats = specs.map(|spec| JointMount::new(&spec, &mut actuators));
         // Loading has checked that all drives are of one kind.
         let protocol = specs.first().map_or(Protocol::MiniCheetah, |spec| spec.protocol);
         let lines = actuators.map(|actuators| Line(Bus::forgetful(actuators)));
@@ -282,25 +260,4 @@ impl<const N: usize> Clone for Drives<N> {
         let Self { ref joints, seats, turns, period, failure, ticks } = *self;
         Self { joints: joints.boxed(), seats, turns, period, failure, ticks }
     }
-}
-
-impl JointMount {
-    /// The shaft at this state of the arm.
-    fn shaft<const N: usize>(&self, state: &State<N>, joint: usize) -> Shaft {
-        Shaft { position: self.ratio * state.q[joint] + self.zero, velocity: self.ratio * state.qd[joint] }
-    }
-}
-
-/// The actuator of a joint, without a fault and off.
-fn actuator(spec: &MitSpec) -> Actuator {
-    let MitSpec { id, reply_id, reply_bytes, temperature_offset, position, velocity, kp, kd, torque, .. } = *spec;
-    let mut actuator = Actuator::new(u16::from(id), Ranges { position, velocity, kp, kd, torque });
-    let language = Language::named(spec.protocol.facts().name).unwrap_or_default();
-    actuator.electronics = actuator.electronics.speaking(language);
-    let electronics = &mut actuator.electronics;
-    (electronics.reply_id, electronics.reply_bytes) = (reply_id, usize::from(reply_bytes));
-    // The cast saturates.
-    electronics.temperature = (TEMPERATURE - temperature_offset.unwrap_or(0.0)).round() as u8;
-    (electronics.supply, electronics.supply_range) = (SUPPLY, (SUPPLY_MIN, f64::INFINITY));
-    actuator
 }

@@ -17,6 +17,7 @@
 //! | `curve` | interpolant of a step, which gives the instant of such a change |
 //! | [`actuator`] | delay, saturation, lag and ripple of an ideal drive's torque |
 //! | [`drives`], `drive_wiring` | simulated drives: the board's own driver code, three CAN buses, and an actuator at every joint |
+//! | `joint_mount` | bus, gearing and actuator of a joint with a simulated drive |
 //! | `tick`, `braking` | a control period of the arm, driven or braked |
 //! | [`jitter`] | random offsets of the instants of measuring and acting |
 //! | [`sensor`] | noise, encoder counts and delay of the measurement |
@@ -40,6 +41,7 @@ mod flow;
 pub mod friction;
 pub mod integrator;
 pub mod jitter;
+mod joint_mount;
 mod kinematics;
 pub mod ledger;
 mod loaded_arm;
