@@ -9,7 +9,7 @@
 //! | module | holds |
 //! |---|---|
 //! | `stage` | the data that all runs of a scene share |
-//! | `bench` | a run in progress |
+//! | `bench` | a run in progress; `script_steps`: its part of the campaign's script |
 //! | `injection` | one fault of drives, buses or host |
 //! | `judge` | the safety of the motion, written from docs/safety.md |
 //! | `broken` | boards with deliberate faults |
