@@ -2,24 +2,26 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`blocks`] | commands of a page, the output shown for them, and files that the reader writes |
+//! | [`step`] | commands of a page, the output shown for them, and files that the reader writes |
+//! | [`blocks`] | reading of these steps from the blocks of a page |
 //! | [`compare`] | comparison of shown and printed output, with times masked |
 //! | [`program`] | the program, run in a folder or at a terminal |
 
 mod blocks;
 mod compare;
 mod program;
+mod step;
 
 use crate::budget;
 use crate::process::root;
 use anyhow::{Context as _, Result, bail, ensure};
-use blocks::{Console, Edit, How, Page, Step};
 use compare::Masked;
 use firmware_image::BadInput;
 use program::Program;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use step::{Console, Edit, How, Page, Step};
 
 /// Fewest commands that are run: a mistake in the reading of pages cannot leave out most of them.
 const AT_LEAST: usize = 60;

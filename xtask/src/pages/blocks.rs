@@ -1,4 +1,4 @@
-//! Steps of a page: its commands, the output shown for them, and the files that the reader writes or edits.
+//! Reading of a page: the steps in its blocks, with the comments that say how they are tested.
 //!
 //! A comment directly above a block, which no reader sees, says how the block is tested:
 //!
@@ -20,6 +20,7 @@
 //! terminal before those of the block. Every `text` block, and every block without a language, is directly below a call or has such a comment.
 
 use super::compare::ANY_LINES;
+use super::step::{Console, Edit, How, Page, Step};
 use anyhow::{Context as _, Result, bail, ensure};
 
 /// Reasons for which a test cannot run a command.
@@ -49,58 +50,6 @@ pub(super) const KINDS: [&str; 7] = [
     "needs a board",
     "a record that was changed by hand",
 ];
-
-/// A step of a page.
-#[derive(Debug, PartialEq, Eq)]
-pub(super) enum Step {
-    /// A file that the reader writes.
-    Write { file: String, text: String },
-    /// A change of a file that the reader makes.
-    Edit(Edit),
-    /// A `console` block.
-    Run(Console),
-}
-
-/// A change of a file.
-#[derive(Debug, PartialEq, Eq)]
-pub(super) struct Edit {
-    pub(super) file: String,
-    /// Start of the line that is replaced, or before which the text is inserted.
-    pub(super) start: String,
-    pub(super) text: String,
-    pub(super) keeps_the_line: bool,
-}
-
-/// A `console` block.
-#[derive(Debug, PartialEq, Eq)]
-pub(super) struct Console {
-    /// Line of its fence, from 1.
-    pub(super) line: usize,
-    /// Calls of `newtau`, without the program's name and without comments.
-    pub(super) calls: Vec<String>,
-    pub(super) how: How,
-    /// The `text` blocks that show its output: one directly below, and those with the comment `more output`.
-    pub(super) shown: Vec<String>,
-}
-
-/// The test of a block's commands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum How {
-    NotRun,
-    /// They succeed, but for the last one, which ends with this code.
-    Compared {
-        exit: i32,
-    },
-    NotCompared,
-    Typed,
-}
-
-/// Steps of a page, and the page in whose folder it continues.
-#[derive(Debug, Default)]
-pub(super) struct Page {
-    pub(super) steps: Vec<Step>,
-    pub(super) after: Option<String>,
-}
 
 /// Reads a page.
 pub(super) fn of(page: &str) -> Result<Page> {
