@@ -2,8 +2,8 @@
 
 use crate::process::{cargo, run as run_command};
 use anyhow::{Context as _, Result, bail, ensure};
+use firmware_image::child_process::ChildProcess;
 use firmware_image::log_strings;
-use firmware_image::tied::{TiedProcess, tied};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -27,9 +27,8 @@ pub(crate) fn run(elf: &Path, limit: Option<Duration>) -> Result<()> {
         .args(["-M", "netduinoplus2", "-icount", "shift=0", "-display", "none", "-monitor", "none"])
         .args(["-serial", "null", "-serial", "null", "-semihosting-config", "enable=on,target=native", "-kernel"])
         .arg(elf);
-    let mut tied = tied(&emulator, LOGGED).context("cannot start qemu-system-arm")?;
-    tied.stdout(Stdio::piped());
-    let mut process = TiedProcess::spawn(tied).context("cannot start qemu-system-arm")?;
+    let mut process = ChildProcess::spawn(&emulator, LOGGED, Stdio::piped(), Stdio::inherit())
+        .context("cannot start qemu-system-arm")?;
     let log = process.child().stdout.take().context("the emulator's output is piped")?;
     let mut words = cargo(["run"]).args(LOG).arg("--").arg(elf).stdin(log).spawn().context("cannot start cargo")?;
     let end = limit.map(|limit| Instant::now() + limit);
@@ -65,7 +64,7 @@ pub(crate) fn semihosted_by(emulator: &mut Command, elf: &Path) -> Result<String
         .args(["-icount", "shift=0", "-display", "none", "-monitor", "none"])
         .args(["-serial", "null", "-semihosting-config", "enable=on,target=native", "-kernel"])
         .arg(elf);
-    let output = TiedProcess::output(emulator, LONGEST, true).with_context(|| format!("cannot start {emulator:?}"))?;
+    let output = ChildProcess::output(emulator, LONGEST, true).with_context(|| format!("cannot start {emulator:?}"))?;
     // The emulator writes semihosting debug messages to its standard error, and semihosting files to its standard output.
     let said = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
     if !output.status.success() {

@@ -6,7 +6,7 @@
 use crate::process::{cargo, root, run, target_directory, which};
 use anyhow::{Context as _, Result, bail, ensure};
 use firmware_image::install::apt;
-use firmware_image::tied::{TiedProcess, tied};
+use firmware_image::child_process::ChildProcess;
 use std::fs;
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
@@ -155,9 +155,8 @@ fn boot(kernel: &Path, files: &Path) -> Result<Vec<(String, bool)>> {
         "tcg,thread=multi",
     ]);
     qemu.arg("-kernel").arg(kernel).arg("-initrd").arg(files).args(["-append", "console=ttyS0 quiet panic=-1"]);
-    let mut tied = tied(&qemu, 4 * LONGEST).context("cannot start qemu-system-x86_64")?;
-    tied.stdout(Stdio::piped());
-    let mut process = TiedProcess::spawn(tied).context("cannot start qemu-system-x86_64")?;
+    let mut process = ChildProcess::spawn(&qemu, 4 * LONGEST, Stdio::piped(), Stdio::inherit())
+        .context("cannot start qemu-system-x86_64")?;
     let lines = BufReader::new(process.child().stdout.take().context("the emulator's output is piped")?);
     let (sender, received) = std::sync::mpsc::channel();
     std::thread::spawn(move || lines.lines().map_while(Result::ok).try_for_each(|line| sender.send(line)));

@@ -5,6 +5,7 @@
 //! | [`board`] | the boards and their chips |
 //! | [`build`] | the build of a program for a scene and a board |
 //! | [`can_buses`] | load of a scene's frames on a board's CAN buses |
+//! | [`child_process`] | child processes that end with the program, however it ends |
 //! | [`emitted`] | Rust source of the arm, written before cargo starts |
 //! | [`flash`] | writing programs and keys to a board with probe-rs |
 //! | [`install`] | installation of the emulator and other missing packages |
@@ -12,7 +13,6 @@
 //! | [`process`] | finding and running other programs, with errors that name them |
 //! | [`scene_keys`] | keys of a scene file that are needed before its robot is compiled |
 //! | [`scratch`] | files that live as long as the program |
-//! | [`tied`] | child processes that end with the program, however it ends |
 //! | [`toolchain`] | the compiler for the chip |
 #![forbid(unsafe_code)]
 
@@ -20,6 +20,7 @@ mod bad_input;
 pub mod board;
 pub mod build;
 pub mod can_buses;
+pub mod child_process;
 pub mod emitted;
 pub mod flash;
 pub mod install;
@@ -27,7 +28,6 @@ pub mod log_strings;
 pub mod process;
 pub mod scene_keys;
 pub mod scratch;
-pub mod tied;
 pub mod toolchain;
 
 pub use bad_input::BadInput;

@@ -8,7 +8,7 @@ use crate::scene_keys::SceneKeys;
 use crate::trials;
 use anyhow::{Context as _, Result, bail};
 use chip_image::costs::{Late, Ways};
-use firmware_image::tied::TiedProcess;
+use firmware_image::child_process::ChildProcess;
 use firmware_image::{Board, Build};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -142,7 +142,7 @@ pub(super) fn chip_budget(what: &str, scene: &Path) -> Command {
 
 /// Standard output of a command; its standard error goes to ours.
 fn output(command: &mut Command) -> Result<String> {
-    let output = TiedProcess::output(command, LONGEST, false).with_context(|| format!("cannot start {command:?}"))?;
+    let output = ChildProcess::output(command, LONGEST, false).with_context(|| format!("cannot start {command:?}"))?;
     if !output.status.success() {
         bail!("chip-budget failed: {}", output.status);
     }

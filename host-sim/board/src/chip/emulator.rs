@@ -3,7 +3,7 @@
 use super::ChipError;
 use super::emulator_process::{KeyFile, Socket, dead, on_one_processor};
 use crate::key;
-use firmware_image::tied::{TiedProcess, tied};
+use firmware_image::child_process::ChildProcess;
 use link::Key;
 use std::collections::VecDeque;
 use std::ffi::OsString;
@@ -34,7 +34,7 @@ const LIMIT: Duration = Duration::from_secs(6 * 3600);
 /// A running emulator; it ends when it is dropped, and when this program ends.
 #[derive(Debug)]
 pub struct Emulator {
-    pub(super) process: TiedProcess,
+    pub(super) process: ChildProcess,
     link: UnixStream,
     timeouts: Timeouts,
     buffer: [u8; 256],
@@ -121,10 +121,8 @@ impl Emulator {
             .arg(elf)
             .args(page.arguments())
             .args(arguments);
-        let cannot_start = |source| ChipError::CannotStart { program: program.to_owned(), source };
-        let mut tied = tied(&command, LIMIT).map_err(cannot_start)?;
-        tied.stdout(Stdio::null()).stderr(Stdio::piped());
-        let mut process = on_one_processor(|| TiedProcess::spawn(tied)).map_err(cannot_start)?;
+        let mut process = on_one_processor(|| ChildProcess::spawn(&command, LIMIT, Stdio::null(), Stdio::piped()))
+            .map_err(|source| ChipError::CannotStart { program: program.to_owned(), source })?;
         let link = socket.accept(&mut process, timeouts.connect)?;
         link.set_read_timeout(Some(timeouts.answer))?;
         link.set_write_timeout(Some(timeouts.answer))?;

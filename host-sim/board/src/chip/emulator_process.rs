@@ -2,8 +2,8 @@
 
 use super::ChipError;
 use crate::key;
+use firmware_image::child_process::ChildProcess;
 use firmware_image::scratch::ScratchFile;
-use firmware_image::tied::TiedProcess;
 use link::{Key, key_page};
 use std::ffi::OsString;
 use std::io::{ErrorKind, Read as _};
@@ -11,7 +11,7 @@ use std::os::unix::net::{UnixListener, UnixStream};
 use std::time::{Duration, Instant};
 
 /// Makes the error of an emulator that has closed its socket: ends the process and includes its output.
-pub(super) fn dead(process: &mut TiedProcess, waiting_for: &'static str) -> ChipError {
+pub(super) fn dead(process: &mut ChildProcess, waiting_for: &'static str) -> ChipError {
     // The emulator closes the socket a moment before it ends; wait a moment, so that the error holds its exit status.
     let limit = Instant::now() + Duration::from_millis(500);
     let status = loop {
@@ -66,7 +66,7 @@ impl Socket {
         Ok(Self { listener, file })
     }
 
-    pub(super) fn accept(&self, process: &mut TiedProcess, timeout: Duration) -> Result<UnixStream, ChipError> {
+    pub(super) fn accept(&self, process: &mut ChildProcess, timeout: Duration) -> Result<UnixStream, ChipError> {
         const WAITING_FOR: &str = "the emulator's connection";
         let end = Instant::now() + timeout;
         loop {

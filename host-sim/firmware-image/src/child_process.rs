@@ -29,18 +29,19 @@ exit "$status"
 
 /// A child process that ends when this program ends, or when this value is dropped. All of its own children that stay in its process group end too.
 #[derive(Debug)]
-pub struct TiedProcess {
+pub struct ChildProcess {
     child: Child,
     /// As long as this is open, the child lives.
     alive: Option<ChildStdin>,
 }
 
-/// Command that runs `command` tied to this program, with this limit of processor time for each of its processes. Standard output and error are those
-/// that the caller sets on the result; the input is empty. Start it with [`TiedProcess::spawn`].
-///
-/// # Errors
-/// There is no such program.
-pub fn tied(command: &Command, limit: Duration) -> io::Result<Command> {
+/// Starts the shells that run a command, and returns the pipe that keeps the child alive.
+fn start(
+    command: &Command,
+    limit: Duration,
+    stdout: Stdio,
+    stderr: Stdio,
+) -> io::Result<(Child, Option<ChildStdin>)> {
     let program = command.get_program();
     let path = Path::new(program);
     let has_folder = path.components().count() > 1;
@@ -48,48 +49,43 @@ pub fn tied(command: &Command, limit: Duration) -> io::Result<Command> {
     if !is_there {
         return Err(io::ErrorKind::NotFound.into());
     }
-    let mut tied = Command::new("/bin/sh");
-    tied.args(["-c", SCRIPT, "sh", &limit.as_secs().max(1).to_string()]).arg(program).args(command.get_args());
+    let mut shell = Command::new("/bin/sh");
+    shell.args(["-c", SCRIPT, "sh", &limit.as_secs().max(1).to_string()]).arg(program).args(command.get_args());
     for (name, value) in command.get_envs() {
         match value {
-            Some(value) => tied.env(name, value),
-            None => tied.env_remove(name),
+            Some(value) => shell.env(name, value),
+            None => shell.env_remove(name),
         };
     }
     if let Some(folder) = command.get_current_dir() {
-        tied.current_dir(folder);
+        shell.current_dir(folder);
     }
-    tied.stdin(Stdio::piped());
     // Ctrl-C in a terminal reaches every process of its group, and a run should end in order while its child still answers.
-    std::os::unix::process::CommandExt::process_group(&mut tied, 0);
-    Ok(tied)
+    std::os::unix::process::CommandExt::process_group(&mut shell, 0);
+    let mut child = shell.stdin(Stdio::piped()).stdout(stdout).stderr(stderr).spawn()?;
+    let alive = child.stdin.take();
+    Ok((child, alive))
 }
 
-impl TiedProcess {
-    /// Starts a command of [`tied`].
+impl ChildProcess {
+    /// Starts a command, with this limit of processor time for each of its processes. Its input is empty.
     ///
     /// # Errors
-    /// It cannot start.
-    pub fn spawn(mut tied: Command) -> io::Result<Self> {
-        let mut child = tied.spawn()?;
-        let alive = child.stdin.take();
-        Ok(Self { child, alive })
+    /// There is no such program, or it cannot start.
+    pub fn spawn(command: &Command, limit: Duration, stdout: Stdio, stderr: Stdio) -> io::Result<Self> {
+        start(command, limit, stdout, stderr).map(|(child, alive)| Self { child, alive })
     }
 
-    /// Runs a command to its end, tied to this program, and returns its output. What it prints on standard error is in the output too if `keeps_errors`,
-    /// otherwise it is printed.
+    /// Runs a command as [`ChildProcess::spawn`] does, to its end, and returns its output. What it prints on standard error is in the output too if
+    /// `keeps_errors`, otherwise it is printed.
     ///
     /// # Errors
     /// It cannot start, or its output cannot be read.
     pub fn output(command: &Command, limit: Duration, keeps_errors: bool) -> io::Result<Output> {
-        let mut tied = tied(command, limit)?;
-        tied.stdout(Stdio::piped()).stderr(if keeps_errors { Stdio::piped() } else { Stdio::inherit() });
-        let mut child = tied.spawn()?;
-        // `wait_with_output` would close it, and the child would end.
-        let alive = child.stdin.take();
-        let output = child.wait_with_output();
-        drop(alive);
-        output
+        let errors = if keeps_errors { Stdio::piped() } else { Stdio::inherit() };
+        // Open until the end: without it, the child would end.
+        let (child, _alive) = start(command, limit, Stdio::piped(), errors)?;
+        child.wait_with_output()
     }
 
     /// The child; its process id is that of the group.
@@ -115,7 +111,7 @@ impl TiedProcess {
     }
 }
 
-impl Drop for TiedProcess {
+impl Drop for ChildProcess {
     fn drop(&mut self) {
         self.end();
     }
@@ -124,7 +120,7 @@ impl Drop for TiedProcess {
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 mod tests {
-    use super::{TiedProcess, tied};
+    use super::ChildProcess;
     use std::process::{Command, Stdio};
     use std::time::{Duration, Instant};
 
@@ -137,6 +133,11 @@ mod tests {
         let mut command = Command::new("sh");
         command.args(["-c", script]);
         command
+    }
+
+    /// A child that starts another one, as cargo does.
+    fn sleeper() -> ChildProcess {
+        ChildProcess::spawn(&shell("sleep 1000 & sleep 1000"), LIMIT, Stdio::inherit(), Stdio::inherit()).unwrap()
     }
 
     /// True if a process of this group lives. A zombie does not: whoever inherited it may never ask for its status.
@@ -159,15 +160,14 @@ mod tests {
     #[test]
     fn a_child_and_its_children_end_with_a_parent_that_is_killed() {
         if let Some(file) = std::env::var_os(PARENT) {
-            // A child that starts another one, as cargo does.
-            let process = TiedProcess::spawn(tied(&shell("sleep 1000 & sleep 1000"), LIMIT).unwrap()).unwrap();
+            let process = sleeper();
             std::fs::write(file, process.id().to_string()).unwrap();
             loop {
                 std::thread::park();
             }
         }
-        let file = std::env::temp_dir().join(format!("newtau-test-tied-{}", std::process::id()));
-        let name = "tied::tests::a_child_and_its_children_end_with_a_parent_that_is_killed";
+        let file = std::env::temp_dir().join(format!("newtau-test-child-{}", std::process::id()));
+        let name = "child_process::tests::a_child_and_its_children_end_with_a_parent_that_is_killed";
         let mut parent = Command::new(std::env::current_exe().unwrap());
         let mut parent = parent.args(["--exact", name]).env(PARENT, &file).stdout(Stdio::null()).spawn().unwrap();
         let begun = Instant::now();
@@ -189,7 +189,7 @@ mod tests {
 
     #[test]
     fn a_dropped_process_is_gone_with_its_children() {
-        let process = TiedProcess::spawn(tied(&shell("sleep 1000 & sleep 1000"), LIMIT).unwrap()).unwrap();
+        let process = sleeper();
         let group = process.id();
         assert!(lives(group));
         drop(process);
@@ -199,18 +199,18 @@ mod tests {
     #[test]
     fn output_and_status_are_those_of_the_command() {
         let output =
-            TiedProcess::output(shell("echo said; echo wrong >&2; exit 7").env("X", "1"), LIMIT, true).unwrap();
+            ChildProcess::output(shell("echo said; echo wrong >&2; exit 7").env("X", "1"), LIMIT, true).unwrap();
         assert_eq!((output.stdout.as_slice(), output.stderr.as_slice()), (&b"said\n"[..], &b"wrong\n"[..]));
         assert_eq!(output.status.code(), Some(7));
-        let output = TiedProcess::output(shell("echo $X; cat").env("X", "1"), LIMIT, true).unwrap();
+        let output = ChildProcess::output(shell("echo $X; cat").env("X", "1"), LIMIT, true).unwrap();
         assert_eq!((output.stdout.as_slice(), output.status.code()), (&b"1\n"[..], Some(0)), "the input is empty");
-        let missing = TiedProcess::output(&Command::new("no-such-program"), LIMIT, true).unwrap_err();
+        let missing = ChildProcess::output(&Command::new("no-such-program"), LIMIT, true).unwrap_err();
         assert_eq!(missing.kind(), std::io::ErrorKind::NotFound);
     }
 
     #[test]
     fn a_child_that_computes_for_ever_is_killed() {
-        let output = TiedProcess::output(&shell("while :; do :; done"), Duration::from_secs(1), true).unwrap();
+        let output = ChildProcess::output(&shell("while :; do :; done"), Duration::from_secs(1), true).unwrap();
         assert!(!output.status.success() && output.status.code().is_some_and(|code| code > 128), "{output:?}");
     }
 }
