@@ -12,6 +12,7 @@
 //! | [`terminal`] | the program at a terminal: results, progress bar, messages, Ctrl-C, exit code |
 #![forbid(unsafe_code)]
 
+mod drive_type;
 pub mod failure;
 mod marker;
 pub mod output;

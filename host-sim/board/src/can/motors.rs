@@ -5,9 +5,9 @@
 use super::adapter::{Adapter, RECEIVED_MAX};
 use super::frame::CanFrame;
 use dynamics_core::drive::{Gearing, MitDrive, MitRanges, Protocol, Range, TIMEOUT_UNIT_US};
-use dynamics_core::with_drive_kinds;
 use embedded_can::Frame as _;
 use joint_io::frames::{Frames, Packet, Setting};
+use sim::with_drive_type;
 use std::io;
 use std::time::{Duration, Instant};
 
@@ -60,14 +60,7 @@ fn with_id(id: u8) -> MitDrive {
 /// # Errors
 /// The adapter is gone, or sends nothing.
 pub fn search(adapter: &mut dyn Adapter, kind: Protocol) -> io::Result<Option<Vec<Found>>> {
-    macro_rules! search_kind {
-        ($($kind:ident)*) => {
-            match kind {
-                $(Protocol::$kind => search_of::<dynamics_core::drive::$kind>(adapter, kind.facts().name),)*
-            }
-        };
-    }
-    with_drive_kinds!(search_kind)
+    with_drive_type!(kind, K => search_of::<K>(adapter, kind.facts().name))
 }
 
 fn search_of<F: Frames>(adapter: &mut dyn Adapter, kind: &'static str) -> io::Result<Option<Vec<Found>>> {
@@ -97,14 +90,7 @@ const ROUND_TRIPS: usize = 50;
 /// # Errors
 /// The adapter is gone, or does not send.
 pub fn round_trip(adapter: &mut dyn Adapter, kind: Protocol, drives: &[MitDrive]) -> io::Result<Option<Duration>> {
-    macro_rules! round_trip_of {
-        ($($kind:ident)*) => {
-            match kind {
-                $(Protocol::$kind => drives.iter().find_map(|drive| longest::<dynamics_core::drive::$kind>(adapter, drive).transpose()).transpose(),)*
-            }
-        };
-    }
-    with_drive_kinds!(round_trip_of)
+    with_drive_type!(kind, K => drives.iter().find_map(|drive| longest::<K>(adapter, drive).transpose()).transpose())
 }
 
 fn longest<F: Frames>(adapter: &mut dyn Adapter, drive: &MitDrive) -> io::Result<Option<Duration>> {

@@ -1,11 +1,11 @@
 //! The board's own joint code, wired to simulated CAN buses and a brake line.
 
+use crate::with_drive_type;
 use actuator_model::bus::Bus;
 use actuator_model::frame::Frame;
 use core::convert::Infallible;
 use core::fmt::Debug;
 use dynamics_core::drive::MitDrive;
-use dynamics_core::with_drive_kinds;
 use embedded_can::ErrorKind;
 use embedded_can::nb::Can;
 use embedded_hal::digital::{ErrorType, OutputPin};
@@ -15,9 +15,6 @@ use joint_io::can_bus::CanBus;
 use joint_io::frames::Frames;
 use joint_io::queued::Queued;
 use robot_compiler::drive::Protocol;
-
-/// The buses of a board.
-type Buses = [Queued<Line>; BUSES];
 
 /// The board's access to the joints, for drives of any kind.
 pub(super) trait Joints<const N: usize>: Debug + Send + Sync {
@@ -62,17 +59,8 @@ pub(super) fn joints<const N: usize>(
     lines: [Line; BUSES],
     wires: [MitDrive; N],
 ) -> Box<dyn Joints<N>> {
-    let buses: Buses = lines.map(Queued::new);
-    macro_rules! joints_of {
-        ($($kind:ident)*) => {
-            match protocol {
-                $(Protocol::$kind => {
-                    Box::new(CanJoints::<dynamics_core::drive::$kind, _, _, _, _, N>::new(buses.into(), BrakeLine::default(), wires))
-                })*
-            }
-        };
-    }
-    with_drive_kinds!(joints_of)
+    let buses = lines.map(Queued::new);
+    with_drive_type!(protocol, K => Box::new(CanJoints::<K, _, _, _, _, N>::new(buses.into(), BrakeLine::default(), wires)))
 }
 
 /// The line to the brakes: high opens them.

@@ -14,12 +14,12 @@ use crate::session::dry_run::desk_session;
 use crate::session::operate::Presses;
 use dynamics_core::drive::MitDrive;
 use dynamics_core::safety::SafeAction;
-use dynamics_core::with_drive_kinds;
 use joint_io::can::{BUSES, CanJoints};
 use joint_io::{JointIo, NoPin};
 use robot_compiler::drive::Protocol;
 use robot_compiler::{SceneFile, conflict_on_one_bus, with_dof};
 use sim::failure::Failure;
+use sim::with_drive_type;
 use std::sync::Arc;
 use std::sync::mpsc::sync_channel;
 use std::thread;
@@ -124,7 +124,9 @@ impl Wiring {
         let model = scene.robot.model::<N>().map_err(Failure::input)?;
         let drives = <[MitDrive; N]>::try_from(self.drives.clone())
             .map_err(|drives| Failure::Input(miette::miette!("{} drives for {N} joints", drives.len())))?;
-        let joints = joints(self.protocol, self.open(scene)?, drives);
+        let buses = self.open(scene)?;
+        // There is no line to brakes.
+        let joints: Box<dyn JointIo<N> + Send> = with_drive_type!(self.protocol, K => Box::new(CanJoints::<K, _, _, _, _, N>::new(buses.into(), NoPin, drives)));
         let session = desk_session(scene, &model);
         let period = period(scene.control.rate);
         let times = TickTimes::new().map_err(|error| Failure::Target(miette::miette!("{error}")))?;
@@ -177,22 +179,4 @@ impl Wiring {
 
 fn unopened(error: AdapterError) -> Failure {
     Failure::Target(miette::miette!(help = error.advice(), "{error}"))
-}
-
-/// The board's driver of the joints, for drives of this kind. There is no line to brakes.
-fn joints<const N: usize>(
-    protocol: Protocol,
-    buses: [HostBus; BUSES],
-    drives: [MitDrive; N],
-) -> Box<dyn JointIo<N> + Send> {
-    macro_rules! joints_of {
-        ($($kind:ident)*) => {
-            match protocol {
-                $(Protocol::$kind => {
-                    Box::new(CanJoints::<dynamics_core::drive::$kind, _, _, _, _, N>::new(buses.into(), NoPin, drives))
-                })*
-            }
-        };
-    }
-    with_drive_kinds!(joints_of)
 }
