@@ -11,6 +11,7 @@
 //! |---|---|
 //! | [`session_file`] | the files by which other programs find the sessions that run |
 //! | [`shared`] | state, targets and stops, between the operator and the connections |
+//! | [`targets`] | targets of another program |
 //! | [`snapshot`] | the state of a session for other programs |
 //! | [`message`] | the lines of a connection |
 //! | [`listener`] | connections to a socket, each on a thread of its own |
@@ -26,3 +27,4 @@ pub mod service;
 pub mod session_file;
 pub mod shared;
 pub mod snapshot;
+pub mod targets;

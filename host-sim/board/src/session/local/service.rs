@@ -3,8 +3,10 @@
 use super::listener::listen;
 use super::message::{Answer, Ask};
 use super::session_file::{Announced, SessionFile, folder};
-use super::shared::{Over, Shared, StopOutcome};
+use super::shared::{Shared, StopOutcome};
 use super::snapshot::Greeting;
+use super::targets::Over;
+use crate::key;
 use std::io::{self, BufRead as _, BufReader, Read as _, Write as _};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
 use std::path::Path;
@@ -52,8 +54,7 @@ impl Service {
 }
 
 fn new_token() -> io::Result<String> {
-    let mut bytes = [0; TOKEN];
-    getrandom::fill(&mut bytes).map_err(|error| io::Error::other(error.to_string()))?;
+    let bytes = key::random::<TOKEN>().map_err(io::Error::other)?;
     Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
 }
 

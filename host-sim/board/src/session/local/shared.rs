@@ -1,12 +1,10 @@
 //! State, targets and stops, between the operator and the connections. No side ever waits long for the other.
 
 use super::snapshot::Snapshot;
+use super::targets::{Over, Received, Targets};
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
-
-/// Answer to targets that nobody wants.
-const NOT_FOLLOWING: &str = "the arm follows no targets now: enter `follow` in its session";
 
 /// A control loop that this program runs.
 pub trait ControlLoop: Send + Sync {
@@ -63,42 +61,7 @@ struct Inner {
     handled: (Demanded, Option<String>),
     /// True once the session has ended.
     ended_session: bool,
-    targets: Option<Targets>,
-    /// Reason why the last targets were not followed further.
-    ended: Option<String>,
-}
-
-/// Targets while the arm follows them.
-#[derive(Debug)]
-struct Targets {
-    opened: Instant,
-    /// The connection that sends them.
-    owner: Option<u64>,
-    newest: Option<Vec<f64>>,
-    received: Option<Instant>,
-    over: Option<Over>,
-}
-
-/// Reason for the end of the targets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Over {
-    /// The program has said so.
-    Done,
-    /// The connection is closed.
-    Gone,
-}
-
-/// News from another program since the last look.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Received {
-    /// The newest target, if one came.
-    pub target: Option<Vec<f64>>,
-    /// Time since the newest target; `None` before the first.
-    pub silent: Option<Duration>,
-    /// Time since targets are followed.
-    pub waited: Duration,
-    /// Set once no more targets come.
-    pub over: Option<Over>,
+    targets: Targets,
 }
 
 impl fmt::Debug for Shared {
@@ -143,28 +106,17 @@ impl Shared {
 
     /// The operator's part: targets are followed from here on.
     pub fn open(&self) {
-        let mut inner = self.inner();
-        let targets = Targets { opened: Instant::now(), owner: None, newest: None, received: None, over: None };
-        (inner.targets, inner.ended) = (Some(targets), None);
+        self.inner().targets.open();
     }
 
     /// The operator's part: targets are no longer followed, for this reason. The first reason stays.
     pub fn close(&self, why: &str) {
-        let mut inner = self.inner();
-        if inner.targets.take().is_some() {
-            inner.ended = Some(why.to_owned());
-        }
+        self.inner().targets.close(why);
     }
 
     /// The operator's part: the targets since the last call.
     pub fn received(&self) -> Received {
-        let mut inner = self.inner();
-        inner.targets.as_mut().map_or_else(Received::default, |targets| Received {
-            target: targets.newest.take(),
-            silent: targets.received.map(|at| at.elapsed()),
-            waited: targets.opened.elapsed(),
-            over: targets.over,
-        })
+        self.inner().targets.received()
     }
 
     /// A connection's part: the state.
@@ -172,7 +124,7 @@ impl Shared {
         let timing = self.timing();
         let inner = self.inner();
         let age = inner.published.map(|published| published.elapsed().as_secs_f64());
-        Snapshot { following: inner.targets.is_some(), timing, age, ..inner.snapshot.clone() }
+        Snapshot { following: inner.targets.is_open(), timing, age, ..inner.snapshot.clone() }
     }
 
     /// A connection's part: a target. A later target replaces one that was not taken yet.
@@ -180,22 +132,12 @@ impl Shared {
     /// # Errors
     /// The reason why it is not followed.
     pub fn target(&self, connection: u64, q: Vec<f64>) -> Result<(), String> {
-        let mut inner = self.inner();
-        let Inner { targets, ended, .. } = &mut *inner;
-        let Some(targets) = targets.as_mut() else {
-            return Err(ended.as_ref().map_or_else(
-                || NOT_FOLLOWING.to_owned(),
-                |why| format!("the arm no longer follows targets: {why}; enter `follow` in its session"),
-            ));
-        };
-        if *targets.owner.get_or_insert(connection) != connection {
-            return Err("the arm follows the targets of another program".into());
-        }
-        if targets.over.is_some() {
-            return Err("the targets were ended".into());
-        }
-        (targets.newest, targets.received) = (Some(q), Some(Instant::now()));
-        Ok(())
+        self.inner().targets.take(connection, q)
+    }
+
+    /// A connection's part: it sends no more targets.
+    pub fn over(&self, connection: u64, over: Over) {
+        self.inner().targets.end(connection, over);
     }
 
     fn timing(&self) -> Option<String> {
@@ -205,18 +147,6 @@ impl Shared {
             *kept = Some((Instant::now(), control.timing()));
         }
         kept.as_ref().and_then(|(_, text)| text.clone())
-    }
-
-    /// A connection's part: it sends no more targets.
-    pub fn over(&self, connection: u64, over: Over) {
-        let mut inner = self.inner();
-        let Some(targets) = inner.targets.as_mut() else { return };
-        // Who ends the targets before the first one is their program, too. A connection that only looked is not.
-        let is_owner = targets.owner == Some(connection) || (targets.owner.is_none() && over == Over::Done);
-        if is_owner {
-            targets.owner = Some(connection);
-            targets.over.get_or_insert(over);
-        }
     }
 
     /// A connection's part: demands a stop. Returns the demands to wait for.
@@ -260,39 +190,10 @@ impl Shared {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
-    use super::{ControlLoop, Demanded, Over, Shared, StopOutcome};
+    use super::{ControlLoop, Demanded, Shared, StopOutcome};
     use std::sync::Arc;
     use std::sync::atomic::{AtomicU32, Ordering};
     use std::time::Duration;
-
-    #[test]
-    fn the_newest_target_of_one_program_is_taken_once() {
-        let shared = Shared::new(None);
-        assert!(shared.target(1, vec![0.0]).unwrap_err().contains("enter `follow`"), "not yet");
-        shared.open();
-        assert_eq!(shared.received().silent, None);
-        shared.over(3, Over::Gone);
-        assert_eq!(shared.received().over, None, "who only looked ends nothing");
-        shared.target(1, vec![0.0]).unwrap();
-        shared.target(1, vec![1.0]).unwrap();
-        assert!(shared.target(2, vec![9.0]).unwrap_err().contains("another program"));
-        shared.over(2, Over::Done);
-        let received = shared.received();
-        assert_eq!((received.target, received.over), (Some(vec![1.0]), None));
-        assert!(received.silent.unwrap() < Duration::from_secs(1));
-        assert_eq!(shared.received().target, None);
-        shared.over(1, Over::Done);
-        shared.over(1, Over::Gone);
-        assert_eq!(shared.received().over, Some(Over::Done));
-        assert!(shared.target(1, vec![2.0]).is_err(), "what is ended is ended");
-        shared.close("a stop");
-        shared.close("something later");
-        assert!(shared.target(1, vec![2.0]).unwrap_err().contains("a stop"));
-        assert!(!shared.snapshot().following);
-        shared.open();
-        shared.over(4, Over::Done);
-        assert_eq!(shared.received().over, Some(Over::Done), "before the first target");
-    }
 
     #[test]
     fn every_stop_waits_for_its_own_confirmation_and_an_emergency_stop_reaches_the_control_loop() {
