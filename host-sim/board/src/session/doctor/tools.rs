@@ -1,7 +1,7 @@
 //! The tools on this machine: compiler, emulator, probe, ports.
 
 use super::program::{Answer, ask, first_line};
-use super::{Check, Use};
+use super::{Check, State, Use};
 use std::path::{Path, PathBuf};
 
 /// Compiler target of the chip: Cortex-M4 with a single-precision unit.
@@ -14,26 +14,38 @@ const RUST_MIN: &str = env!("CARGO_PKG_RUST_VERSION");
 const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
 const CORE_SOURCE: &str = "lib/rustlib/src/rust/library/core/src/lib.rs";
 
-const SETUP: &str = "`cargo xtask setup` installs it";
-
 /// Checks of every tool, needed for these uses or not.
 #[must_use]
 pub fn checks(uses: &[Use]) -> Vec<Check> {
     let chip = uses.contains(&Use::Emulator) || uses.contains(&Use::Flash);
     let flash = uses.contains(&Use::Flash);
-    let mut checks = vec![rust(), chip_target(chip), emulator(uses.contains(&Use::Emulator)), probe_tool(flash)];
+    let mut checks = vec![
+        rust(),
+        chip_target(chip),
+        tool("emulator", "qemu-system-arm", uses.contains(&Use::Emulator), "`cargo xtask setup` installs it"),
+        tool("probe-rs", "probe-rs", flash, "`cargo install probe-rs-tools --locked`"),
+    ];
     checks.extend(probe(flash));
     checks.push(serial_ports());
     checks
 }
 
+/// Check of a program by its version.
+fn tool(name: &'static str, program: &str, needed: bool, advice: &str) -> Check {
+    match ask(program, &["--version"]) {
+        Answer::Said(text) => Check::ok(name, first_line(&text)),
+        Answer::Failed(why) => Check::wrong(name, needed, format!("{program} {why}"), advice),
+        Answer::Missing => Check::wrong(name, needed, format!("no {program} on the path"), advice),
+    }
+}
+
 fn rust() -> Check {
     const ADVICE: &str = "install a newer Rust: https://rustup.rs, or `rustup update`";
-    match ask("rustc", &["--version"]) {
-        Answer::Said(text) if is_new_enough(&text) => Check::ok("rust", first_line(&text)),
-        Answer::Said(text) => Check::wrong("rust", true, format!("{text}, expected {RUST_MIN} or newer"), ADVICE),
-        Answer::Failed(why) => Check::wrong("rust", true, format!("rustc {why}"), ADVICE),
-        Answer::Missing => Check::wrong("rust", true, "no rustc on the path", ADVICE),
+    match tool("rust", "rustc", true, ADVICE) {
+        Check { state: State::Ok, found, .. } if !is_new_enough(&found) => {
+            Check::wrong("rust", true, format!("{found}, expected {RUST_MIN} or newer"), ADVICE)
+        }
+        check => check,
     }
 }
 
@@ -68,23 +80,6 @@ fn chip_target(needed: bool) -> Check {
             format!("no {TARGET}"),
             format!("`rustup target add {TARGET}`, or let `cargo xtask setup` find a way"),
         ),
-    }
-}
-
-fn emulator(needed: bool) -> Check {
-    match ask("qemu-system-arm", &["--version"]) {
-        Answer::Said(text) => Check::ok("emulator", first_line(&text)),
-        Answer::Failed(why) => Check::wrong("emulator", needed, format!("qemu-system-arm {why}"), SETUP),
-        Answer::Missing => Check::wrong("emulator", needed, "no qemu-system-arm on the path", SETUP),
-    }
-}
-
-fn probe_tool(needed: bool) -> Check {
-    const ADVICE: &str = "`cargo install probe-rs-tools --locked`";
-    match ask("probe-rs", &["--version"]) {
-        Answer::Said(text) => Check::ok("probe-rs", first_line(&text)),
-        Answer::Failed(why) => Check::wrong("probe-rs", needed, format!("probe-rs {why}"), ADVICE),
-        Answer::Missing => Check::wrong("probe-rs", needed, "no probe-rs on the path", ADVICE),
     }
 }
 

@@ -3,8 +3,7 @@
 use super::{Direction, ENTRY, Head, Log, LogError, VERSION, encoded, entry};
 use crate::session::operate::messages;
 use dynamics_core::control::Encoder;
-use link::StateCode;
-use link::{Actuation, Frame, PROTOCOL_VERSION, Sensed, Status};
+use link::{Actuation, Frame, PROTOCOL_VERSION, Sensed, StateCode, Status};
 use robot_compiler::Robot;
 use sim::run::mcap_file::arm::ArmChannels;
 use sim::run::mcap_file::messages::{JointTick, LinkFrame, Message as _, Tick, Time, finite};

@@ -66,18 +66,16 @@ pub(super) fn replay<const N: usize>(
 }
 
 fn compare(tick: u32, recorded: &Frame, replayed: Option<&Frame>) -> Option<Difference> {
-    let Some(replayed) = replayed else {
-        let recorded = format!("{recorded:?}");
-        return Some(Difference { tick, field: "answer".into(), recorded, replayed: "none".into() });
-    };
-    if bits(recorded) == bits(replayed) {
-        return None;
-    }
     match (recorded, replayed) {
-        (Frame::Status(a), Frame::Status(b)) | (Frame::Past(Some(a)), Frame::Past(Some(b))) => difference(a, b),
-        _ => {
-            let (recorded, replayed) = (format!("{recorded:?}"), format!("{replayed:?}"));
-            Some(Difference { tick, field: "answer".into(), recorded, replayed })
+        (recorded, Some(replayed)) if bits(recorded) == bits(replayed) => None,
+        (Frame::Status(a), Some(Frame::Status(b))) | (Frame::Past(Some(a)), Some(Frame::Past(Some(b)))) => {
+            difference(a, b)
         }
+        (recorded, replayed) => Some(Difference {
+            tick,
+            field: "answer".into(),
+            recorded: format!("{recorded:?}"),
+            replayed: replayed.map_or_else(|| "none".into(), |replayed| format!("{replayed:?}")),
+        }),
     }
 }
