@@ -5,10 +5,11 @@
 
 use crate::process::{cargo, root, run, target_directory, which};
 use anyhow::{Context as _, Result, bail, ensure};
-use firmware_image::install::apt;
 use firmware_image::child_process::ChildProcess;
+use firmware_image::install::apt;
+use firmware_image::process::line_channel;
 use std::fs;
-use std::io::{BufRead as _, BufReader};
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -157,9 +158,8 @@ fn boot(kernel: &Path, files: &Path) -> Result<Vec<(String, bool)>> {
     qemu.arg("-kernel").arg(kernel).arg("-initrd").arg(files).args(["-append", "console=ttyS0 quiet panic=-1"]);
     let mut process = ChildProcess::spawn(&qemu, 4 * LONGEST, Stdio::piped(), Stdio::inherit())
         .context("cannot start qemu-system-x86_64")?;
-    let lines = BufReader::new(process.child().stdout.take().context("the emulator's output is piped")?);
-    let (sender, received) = std::sync::mpsc::channel();
-    std::thread::spawn(move || lines.lines().map_while(Result::ok).try_for_each(|line| sender.send(line)));
+    let output = process.child().stdout.take().context("the emulator's output is piped")?;
+    let received = line_channel(BufReader::new(output));
     let (begun, mut results) = (Instant::now(), Vec::new());
     loop {
         match received.recv_timeout(LONGEST.saturating_sub(begun.elapsed())) {

@@ -36,12 +36,7 @@ pub struct ChildProcess {
 }
 
 /// Starts the shells that run a command, and returns the pipe that keeps the child alive.
-fn start(
-    command: &Command,
-    limit: Duration,
-    stdout: Stdio,
-    stderr: Stdio,
-) -> io::Result<(Child, Option<ChildStdin>)> {
+fn start(command: &Command, limit: Duration, stdout: Stdio, stderr: Stdio) -> io::Result<(Child, Option<ChildStdin>)> {
     let program = command.get_program();
     let path = Path::new(program);
     let has_folder = path.components().count() > 1;

@@ -1,10 +1,11 @@
-//! Running of other programs, with errors that name them; files that only their owner can read.
+//! Running of other programs, with errors that name them; lines of a source; files that only their owner can read.
 
 use anyhow::{Context as _, Result, bail};
 use std::fs::OpenOptions;
-use std::io::{self, Write as _};
+use std::io::{self, BufRead, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::mpsc::{Receiver, channel};
 
 /// The workspace's folder.
 pub fn root() -> PathBuf {
@@ -68,6 +69,15 @@ pub fn run(command: &mut Command) -> Result<()> {
 pub fn output(command: &mut Command) -> Option<String> {
     let output = command.output().ok().filter(|output| output.status.success())?;
     Some(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+}
+
+/// Lines of a source, read by a thread of their own, so that a reader can wait for a limited time. The channel is closed at the end of the source, and
+/// after a line that cannot be read.
+pub fn line_channel(source: impl BufRead + Send + 'static) -> Receiver<String> {
+    let (sender, lines) = channel();
+    // It ends with the program at the latest: a read that waits cannot be interrupted.
+    std::thread::spawn(move || source.lines().map_while(Result::ok).try_for_each(|line| sender.send(line)));
+    lines
 }
 
 /// A path relative to the project's folder, if it is inside.

@@ -5,8 +5,9 @@
 
 use super::keys::{Editor, Event, Keyboard, Presses};
 use super::screen::Screen;
+use firmware_image::process::line_channel;
 use std::collections::VecDeque;
-use std::io::{self, BufRead, IsTerminal, Read, Write as _};
+use std::io::{self, BufRead as _, BufReader, IsTerminal as _, Read as _, Write as _};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -63,15 +64,7 @@ impl Console {
     #[must_use]
     pub fn standard_input() -> Self {
         if !io::stdin().is_terminal() {
-            let (sender, lines) = channel();
-            // The thread ends with the program, because a blocking read of a line cannot be interrupted.
-            std::thread::spawn(move || {
-                for line in io::stdin().lock().lines() {
-                    if line.is_err() || line.is_ok_and(|line| sender.send(line).is_err()) {
-                        break;
-                    }
-                }
-            });
+            let lines = line_channel(BufReader::new(io::stdin()));
             return Self::new(Source::Pipe(lines), "standard input".into());
         }
         let console = Self::new(Source::Script(VecDeque::new()), "standard input".into());
