@@ -14,13 +14,14 @@
 //! |---|---|
 //! | [`device`] | interface of a board or a dry run |
 //! | [`dry_run_device`], [`on_wire`], [`simulated_board`] | its implementations; [`wire`] simulates a link that loses frames |
-//! | [`command`] | the commands that an operator types |
+//! | [`command`], [`command_parser`] | the commands that an operator types |
 //! | [`console`], `keys` | the source of the commands: a script, a pipe or a terminal; the stop key |
 //! | `reason` | the reasons why a command was not completed |
 //! | [`dead_man`] | a key without which the arm does not move |
 //! | `converse` | the loop that executes them line by line |
 //! | `rejection` | the reason why a request had no effect |
 //! | `greeting` | hellos: starting a session or continuing one |
+//! | `operator_state` | questions about the session and its arm: moving, driven, in a fault |
 //! | `obey` | execution of a command, and its files |
 //! | `requests` | repetition of requests until they are answered, and lost frames |
 //! | `moment` | the time of a stop |
@@ -50,6 +51,7 @@
 //! | [`report`], [`table`], [`screen`] | output for the operator; the lowest lines of the terminal |
 
 pub mod command;
+pub mod command_parser;
 pub mod console;
 pub mod converse;
 pub mod dead_man;
@@ -82,6 +84,7 @@ mod motor_heat;
 mod moves;
 mod obey;
 mod observed;
+mod operator_state;
 mod planned_motion;
 mod reason;
 mod receive;
@@ -99,15 +102,13 @@ mod weigh;
 
 use crate::session::frame_log::Head;
 use crate::session::local::shared::Shared;
-use ::session::trajectory::WAYS;
 use arm::Arm;
 use dead_man::DeadMan;
 use device::Device;
 use following::Following;
 use heat::MotorHeat;
 pub use keys::Presses;
-use link::StateCode;
-use link::{Lines, Pacing, Refusal, Status, Value, Verdict};
+use link::{Lines, Refusal, Status, Value, Verdict};
 use moment::Moment;
 use motion_queue::MotionQueue;
 use observed::FirstMotion;
@@ -270,42 +271,5 @@ impl Operator {
             first_motion: FirstMotion::default(),
             heat: MotorHeat::default(),
         })
-    }
-
-    /// Names of the joints, base first.
-    pub fn joint_names(&self) -> Vec<String> {
-        self.arm.joints.iter().map(|(name, ..)| name.clone()).collect()
-    }
-
-    /// True if nothing was refused and the board is not in a fault.
-    pub fn is_content(&self) -> bool {
-        !self.refused && self.state() != Some(StateCode::Fault)
-    }
-
-    /// True if the board's own timer paces the ticks, as on a real board.
-    pub fn is_live(&self) -> bool {
-        self.device.pacing() == Pacing::Live
-    }
-
-    /// True if a motion is under way, or is being ended.
-    pub fn is_moving(&self) -> bool {
-        let pending = self.status.as_ref().is_some_and(|status| usize::from(status.room) < WAYS);
-        let feeds =
-            !self.feed.is_empty() || !self.under_way.is_empty() || self.following.is_some() || self.urgent.is_some();
-        self.state() == Some(StateCode::Running) && (pending || feeds)
-    }
-
-    /// Output for the user.
-    pub fn report(&self) -> &Report {
-        &self.report
-    }
-
-    fn state(&self) -> Option<StateCode> {
-        self.status.as_ref().map(|status| status.state)
-    }
-
-    /// True if the drives apply torque.
-    fn drives(&self) -> bool {
-        self.state().is_some_and(StateCode::has_torque)
     }
 }

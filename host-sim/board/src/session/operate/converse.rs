@@ -1,6 +1,7 @@
 //! The operator's main loop: executes every line of a console.
 
-use super::command::{Command, parse};
+use super::command::Command;
+use super::command_parser::parse;
 use super::console::{Console, Line};
 use super::ending::{Consent, Released};
 use super::{Operator, Stop};
