@@ -26,7 +26,8 @@
 //! | `requests` | repetition of requests until they are answered, and lost frames |
 //! | `moment` | the time of a stop |
 //! | `stop`, `stop_demands` | the stop key, the command `stop`, and stops of other programs |
-//! | `ending` | the end of torque: which joints sink, consent, parking |
+//! | `ending` | the end of torque: consent, parking |
+//! | `sinking` | joints that sink when the torque ends |
 //! | `arm`, `scene_arm` | data of the scene's arm; the operations that depend on the number of its joints |
 //! | `step` | passing of time: points are sent, frames received |
 //! | `planned_motion` | a motion of an arm with any number of joints |
@@ -93,6 +94,7 @@ mod requests;
 mod samples;
 mod scene_arm;
 mod session;
+mod sinking;
 mod step;
 mod stop;
 mod stop_demands;

@@ -103,6 +103,11 @@ impl Arm {
         })
     }
 
+    /// Name of a joint, and its units of position and force; empty for a joint that the arm does not have.
+    pub(super) fn joint(&self, joint: usize) -> (&str, &'static str, &'static str) {
+        self.joints.get(joint).map_or(("", "", ""), |(name, place, force)| (name.as_str(), *place, *force))
+    }
+
     fn of<const N: usize>(
         scene: &SceneFile,
         plays: &SceneFile,

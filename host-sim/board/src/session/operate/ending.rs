@@ -10,15 +10,7 @@
 use super::{Operator, Stop};
 use link::Request;
 use link::StateCode;
-use robot_compiler::check::on_stop_distance;
 use std::sync::atomic::Ordering;
-
-/// Smallest distance that counts as sinking, rad or m.
-const SINK_MIN: f64 = 0.02;
-
-/// Step of the estimate of how far a joint sinks, rad or m, and the most steps.
-const STEP: f64 = 0.005;
-const STEPS: usize = 4000;
 
 /// Permission to remove the torque of an arm that then sinks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,96 +34,7 @@ pub(crate) enum Released {
     Held,
 }
 
-/// A joint that sinks when its torque ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Sinking {
-    joint: usize,
-    /// Distance, rad or m.
-    distance: f64,
-    /// True if only its position limit, or the mechanical stop after it, ends the motion.
-    to_limit: bool,
-    /// Torque that gravity demands now, and the joint's friction, N m or N.
-    gravity: f64,
-    friction: f64,
-}
-
-/// Returns the joints that sink without torque. Each joint whose gravity torque exceeds its friction moves down in small steps, until friction or a
-/// position limit holds it. Dynamics are neglected: a real arm swings past this position.
-///
-/// `gravity` returns the torque that holds the arm at a position.
-fn sinking(q: &[f64], range: &[(f64, f64)], friction: &[f64], gravity: impl Fn(&[f64]) -> Vec<f64>) -> Vec<Sinking> {
-    let mut at = q.to_vec();
-    let first = gravity(q);
-    // A joint outside its limits sinks no farther, and is not lifted either.
-    let end = |joint: usize, down: f64| {
-        let (low, high) = range.get(joint).copied().unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
-        if down < 0.0 { low } else { high }
-    };
-    for _ in 0..STEPS {
-        let torque = gravity(&at);
-        let mut moved = false;
-        for (joint, at) in at.iter_mut().enumerate() {
-            let (torque, friction) =
-                (torque.get(joint).copied().unwrap_or(0.0), friction.get(joint).copied().unwrap_or(0.0));
-            let down = -torque.signum();
-            let room = (end(joint, down) - *at) * down;
-            if torque.abs() > friction && room > 0.0 {
-                *at += down * STEP.min(room);
-                moved = true;
-            }
-        }
-        if !moved {
-            break;
-        }
-    }
-    let of = |(joint, (from, to)): (usize, (&f64, &f64))| {
-        let distance = (to - from).abs();
-        let limit = end(joint, (to - from).signum());
-        (distance > SINK_MIN).then(|| Sinking {
-            joint,
-            distance,
-            to_limit: (to - limit).abs() <= STEP,
-            gravity: first.get(joint).map_or(0.0, |torque| torque.abs()),
-            friction: friction.get(joint).copied().unwrap_or(0.0),
-        })
-    };
-    q.iter().zip(&at).enumerate().filter_map(of).collect()
-}
-
 impl Operator {
-    /// Joints that sink when the torque ends; none for an arm with brakes, or where no torque acts.
-    pub(super) fn sinking(&self) -> Vec<Sinking> {
-        let (Some(q), false, true) = (&self.q, self.arm.has_brakes, self.drives()) else { return Vec::new() };
-        let still = vec![0.0; q.len()];
-        let friction: Vec<f64> = self.arm.friction.iter().map(|(_, coulomb)| *coulomb).collect();
-        let mut all = sinking(q, &self.arm.range, &friction, |q| {
-            self.arm.model.inverse_dynamics(q, &still, &still, self.arm.payload)
-        });
-        // A joint that rests on its mechanical stop, as in most rest poses, falls no farther.
-        all.retain(|sinking| {
-            let joint = self.arm.recorded.robot.joints.get(sinking.joint);
-            let near = joint.map_or(0.0, |joint| on_stop_distance(joint.spec.kind));
-            !sinking.to_limit || sinking.distance > near
-        });
-        all
-    }
-
-    fn sinking_in_words(&self, all: &[Sinking]) -> String {
-        let of = |sinking: &Sinking| {
-            let (name, place, force) =
-                self.arm.joints.get(sinking.joint).map_or(("", "", ""), |(name, a, b)| (name.as_str(), *a, *b));
-            let Sinking { distance, gravity, friction, .. } = *sinking;
-            let end = if sinking.to_limit { " to its limit" } else { "" };
-            format!(
-                "{name} by about {distance:.2} {place}{end} (gravity {gravity:.2} {force}, friction {friction:.2} {force})"
-            )
-        };
-        format!(
-            "this arm has no brakes; without torque these joints sink: {}",
-            all.iter().map(of).collect::<Vec<_>>().join(", ")
-        )
-    }
-
     /// True if the scene or the robot file gives a rest pose, and the control law follows a motion to it.
     pub(crate) fn can_park(&self) -> bool {
         self.arm.rest.is_some() && !self.arm.law.is_hand_guided()
@@ -147,13 +50,8 @@ impl Operator {
                 "park: the scene and its robot file give no rest pose; add `rest = [..]` to one of them".into(),
             ));
         };
-        if self.arm.law.is_hand_guided() {
-            // Its reference is where the hand leads the arm: it would report a motion and stay.
-            self.refused = true;
-            return self.say(
-                "park",
-                "park: rejected: an arm that is guided by hand follows no motion; choose another law (`law computed-torque`), or lead the arm to its rest pose and `disarm`",
-            );
+        if !self.follows_motions("park")? {
+            return Ok(());
         }
         self.hold_if_running()?;
         self.go_to_named("park", &rest, None)?;
@@ -225,21 +123,16 @@ impl Operator {
                 self.park()?;
                 let left = self.sinking();
                 if !left.is_empty() {
-                    self.refused = true;
                     let text = self.sinking_in_words(&left);
-                    self.say(
-                        "disarm",
-                        &format!("disarm: rejected: even at the rest pose, {text}; `disarm!` disarms anyway"),
-                    )?;
+                    self.reject("disarm", &format!("even at the rest pose, {text}; `disarm!` disarms anyway"))?;
                     return Ok(Released::Held);
                 }
                 self.ask(Request::Disarm)?;
                 Ok(if self.drives() { Released::Held } else { Released::Done })
             }
             (Consent::Rule | Consent::Given, false) => {
-                self.refused = true;
                 let what = "`disarm!` or `quit!` disarms anyway, and a `rest` pose in the scene lets the arm be parked";
-                self.say("disarm", &format!("disarm: rejected: {text}; {what}"))?;
+                self.reject("disarm", &format!("{text}; {what}"))?;
                 Ok(Released::Held)
             }
         }
@@ -296,6 +189,3 @@ impl Operator {
         self.seen = self.presses.load(Ordering::Relaxed);
     }
 }
-
-#[cfg(test)]
-mod tests;

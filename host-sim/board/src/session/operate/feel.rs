@@ -27,21 +27,21 @@ impl Operator {
     /// Selects another control law. A moving arm is stopped first. With the law `teach`, the arm is hand-guided from then on.
     pub(super) fn law(&mut self, law: ControlLaw) -> Result<(), Stop> {
         self.hold_if_running()?;
-        if law.is_hand_guided() && self.drives() && !self.may_be_led("teach")? {
+        let begins_guiding = law.is_hand_guided() && self.drives();
+        if begins_guiding && !self.may_be_led("teach")? {
             return Ok(());
         }
         let setting = Setting { index: LAW, value: f32::from(law.code()) };
         match self.answers(&[Frame::Set(setting)])?.pop() {
             Some(Err(refusal)) => {
-                let text = self.refusal_of("law", &refusal);
-                return self.say("law", &text);
+                return self.reject("law", &self.refusal_in_words(&refusal));
             }
             Some(Ok(_)) | None => {
                 self.arm.law = law;
                 self.say("law", &format!("law: {}", name(law)))?;
             }
         }
-        if law.is_hand_guided() && self.drives() { self.lead() } else { Ok(()) }
+        if begins_guiding && self.drives() { self.lead() } else { Ok(()) }
     }
 
     /// Sets every joint's stiffness to this multiple of the scene's and keeps the damping ratio: `Kp` scales with the factor, `Kd` with its square
@@ -55,12 +55,10 @@ impl Operator {
                 // The board allows a quarter to four times the built-in value.
                 Ok(value) if value.high.is_finite() => built_in.push((value.value, value.high / 4.0)),
                 Ok(_) => {
-                    let text = self.refusal_of("stiffness", &Refusal::Fixed);
-                    return self.say("stiffness", &text);
+                    return self.reject("stiffness", &self.refusal_in_words(&Refusal::Fixed));
                 }
                 Err(refusal) => {
-                    let text = self.refusal_of("stiffness", &refusal);
-                    return self.say("stiffness", &text);
+                    return self.reject("stiffness", &self.refusal_in_words(&refusal));
                 }
             }
         }
@@ -81,8 +79,8 @@ impl Operator {
                 let order = if factor > *from { [damped, stiff] } else { [stiff, damped] };
                 for setting in order {
                     if let Some(Err(refusal)) = self.answers(&[Frame::Set(setting)])?.pop() {
-                        let text = self.refusal_of("stiffness", &refusal);
-                        return self.say("stiffness", &format!("{text}; it stays at {now:.2} of the scene's"));
+                        let text = self.refusal_in_words(&refusal);
+                        return self.reject("stiffness", &format!("{text}; it stays at {now:.2} of the scene's"));
                     }
                 }
             }
@@ -101,11 +99,7 @@ impl Operator {
     /// that no torque jumps.
     pub(super) fn payload(&mut self, mass: f64, place: [f64; 3]) -> Result<(), Stop> {
         if !self.arm.payload_is_live {
-            self.refused = true;
-            return self.say(
-                "payload",
-                "payload: rejected: the scene has no live payload; set `payload = \"live\"` in its [model]",
-            );
+            return self.reject("payload", "the scene has no live payload; set `payload = \"live\"` in its [model]");
         }
         let goal: Inertia<f32> = Inertia::from_mass_centre(mass, &Vector3::from(place), &Matrix3::zeros()).cast();
         self.take_up("payload", &goal)
@@ -132,8 +126,8 @@ impl Operator {
                         Refusal::OutOfBounds => self.beyond_bounds(&goal),
                         _ => String::new(),
                     };
-                    let text = self.refusal_of(name, &refusal);
-                    return self.say(name, &format!("{text}{why}{told}"));
+                    let text = self.refusal_in_words(&refusal);
+                    return self.reject(name, &format!("{text}{why}{told}"));
                 }
             }
         }
@@ -148,7 +142,7 @@ impl Operator {
                     value.value, goal.mass
                 )
             }
-            Some(Err(refusal)) => self.refusal_of(name, &refusal),
+            Some(Err(refusal)) => return self.reject(name, &self.refusal_in_words(&refusal)),
             None => String::new(),
         };
         self.say(name, &text)
@@ -162,8 +156,7 @@ impl Operator {
         };
         let text = format!("{} kg{place} (0 to {} kg)", mass.value, mass.high);
         let Some(q) = &self.q else { return text };
-        let still = vec![0.0; q.len()];
-        let torque = |payload: &Inertia<f32>| self.arm.model.inverse_dynamics(q, &still, &still, Some(*payload));
+        let torque = |payload: &Inertia<f32>| self.arm.model.gravity(q, Some(*payload));
         let (before, after) = (torque(from), torque(to));
         let change = |(((name, _, unit), before), after): (((&String, &str, &str), &f64), &f64)| {
             format!("{name} {:+.2} {unit}", after - before)

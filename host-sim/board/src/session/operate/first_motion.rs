@@ -93,9 +93,8 @@ impl Operator {
         for k in 0..=SAMPLES {
             let link::Reference { q, qd, qdd } = motion.at(motion.duration() * f64::from(k) / f64::from(SAMPLES));
             let [q, qd, qdd] = [q, qd, qdd].map(|list| list.iter().copied().map(f64::from).collect::<Vec<f64>>());
-            let still = vec![0.0; q.len()];
-            let of = |qd: &[f64], qdd: &[f64]| self.arm.model.inverse_dynamics(&q, qd, qdd, self.arm.payload);
-            let (moving, weight) = (of(&qd, &qdd), of(&still, &still));
+            let moving = self.arm.model.inverse_dynamics(&q, &qd, &qdd, self.arm.payload);
+            let weight = self.arm.model.gravity(&q, self.arm.payload);
             let joints = self.arm.torque.iter().zip(&self.arm.friction).zip(&self.arm.velocity);
             for ((torque, weight), ((limit, (viscous, coulomb)), velocity)) in moving.iter().zip(weight).zip(joints) {
                 let drag = if velocity.is_finite() { viscous * share * velocity } else { 0.0 };
@@ -112,8 +111,7 @@ impl Operator {
             self.first_motion.from = None;
             return;
         };
-        let still = vec![0.0; q.len()];
-        let gravity = self.arm.model.inverse_dynamics(q, &still, &still, self.arm.payload);
+        let gravity = self.arm.model.gravity(q, self.arm.payload);
         let first = Range {
             position: (f64::INFINITY, f64::NEG_INFINITY),
             speed: 0.0,

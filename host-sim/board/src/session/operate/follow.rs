@@ -7,7 +7,7 @@ use super::command::Command;
 use super::follower::{Follower, JointBounds};
 use super::following::Following;
 use super::heat::Heat;
-use super::motion_queue::{SPEED_SHARE, STEP};
+use super::motion_queue::SPEED_SHARE;
 use super::{Operator, Stop};
 use crate::session::local::shared::Shared;
 use crate::session::local::snapshot::{Greeting, Snapshot};
@@ -81,28 +81,25 @@ impl Operator {
         shared.publish(snapshot, self.is_live());
     }
 
-    fn refuse_to_follow(&mut self, why: &str) -> Result<(), Stop> {
-        self.refused = true;
-        self.say("follow", &format!("follow: rejected: {why}"))
-    }
-
     /// Follows the targets of another program that come at most `patience` (s) after each other.
     pub(super) fn follow(&mut self, patience: f64) -> Result<(), Stop> {
         let Some(shared) = self.shared.clone() else {
-            return self.refuse_to_follow(
+            return self.reject(
+                "follow",
                 "other programs cannot reach this session; in a dry run, `follow` needs a person at a terminal",
             );
         };
         if self.limit().is_some() {
-            return self.refuse_to_follow(
+            return self.reject(
+                "follow",
                 "in the first motion after homing no other program moves the arm: `jog` every joint a little, then `full-range`",
             );
         }
-        if self.arm.law.is_hand_guided() {
-            return self.refuse_to_follow("this control law follows no reference");
+        if !self.follows_motions("follow")? {
+            return Ok(());
         }
         if self.is_moving() {
-            return self.refuse_to_follow("the arm moves; `hold` first");
+            return self.reject("follow", "the arm moves; `hold` first");
         }
         let here = self.here()?;
         let bounds: Vec<_> = (self.arm.range.iter().zip(&self.arm.velocity).zip(&self.arm.acceleration))
@@ -112,14 +109,14 @@ impl Operator {
                 acceleration: ACCELERATION_SHARE * acceleration,
             })
             .collect();
-        let ticks = (STEP / self.arm.period).round().clamp(1.0, f64::from(u16::MAX)) as u16;
-        let Some(follower) = Follower::new(&here, &bounds, f64::from(ticks) * self.arm.period) else {
-            return self.refuse_to_follow("a joint has no limit of its velocity or acceleration");
+        let step = f64::from(self.feed.step()) * self.arm.period;
+        let Some(follower) = Follower::new(&here, &bounds, step) else {
+            return self.reject("follow", "a joint has no limit of its velocity or acceleration");
         };
         if !self.torque_is_believed()? || !self.dead_man_is_held("follow")? {
             return Ok(());
         }
-        self.following = Some(Following { follower, ticks, patience });
+        self.following = Some(Following { follower, patience });
         let begun = self.set_out(Vec::new(), &here, here.clone());
         if !matches!(begun, Ok(None)) {
             self.leave_targets("the arm did not start");
@@ -129,8 +126,7 @@ impl Operator {
             // The goal is wherever the targets lead.
             self.goal = None;
             shared.open();
-            let needed = self.needed();
-            self.watch(needed)?;
+            self.watch_as_needed()?;
         }
         self.answer(
             "follow",
@@ -200,7 +196,7 @@ impl Operator {
         match &mut self.following {
             Some(following) if self.feed.is_empty() => {
                 let wanted = at_board < AHEAD && !following.follower.has_stopped();
-                wanted.then(|| Point { ticks: following.ticks, reference: following.follower.next_point() })
+                wanted.then(|| Point { ticks: self.feed.step(), reference: following.follower.next_point() })
             }
             _ => self.feed.next_point(),
         }

@@ -7,8 +7,6 @@ use super::follower::Follower;
 pub(super) struct Following {
     /// The reference.
     pub(super) follower: Follower,
-    /// Ticks between two points.
-    pub(super) ticks: u16,
     /// Longest time between two targets, s.
     pub(super) patience: f64,
 }

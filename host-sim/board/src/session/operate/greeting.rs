@@ -4,8 +4,7 @@ use super::device::{DeviceError, SILENCE};
 use super::session::PARTS;
 use super::{Operator, Stop};
 use crate::chip::ChipError;
-use link::StateCode;
-use link::{Frame, Hello, Parts, Watch};
+use link::{Frame, Hello, Parts, StateCode, Watch};
 use robot_compiler::names;
 
 /// Number of hellos sent to a board that does not answer, or whose first tick was missed.

@@ -19,14 +19,9 @@ impl Operator {
         Ok(self.is_seen(name)? && self.gravity_is_good_enough(name)? && self.is_clear_of_walls(name)?)
     }
 
-    /// True if the arm may begin what this command asks for. Under a law for hand guiding, only `run` begins something: hand guiding, under the
-    /// conditions of `teach`.
-    pub(super) fn may_begin(&mut self, name: &str) -> Result<bool, Stop> {
-        match (self.arm.law.is_hand_guided(), name, self.state()) {
-            (false, ..) | (true, "run", Some(StateCode::Running)) => Ok(true),
-            (true, "run", _) => self.may_be_led(name),
-            (true, ..) => Ok(self.is_seen(name)? && self.follows_motions(name)?),
-        }
+    /// True if a motion that begins now would begin hand guiding.
+    pub(super) fn begins_guiding(&self) -> bool {
+        self.arm.law.is_hand_guided() && self.state() != Some(StateCode::Running)
     }
 
     /// True if the law follows a motion. Under a law for hand guiding the reference is the arm's own position: a motion would only let the arm go.
@@ -34,19 +29,19 @@ impl Operator {
         if !self.arm.law.is_hand_guided() {
             return Ok(true);
         }
-        self.refused = true;
-        self.say(
-            name,
-            &format!("{name}: rejected: an arm that is guided by hand follows no motion; choose another law (`law computed-torque`) first"),
-        )?;
-        Ok(false)
+        let why = "an arm that is guided by hand follows no motion; choose another law (`law computed-torque`) first";
+        self.reject(name, why).map(|()| false)
+    }
+
+    /// True if the arm may begin a motion. Under a law for hand guiding it may not, and the limits of the first motion are then the first reason.
+    pub(super) fn may_move(&mut self, name: &str) -> Result<bool, Stop> {
+        Ok(!self.arm.law.is_hand_guided() || (self.is_seen(name)? && self.follows_motions(name)?))
     }
 
     /// True if the limits of the first motion are lifted. While they are in force, a joint that is guided too fast is a fault, and an arm without brakes
     /// then sinks.
     fn is_seen(&mut self, name: &str) -> Result<bool, Stop> {
         let Some(share) = self.limit() else { return Ok(true) };
-        self.refused = true;
         let percent = 100.0 * share;
         let what_to_do = match (self.arm.law.is_hand_guided(), self.arm.tunable) {
             (false, _) => "`jog` every joint a little, then lift the limits with `full-range`",
@@ -59,11 +54,11 @@ impl Operator {
                  motion uses that law and `teach` follows in the same session; `full-range` lifts the limits here although nothing was seen of the arm"
             }
         };
-        self.say(
+        self.reject(
             name,
             &format!(
-                "{name}: rejected: in the first motion after homing (`first_motion` in [safety]) a hand that leads a joint faster than {percent:.0} % \
-                 of its velocity bound causes fault 5; {what_to_do}"
+                "in the first motion after homing (`first_motion` in [safety]) a hand that leads a joint faster than {percent:.0} % of its \
+                 velocity bound causes fault 5; {what_to_do}"
             ),
         )?;
         Ok(false)
@@ -80,19 +75,13 @@ impl Operator {
         if inside.is_empty() {
             return Ok(true);
         }
-        self.refused = true;
         let way_out = match self.arm.tunable {
             true => "under a law that follows a reference, `jog` or `goto` moves them out",
             false => "`disarm` with the arm supported, bring them out by hand, and arm again",
         };
-        self.say(
-            name,
-            &format!(
-                "{name}: rejected: in the soft walls of hand guiding, which would push at once, stand {}; {way_out}",
-                inside.join(", ")
-            ),
-        )?;
-        Ok(false)
+        let inside = inside.join(", ");
+        let why = format!("in the soft walls of hand guiding, which would push at once, stand {inside}; {way_out}");
+        self.reject(name, &why).map(|()| false)
     }
 
     /// Reports the error of the gravity model before hand guiding. Returns false, and leaves the arm as it is, if a joint's error exceeds its
@@ -112,17 +101,13 @@ impl Operator {
                 break;
             }
         }
-        let needed = self.needed();
-        self.watch(needed)?;
+        self.watch_as_needed()?;
         let Some(errors) = seen else {
-            self.refused = true;
-            let why = "rejected: the gravity model cannot be checked: no torque acts, or too few reports come";
-            self.say(name, &format!("{name}: {why}"))?;
+            self.reject(name, "the gravity model cannot be checked: no torque acts, or too few reports come")?;
             return Ok(false);
         };
         let in_words = |error: &GravityError| {
-            let (name, unit) =
-                self.arm.joints.get(error.joint).map_or(("", ""), |(name, _, unit)| (name.as_str(), *unit));
+            let (name, _, unit) = self.arm.joint(error.joint);
             format!("{name} {:.2} {unit} (friction {:.2})", error.error.abs(), error.friction)
         };
         let share = |error: &GravityError| error.error.abs() / error.friction;
@@ -135,21 +120,21 @@ impl Operator {
             self.say(name, &found)?;
             return Ok(true);
         }
-        self.refused = true;
-        self.say(
+        self.reject(
             name,
             &format!(
-                "{name}: rejected: the error of the gravity model exceeds the friction, so the arm would drift: {}; declare what it \
-                 holds with `payload`, or with `weigh` under another law, or run `newtau identify`",
+                "the error of the gravity model exceeds the friction, so the arm would drift: {}; declare what it holds with \
+                 `payload`, or with `weigh` under another law, or run `newtau identify`",
                 drifting.join(", ")
             ),
         )?;
         Ok(false)
     }
 
-    /// Starts hand guiding: the arm runs, and its reference follows its position.
+    /// Starts hand guiding of an arm that may be led: the arm runs, and its reference follows its position. The walls again: the arm may have
+    /// moved while the law was changed.
     pub(super) fn lead(&mut self) -> Result<(), Stop> {
-        if !self.torque_is_believed()? || !self.is_clear_of_walls("teach")? {
+        if !self.is_clear_of_walls("teach")? {
             return Ok(());
         }
         let here = self.here()?;

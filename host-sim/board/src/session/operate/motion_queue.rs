@@ -27,7 +27,8 @@ const REST_TO_REST_JERK: f64 = 60.0;
 #[derive(Clone, Debug)]
 pub struct MotionQueue {
     period: f64,
-    step: u64,
+    /// Ticks between two points.
+    step: u16,
     start: Option<link::Reference>,
     legs: VecDeque<Leg>,
 }
@@ -48,10 +49,16 @@ impl MotionQueue {
     pub fn new(period: f64) -> Self {
         Self {
             period,
-            step: (STEP / period).round().clamp(1.0, f64::from(u16::MAX)) as u64,
+            step: (STEP / period).round().clamp(1.0, f64::from(u16::MAX)) as u16,
             start: None,
             legs: VecDeque::new(),
         }
+    }
+
+    /// Ticks between two points.
+    #[must_use]
+    pub fn step(&self) -> u16 {
+        self.step
     }
 
     /// Removes all unsent motions.
@@ -85,7 +92,7 @@ impl MotionQueue {
             return Some(Point { ticks: 0, reference });
         }
         let leg = self.legs.front_mut()?;
-        let ticks = self.step.min(leg.ticks - leg.sent);
+        let ticks = u64::from(self.step).min(leg.ticks - leg.sent);
         leg.sent += ticks;
         let done = leg.sent == leg.ticks;
         let reference = if done { leg.motion.end() } else { leg.motion.at(leg.sent as f64 * self.period) };

@@ -4,8 +4,7 @@ use super::planned_motion::PlannedMotion;
 use super::rejection::Rejection;
 use super::{Operator, Stop};
 use dynamics_core::control::trajectory::MotionError;
-use link::StateCode;
-use link::{Frame, Request};
+use link::{Frame, Request, StateCode};
 use std::rc::Rc;
 
 impl Operator {
@@ -45,6 +44,9 @@ impl Operator {
             way => format!("; {way:.2} s to its start, then {motions}"),
         };
         let legs = lead.into_iter().chain((0..times).map(|_| Rc::clone(&motion))).collect();
+        if self.begins_guiding() && !self.may_be_led("run")? {
+            return Ok(());
+        }
         self.go("run", legs, &here, goal, &text)
     }
 
@@ -75,6 +77,9 @@ impl Operator {
             return self.say(name, &format!("{name}: the arm is there"));
         }
         let (motion, slowed) = self.way(name, here, &goal, time)?;
+        if !self.may_move(name)? {
+            return Ok(());
+        }
         let text = format!("; {:.2} s{slowed}", motion.duration());
         self.go(name, vec![motion], here, goal, &text)
     }
@@ -101,7 +106,7 @@ impl Operator {
         Ok(self.at_first_speed(motion))
     }
 
-    /// Sends these motions after the motions already under way, and reports the result.
+    /// Sends these motions after the motions already under way, and reports the result. The caller has checked that the law admits them.
     fn go(
         &mut self,
         name: &str,
@@ -110,12 +115,11 @@ impl Operator {
         goal: Vec<f64>,
         text: &str,
     ) -> Result<(), Stop> {
-        if !self.may_begin(name)? || !self.torque_is_believed()? || !self.dead_man_is_held(name)? {
+        if !self.torque_is_believed()? || !self.dead_man_is_held(name)? {
             return Ok(());
         }
         // The walls again: the arm may have been moved while the key was awaited.
-        let begins_guiding = self.arm.law.is_hand_guided() && self.state() != Some(StateCode::Running);
-        if begins_guiding && !self.is_clear_of_walls(name)? {
+        if self.begins_guiding() && !self.is_clear_of_walls(name)? {
             return Ok(());
         }
         let denial = self.set_out(legs, here, goal)?;
@@ -149,6 +153,15 @@ impl Operator {
             self.goal = None;
         }
         Ok(denial)
+    }
+
+    /// True if the arm is held at rest, and follows motions.
+    pub(super) fn may_test(&mut self, name: &str) -> Result<bool, Stop> {
+        let is_held = matches!(self.state(), Some(StateCode::Armed | StateCode::Holding | StateCode::Running));
+        if !is_held || self.is_moving() {
+            return self.reject(name, "the arm is not held at rest; `arm` first").map(|()| false);
+        }
+        self.follows_motions(name)
     }
 
     /// Moves to a position and back, each in this time (s), and waits for the end. Returns the reason if the board rejects one of the two motions.

@@ -58,8 +58,7 @@ impl Operator {
             Command::Watch(every) => {
                 let tick = self.status.as_ref().map_or(0, |status| status.tick);
                 self.print = (every, tick);
-                let needed = self.needed();
-                self.watch(needed)?;
+                self.watch_as_needed()?;
             }
             Command::Dump(file) => self.dump(file.as_deref())?,
             Command::Record(file) => self.record(file.as_deref())?,
@@ -97,17 +96,14 @@ impl Operator {
         let what_in_words = match what {
             Cut::Host => "host".to_owned(),
             Cut::Bus(bus) => format!("bus {}", bus + 1),
-            Cut::Drive(joint) => format!("drive of {}", self.arm.joints.get(joint).map_or("", |(name, ..)| name)),
+            Cut::Drive(joint) => format!("drive of {}", self.arm.joint(joint).0),
         };
         match self.device.cut(what, cut) {
             Ok(()) => {
                 self.heard = self.device.now();
                 self.say(name, &format!("{name}: {what_in_words}"))
             }
-            Err(why) => {
-                self.refused = true;
-                self.say(name, &format!("{name}: rejected: {why}"))
-            }
+            Err(why) => self.reject(name, &why),
         }
     }
 
@@ -130,8 +126,7 @@ impl Operator {
             return self.answer(name, None, "");
         }
         if self.is_live() {
-            self.refused = true;
-            return self.say(name, &format!("{name}: rejected: this arm has an emergency stop of its own"));
+            return self.reject(name, "this arm has an emergency stop of its own");
         }
         self.lines.emergency_stop = pressed;
         self.asking = true;
@@ -152,8 +147,7 @@ impl Operator {
                 break past;
             }
             if self.device.now() > end {
-                self.refused = true;
-                return self.say("dump", "dump: rejected: the black box did not come whole; ask again");
+                return self.reject("dump", "the black box did not come whole; ask again");
             }
         };
         let text = match file {
@@ -165,8 +159,7 @@ impl Operator {
                 let written =
                     claimed.and_then(|()| table::write_csv(&past, self.arm.joints.len(), file).map_err(error));
                 if let Err(problem) = written {
-                    self.refused = true;
-                    return self.say("dump", &format!("dump: rejected: {problem}"));
+                    return self.reject("dump", &problem);
                 }
                 self.outputs.written(&[file.to_owned()]).ok();
                 format!("dump: {} ticks, {}", past.len(), file.display())
@@ -183,18 +176,15 @@ impl Operator {
     fn record(&mut self, file: Option<&Path>) -> Result<(), Stop> {
         let Some(file) = file else {
             self.device.tap().record(None)?;
-            let needed = self.needed();
-            self.watch(needed)?;
+            self.watch_as_needed()?;
             return self.say("record", "record: off");
         };
         if self.drives() {
-            self.refused = true;
-            let why = "record: rejected: the arm is driven, and a record begins with a new session; `disarm` first";
-            return self.say("record", why);
+            let why = "the arm is driven, and a record begins with a new session; `disarm` first";
+            return self.reject("record", why);
         }
         if let Err(problem) = self.claim(file) {
-            self.refused = true;
-            return self.say("record", &format!("record: rejected: {problem}"));
+            return self.reject("record", &problem);
         }
         self.keep(file)?;
         self.begin()?;

@@ -101,7 +101,10 @@ impl Operator {
                         let value = Value { value: at_tip.map_or(value.value, |at_tip| *at_tip as f32), ..value };
                         format!("  {}", self.value_in_words(&value))
                     }
-                    Err(refusal) => self.refusal_of("get", &refusal),
+                    Err(refusal) => {
+                        self.refused = true;
+                        format!("get: rejected: {}", self.refusal_in_words(&refusal))
+                    }
                 });
             }
         }
@@ -173,7 +176,7 @@ impl Operator {
         }
         let text = match self.answers(&[Frame::Set(setting)])?.pop() {
             Some(Ok(value)) => format!("set: {}", self.value_in_words(&value)),
-            Some(Err(refusal)) => self.refusal_of("set", &refusal),
+            Some(Err(refusal)) => return self.reject("set", &self.refusal_in_words(&refusal)),
             None => String::new(),
         };
         self.say("set", &text)
@@ -212,7 +215,7 @@ impl Operator {
     }
 
     /// Describes why the board rejects a change, with advice.
-    fn rejection(&self, refusal: &Refusal) -> String {
+    pub(super) fn refusal_in_words(&self, refusal: &Refusal) -> String {
         match (refusal, self.arm.tunable) {
             (Refusal::Fixed, false) => "the firmware holds gains, friction and control law in flash memory, because its scene does not \
                                         set `tunable = true` in [control]; set it, then build and flash the firmware again"
@@ -222,11 +225,6 @@ impl Operator {
                 .into(),
             _ => refusal_in_words(refusal),
         }
-    }
-
-    pub(super) fn refusal_of(&mut self, command: &str, refusal: &Refusal) -> String {
-        self.refused = true;
-        format!("{command}: rejected: {}", self.rejection(refusal))
     }
 
     /// A value in words, for example `elbow position gain 100 1/s^2 (25 to 400)`.

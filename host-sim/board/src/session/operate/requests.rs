@@ -6,8 +6,7 @@
 use super::device::{DeviceError, SILENCE};
 use super::rejection::Rejection;
 use super::{Operator, Stop, messages};
-use link::StateCode;
-use link::{Denial, Frame, Request, Verdict};
+use link::{Denial, Frame, Request, StateCode, Verdict};
 use std::time::Duration;
 
 /// Interval at which a request is sent again.
@@ -46,8 +45,7 @@ impl Operator {
         let judged = judged.and_then(|rejection| self.until_settled().map(|()| rejection));
         (self.asking, self.stopping) = (false, false);
         let rejection = judged?;
-        let needed = self.needed();
-        self.watch(needed)?;
+        self.watch_as_needed()?;
         Ok(rejection)
     }
 

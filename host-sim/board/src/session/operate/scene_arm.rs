@@ -48,6 +48,12 @@ pub(super) trait ArmModel: fmt::Debug {
     /// Torques of a motion by the controller's model, N m or N. The payload is in the tip frame.
     fn inverse_dynamics(&self, q: &[f64], qd: &[f64], qdd: &[f64], payload: Option<Inertia<f32>>) -> Vec<f64>;
 
+    /// Torques that hold the arm at a position, N m or N.
+    fn gravity(&self, q: &[f64], payload: Option<Inertia<f32>>) -> Vec<f64> {
+        let still = vec![0.0; q.len()];
+        self.inverse_dynamics(q, &still, &still, payload)
+    }
+
     /// Estimates the payload from a log, with the model as known. The payload is in the last link's frame. `friction`: viscous and Coulomb
     /// coefficients of each joint.
     fn weigh(&self, log: &Log, friction: &[(f64, f64)]) -> Payload;

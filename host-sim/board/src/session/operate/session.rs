@@ -7,8 +7,7 @@ use super::requests::name_of;
 use super::{Operator, Stop};
 use crate::chip::ChipError;
 use dynamics_core::safety::HoldCause;
-use link::StateCode;
-use link::{Denial, Frame, Parts, Request, Watch};
+use link::{Denial, Frame, Parts, Request, StateCode, Watch};
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
@@ -51,6 +50,12 @@ impl Operator {
         self.send(&Frame::Watch(Watch { every, parts }))
     }
 
+    /// Sets the interval that is needed now.
+    pub(super) fn watch_as_needed(&mut self) -> Result<(), Stop> {
+        let needed = self.needed();
+        self.watch(needed)
+    }
+
     /// Parts of the reports at this interval. They include the reference if the link has time for it, and if the board estimates no external torques,
     /// which would take the same field.
     pub(super) fn parts(&mut self, every: u16) -> Parts {
@@ -79,10 +84,9 @@ impl Operator {
         }
         if request == Request::Arm && self.is_live() {
             if self.resumed && !self.learn_payload()? {
-                self.refused = true;
-                return self.say(
+                return self.reject(
                     name,
-                    "arm: rejected: the controller does not report the payload that it holds; declare it with `payload`",
+                    "the controller does not report the payload that it holds; declare it with `payload`",
                 );
             }
             // The live inputs of the hello may have been lost.
@@ -167,7 +171,7 @@ impl Operator {
                 let off =
                     q.iter().zip(goal).map(|(q, goal)| (q - goal).abs()).enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
                 let (joint, off) = off.unwrap_or((0, 0.0));
-                let (name, unit) = self.arm.joints.get(joint).map_or(("", ""), |(name, unit, _)| (name, unit));
+                let (name, unit, _) = self.arm.joint(joint);
                 format!("wait: arrived; furthest off: {name}, by {off:.2e} {unit}")
             }
             _ => format!("wait: {}", self.doing()),

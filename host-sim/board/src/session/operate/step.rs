@@ -48,6 +48,12 @@ impl Operator {
         Ok(self.report.say(about, text, self.seen_now().as_ref())?)
     }
 
+    /// Reports that a command is rejected, and why.
+    pub(super) fn reject(&mut self, name: &str, why: &str) -> Result<(), Stop> {
+        self.refused = true;
+        self.say(name, &format!("{name}: rejected: {why}"))
+    }
+
     pub(super) fn send(&mut self, frame: &Frame) -> Result<(), Stop> {
         Ok(self.device.send(frame)?)
     }

@@ -49,9 +49,7 @@ impl Operator {
                 break;
             }
             if begun.elapsed() > TAB_WAIT {
-                self.refused = true;
-                self.say(name, &format!("{name}: rejected: Tab was not held"))?;
-                return Ok(false);
+                return self.reject(name, "Tab was not held").map(|()| false);
             }
             if !told {
                 told = true;

@@ -144,7 +144,7 @@ impl Operator {
 
     fn finding_in_words(&self, finding: &Finding, common: bool) -> String {
         let Finding { joint, factor, acted, told } = *finding;
-        let (name, _, unit) = self.arm.joints.get(joint).map_or(("", "", ""), |(name, a, b)| (name.as_str(), *a, *b));
+        let (name, _, unit) = self.arm.joint(joint);
         let what = if factor < 0.0 {
             "has the opposite sign of the commanded torque".to_owned()
         } else {
@@ -173,8 +173,7 @@ impl Operator {
         if missing > 0.0 {
             self.watch(1)?;
             self.wait(missing)?;
-            let needed = self.needed();
-            self.watch(needed)?;
+            self.watch_as_needed()?;
         }
         self.judged = true;
         let Some((text, grave)) = self.torque_in_words() else { return Ok(true) };
@@ -194,21 +193,14 @@ impl Operator {
 
     /// Moves one joint, or each in turn, slightly back and forth, and reports the ratio of actual to commanded torque.
     pub(super) fn check_torque(&mut self, joint: Option<usize>) -> Result<(), Stop> {
-        let held = matches!(self.state(), Some(StateCode::Armed | StateCode::Holding | StateCode::Running))
-            && !self.is_moving();
-        if !held {
-            self.refused = true;
-            return self.say("check-torque", "check-torque: rejected: the arm is not held at rest; `arm` first");
-        }
-        if !self.follows_motions("check-torque")? {
+        if !self.may_test("check-torque")? {
             return Ok(());
         }
         let joints = joint.map_or(0..self.arm.joints.len(), |joint| joint..joint + 1);
         let mut lines = Vec::new();
         for joint in joints {
             let line = self.check_one(joint)?;
-            let name = self.arm.joints.get(joint).map_or("", |(name, ..)| name);
-            lines.push(format!("  {name:<12} {line}"));
+            lines.push(format!("  {:<12} {line}", self.arm.joint(joint).0));
             if !self.drives() {
                 break;
             }
@@ -245,8 +237,7 @@ impl Operator {
     /// Restores the reporting interval and the number of samples kept.
     pub(super) fn watch_as_before(&mut self) -> Result<(), Stop> {
         self.samples.keep(0);
-        let needed = self.needed();
-        self.watch(needed)
+        self.watch_as_needed()
     }
 
     /// Fits `commanded = s acted + c sign(qd)` over the last motion. Returns `1 / s` and its standard deviation as text; `None` if the motion is not

@@ -7,7 +7,6 @@ use super::{Operator, Stop};
 use dynamics_core::Inertia;
 use identification::log::Log;
 use identification::payload::Payload;
-use link::StateCode;
 
 /// Distance that every joint moves, rad or m; and the duration as a multiple of the shortest possible one.
 const REACH: f64 = 0.35;
@@ -27,18 +26,10 @@ impl Operator {
     ///
     /// The arm's own model and friction, from the scene, count as exact.
     pub(super) fn weigh(&mut self) -> Result<(), Stop> {
-        let refused = |operator: &mut Self, why: &str| {
-            operator.refused = true;
-            operator.say("weigh", &format!("weigh: rejected: {why}"))
-        };
         if !self.arm.payload_is_live {
-            return refused(self, "the scene has no live payload; `payload = \"live\"` in its [model]");
+            return self.reject("weigh", "the scene has no live payload; `payload = \"live\"` in its [model]");
         }
-        if !matches!(self.state(), Some(StateCode::Armed | StateCode::Holding | StateCode::Running)) || self.is_moving()
-        {
-            return refused(self, "the arm is not held at rest; `arm` first");
-        }
-        if !self.follows_motions("weigh")? || !self.torque_is_believed()? {
+        if !self.may_test("weigh")? || !self.torque_is_believed()? {
             return Ok(());
         }
         let here = self.here()?;
@@ -50,14 +41,13 @@ impl Operator {
             self.samples.keep((2.5 * time / self.arm.period) as usize);
             if let Some(denial) = self.back_and_forth("weigh", here.clone(), there, time)? {
                 self.watch_as_before()?;
-                return refused(self, &super::messages::rejection(&denial));
+                return self.reject("weigh", &super::messages::rejection(&denial));
             }
             samples.extend(self.samples.all().cloned());
         }
         self.watch_as_before()?;
         if !self.drives() || samples.len() < SAMPLES_MIN {
-            let doing = self.seen_now().map(|seen| seen.doing()).unwrap_or_default();
-            return refused(self, &format!("it did not come to its end: {doing}"));
+            return self.reject("weigh", &format!("it did not come to its end: {}", self.doing()));
         }
         let held = self.arm.model.weigh(&log(&samples, &self.arm), &self.arm.friction);
         let (text, goal) = in_words(&held, self.arm.model.as_ref());
