@@ -7,7 +7,7 @@ use dynamics_core::drive::Drives;
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, Trig};
 use robot_compiler::scene::axis_to_tip;
-use robot_compiler::{FileError, Robot, SceneFile, with_dof};
+use robot_compiler::{FileError, Robot, SceneFile, conflict_on_one_bus, with_dof};
 use std::path::Path;
 
 use crate::common::{files, top};
@@ -187,9 +187,9 @@ fn damiao_drives_with_replies_that_can_be_told_apart_are_accepted() {
         };
         let text =
             format!("name = \"two\"\n{}{}", joint("a", buses.0, first, reply), joint("b", buses.1, second, other));
-        Robot::from_toml_str(&text, "two.toml").map(|_| ())
+        Robot::from_toml_str(&text, "two.toml")
     };
-    let problem = |result: Result<(), FileError>| result.unwrap_err().problem().to_owned();
+    let problem = |result: Result<Robot, FileError>| result.unwrap_err().problem().to_owned();
     assert!(problem(two((1, 0), (17, 0), (1, 1))).contains("low 4 bits"));
     assert!(problem(two((3, 9), (0x23, 9), (1, 1))).contains("both end in 3"));
     // Different low bits, different replies, different buses.
@@ -202,6 +202,17 @@ fn damiao_drives_with_replies_that_can_be_told_apart_are_accepted() {
     assert!(two((1, 17), (2, 0x103), (1, 1)).is_ok());
     assert!(problem(two((1, 17), (2, 0x7ff), (1, 1))).contains("settings of damiao drives"));
     assert!(two((1, 17), (2, 0x7fe), (1, 1)).is_ok());
+    // Two buses keep these apart, one does not.
+    for (first, second, found) in [
+        ((1, 0), (17, 0), "the drive of \"b\": identifiers 17 and 1 (of \"a\") on bus 1 both end in 1"),
+        ((1, 17), (1, 18), "the drive of \"b\": identifier 1 on bus 1 is that of \"a\""),
+        ((1, 2), (2, 18), "the drive of \"a\": replies with identifier 2, which is a command's on bus 1"),
+        ((1, 17), (2, 0x101), "the drive of \"b\": replies of one of 2 and 1"),
+    ] {
+        let conflict = conflict_on_one_bus(&two(first, second, (1, 2)).unwrap()).unwrap();
+        assert!(conflict.starts_with(found), "{conflict}");
+    }
+    assert_eq!(conflict_on_one_bus(&two((1, 17), (2, 18), (1, 2)).unwrap()), None);
 }
 
 #[test]
