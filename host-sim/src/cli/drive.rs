@@ -24,10 +24,11 @@ Examples:
   newtau drive scenes/yam_one_bus.toml --check-timing 60
   newtau drive scenes/yam_one_bus.toml --can can0 --record out/session.log
   newtau drive scenes/yam_one_bus.toml --can slcan:/dev/ttyACM0
+  newtau drive scenes/yam_one_bus.toml --can gs_usb
 
 The firmware's session, its safety state machine and its driver of the joints run in this program, on a thread of its own. Commands are those of
-`newtau connect`. `--can` names an adapter: an interface of Linux (`can0`), `slcan:PORT`, `damiao:PORT`, or `simulated` for the scene's simulated
-arm; the bus has 1 Mbit/s. One adapter has all drives; several have the buses 1, 2 and 3 of the robot file, in this order.
+`newtau connect`. `--can` names an adapter: an interface of Linux (`can0`), `slcan:PORT`, `damiao:PORT`, `gs_usb:SERIAL` (candleLight; `gs_usb` for the
+only one, `gs_usb:SERIAL:CHANNEL` for a further channel), or `simulated` for the scene's simulated arm; the bus has 1 Mbit/s. One adapter has all drives; several have the buses 1, 2 and 3 of the robot file, in this order.
 
 No emergency stop is wired to a computer: use one that cuts the drives' power. If this program dies, each drive's own timeout acts
 (docs/start/adapter.md).
@@ -40,7 +41,7 @@ A script or a pipe ends with 3 if anything was refused or a fault stands.";
 pub struct DriveArgs {
     /// The scene file (TOML).
     pub scene: PathBuf,
-    /// A CAN adapter: can0, slcan:PORT, damiao:PORT, or simulated. Once for each bus of the robot file, or once for all drives.
+    /// A CAN adapter: can0, slcan:PORT, damiao:PORT, gs_usb:SERIAL, or simulated. Once for each bus of the robot file, or once for all drives.
     #[arg(long, value_name = "ADAPTER")]
     pub can: Vec<AdapterName>,
     /// Accept drives without a communication timeout: if this program dies, they may keep their last torque.

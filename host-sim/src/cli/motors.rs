@@ -19,6 +19,7 @@ const EXAMPLE: &str = "Example:\n  newtau motors scan --can slcan:/dev/ttyACM0";
 const EXAMPLES: &str = "\
 Examples:
   newtau motors scan --can can0
+  newtau motors scan --can gs_usb
   newtau motors show 3 --can slcan:/dev/ttyACM0
   newtau motors set-timeout 3 --ms 20 --can can0
 
@@ -33,7 +34,7 @@ pub struct MotorsArgs {
     /// Task.
     #[command(subcommand)]
     pub task: Task,
-    /// The CAN adapter: can0, slcan:PORT or damiao:PORT.
+    /// The CAN adapter: can0, slcan:PORT, damiao:PORT or gs_usb:SERIAL.
     #[arg(long, value_name = "ADAPTER", global = true)]
     pub can: Option<AdapterName>,
     /// Print JSON.
@@ -97,7 +98,10 @@ const REPLY_OFFSET: u8 = 16;
 /// An adapter that cannot be opened or dies; a motor that is silent, is on, or did not take a value.
 pub fn run(args: &MotorsArgs) -> Result<u8, Failure> {
     let name = args.can.as_ref().ok_or_else(|| {
-        Failure::Input(miette::miette!(help = EXAMPLE, "--can: missing; expected can0, slcan:PORT or damiao:PORT"))
+        Failure::Input(miette::miette!(
+            help = EXAMPLE,
+            "--can: missing; expected can0, slcan:PORT, damiao:PORT or gs_usb:SERIAL"
+        ))
     })?;
     let mut adapter =
         name.open().map_err(|error| Failure::Target(miette::miette!(help = error.advice(), "{error}")))?;

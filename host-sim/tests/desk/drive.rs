@@ -374,6 +374,21 @@ fn what_this_computer_cannot_drive_is_refused_with_what_to_do() {
             2,
             "2865 us for the commands on the adapter's serial line",
         ),
+        (
+            other("usb", "rate = 100", "rate = 600"),
+            vec!["--can", "gs_usb:0041"],
+            2,
+            "at most 537: 6 drives on gs_usb:0041",
+        ),
+        (
+            scene("channels"),
+            vec!["--can", "gs_usb:0041:0", "--can", "gs_usb:0041:1"],
+            2,
+            "another channel of this adapter is named too",
+        ),
+        (scene("serial"), vec!["--can", "gs_usb::1"], 2, "is no serial number of a USB adapter"),
+        (scene("usb_channel"), vec!["--can", "gs_usb:0041:x"], 2, "expected a channel from 0 to 255"),
+        (scene("no_usb"), vec!["--can", "gs_usb:no-such-serial"], 1, "gs_usb:no-such-serial"),
         (other("brake", "\"damped-stop\"", "\"brake\""), vec!["--can", "simulated"], 2, "no line that engages brakes"),
         (
             PathBuf::from("scenes/puma560_pick.toml"),

@@ -3,7 +3,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`adapter`] | interface to an adapter |
-//! | [`adapter_name`] | adapters by name: opening one, and its serial line |
+//! | [`adapter_name`] | adapters by name: opening one, and the line between it and the computer |
 //! | [`damiao_motor`] | registers, state and settings of a Damiao motor |
 //! | [`frame`] | a classic CAN frame |
 //! | [`host_bus`] | an adapter as a bus of [`CanJoints`](joint_io::can::CanJoints) |
@@ -12,6 +12,7 @@
 //! | [`setup`] | which motor moves which joint |
 //! | [`slcan`] | adapters that speak the text protocol of Lawicel on a serial port |
 //! | [`damiao_usb`] | Damiao's own USB adapter |
+//! | `gs_usb` | USB adapters with the protocol of candleLight, without a driver of the system |
 //! | `serial_adapter` | serial ports of both: a thread that reads, and writing without waiting |
 //! | [`simulated`] | a simulated arm at the other end of the buses |
 
@@ -20,6 +21,7 @@ pub mod adapter_name;
 pub mod damiao_motor;
 pub mod damiao_usb;
 pub mod frame;
+mod gs_usb;
 pub mod host_bus;
 pub mod motors;
 mod serial_adapter;

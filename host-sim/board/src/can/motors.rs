@@ -2,7 +2,7 @@
 //!
 //! A search reads a setting of every identifier. Kinds without readable settings answer only to commands, so they are not searched for.
 
-use super::adapter::{Adapter, RECEIVED_MAX};
+use super::adapter::{Adapter, RECEIVED_MAX, UNSENT_MAX};
 use super::frame::CanFrame;
 use dynamics_core::drive::{Gearing, MitDrive, MitRanges, Protocol, Range, TIMEOUT_UNIT_US};
 use embedded_can::Frame as _;
@@ -140,13 +140,25 @@ fn receive(adapter: &mut dyn Adapter) -> io::Result<Option<CanFrame>> {
     }
 }
 
-/// Sends a frame.
+/// Sends a frame. The one before it may still be on its way through an adapter, which reports that a moment later.
 ///
 /// # Errors
 /// The adapter is gone, or frames wait because nothing on the bus acknowledges them.
 fn send(adapter: &mut dyn Adapter, frame: &CanFrame) -> io::Result<()> {
+    let is_waiting =
+        |sent: &io::Result<()>| sent.as_ref().is_err_and(|error| error.kind() == io::ErrorKind::WouldBlock);
     adapter.begin_tick();
-    adapter.send(frame).map_err(|error| match error.kind() {
+    let mut sent = adapter.send(frame);
+    // After more ticks, an adapter counts as off.
+    for _ in 1..UNSENT_MAX {
+        if !is_waiting(&sent) {
+            break;
+        }
+        std::thread::sleep(EVERY);
+        adapter.begin_tick();
+        sent = adapter.send(frame);
+    }
+    sent.map_err(|error| match error.kind() {
         io::ErrorKind::WouldBlock => io::Error::new(
             io::ErrorKind::WouldBlock,
             "frames wait, because nothing on the bus acknowledges them: is the drives' power on, and is the bus terminated at both ends?",

@@ -68,6 +68,13 @@ impl Wiring {
                 "--can {twice}: given twice; expected an adapter for each bus, or one for all drives"
             ));
         }
+        let shared = |at: usize, name: &AdapterName| adapters[..at].iter().any(|other| other.is_same_adapter(name));
+        if let Some((_, name)) = adapters.iter().enumerate().find(|(at, name)| shared(*at, name)) {
+            return wrong(format!(
+                "--can {name}: another channel of this adapter is named too; expected one channel of an adapter with gs_usb in a program; on Linux, its \
+                 driver's interfaces are both: `--can can0 --can can1`"
+            ));
+        }
         if adapters.len() > BUSES {
             return wrong(format!("--can: found {} adapters, expected at most {BUSES}", adapters.len()));
         }
@@ -117,14 +124,28 @@ impl Wiring {
     /// # Errors
     /// [`Failure::Target`]: an adapter cannot be opened. [`Failure::Input`]: the scene is not possible.
     pub fn start(&self, scene: &SceneFile, presses: Presses) -> Result<DriveDevice, Failure> {
-        with_dof!(scene.robot.dof(), N => self.start_joints::<N>(scene, presses))
+        self.start_at(self.open(scene)?, scene, presses)
     }
 
-    fn start_joints<const N: usize>(&self, scene: &SceneFile, presses: Presses) -> Result<DriveDevice, Failure> {
+    /// Starts the control thread with drives at these buses.
+    pub(crate) fn start_at(
+        &self,
+        buses: [HostBus; BUSES],
+        scene: &SceneFile,
+        presses: Presses,
+    ) -> Result<DriveDevice, Failure> {
+        with_dof!(scene.robot.dof(), N => self.start_joints::<N>(buses, scene, presses))
+    }
+
+    fn start_joints<const N: usize>(
+        &self,
+        buses: [HostBus; BUSES],
+        scene: &SceneFile,
+        presses: Presses,
+    ) -> Result<DriveDevice, Failure> {
         let model = scene.robot.model::<N>().map_err(Failure::input)?;
         let drives = <[MitDrive; N]>::try_from(self.drives.clone())
             .map_err(|drives| Failure::Input(miette::miette!("{} drives for {N} joints", drives.len())))?;
-        let buses = self.open(scene)?;
         // There is no line to brakes.
         let joints: Box<dyn JointIo<N> + Send> = with_drive_type!(self.protocol, K => Box::new(CanJoints::<K, _, _, _, _, N>::new(buses.into(), NoPin, drives)));
         let session = desk_session(scene, &model);

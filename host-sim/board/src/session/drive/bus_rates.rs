@@ -28,13 +28,13 @@ impl AdapterLoad {
 
     /// Longest time from the begin of a tick to its last reply, us.
     ///
-    /// The adapter's serial line and the bus work at the same time. So the time is the longer one of two: all frames on the bus, with the first command and
+    /// The adapter's line to the computer and the bus work at the same time. So the time is the longer one of two: all frames on the bus, with the first command and
     /// the last reply on the line; or all commands on the line, with the last command and its reply on the bus and the reply on the line.
     #[must_use]
     pub fn time_us(&self) -> u64 {
         let frames = u64::from(self.load.frames_ns());
         let fixed = u64::from(LEAD_US + TURNAROUND_US);
-        let Some(line) = self.name.serial_line(self.load.identifier) else { return fixed + frames.div_ceil(1000) };
+        let Some(line) = self.name.line(self.load.identifier) else { return fixed + frames.div_ceil(1000) };
         let count = self.load.actuators;
         let by_bus = line.commands_ns(1) + frames;
         let by_line = line.commands_ns(count) + frames.div_ceil(u64::from(count.max(1)));
@@ -56,8 +56,13 @@ impl AdapterLoad {
             return Ok(());
         }
         let (bits, count, identifier) = (self.load.bits().nominal, self.load.actuators, self.load.identifier);
-        let line = self.name.serial_line(identifier).map_or(String::new(), |line| {
-            format!(", {} us for the commands on the adapter's serial line", line.commands_ns(count).div_ceil(1000))
+        let line = self.name.line(identifier).map_or(String::new(), |line| {
+            format!(
+                ", {} us for the commands {}{}",
+                line.commands_ns(count).div_ceil(1000),
+                line.text(),
+                line.unknown()
+            )
         });
         Err(format!(
             "control.rate: found {} Hz, expected at most {}: {count} drives on {}, each with a command and a reply, are {bits} bits with stuffing: {:.0} us \
@@ -79,11 +84,12 @@ impl fmt::Display for AdapterLoad {
         let slack = self.load.slack_percent(self.rate_hz.ceil() as u32);
         write!(
             f,
-            "{}: {} drives, bus at least {slack} % free at {} Hz; up to {} Hz",
+            "{}: {} drives, bus at least {slack} % free at {} Hz; up to {} Hz{}",
             self.name,
             self.load.actuators,
             self.rate_hz,
-            self.rate_max_hz()
+            self.rate_max_hz(),
+            self.name.line(self.load.identifier).map_or("", |line| line.unknown())
         )
     }
 }
