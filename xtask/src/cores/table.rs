@@ -54,7 +54,7 @@ pub(super) const CORES: &[Core] = &[
         flags: "",
         features: &["soft"],
         emulator: arm("-M microbit", "0x0 256K 0x20000000 16K"),
-        c: None,
+        c: Some(("arm-none-eabi-gcc -O2 -mcpu=cortex-m0 -mthumb -mfloat-abi=soft", "gcc-arm-none-eabi")),
         quick: true,
     },
     Core {
@@ -64,7 +64,7 @@ pub(super) const CORES: &[Core] = &[
         flags: "",
         features: &["soft"],
         emulator: arm("-M mps2-an385", "0x0 4M 0x20000000 4M"),
-        c: None,
+        c: Some(("arm-none-eabi-gcc -O2 -mcpu=cortex-m3 -mthumb -mfloat-abi=soft", "gcc-arm-none-eabi")),
         quick: false,
     },
     Core {
@@ -110,7 +110,7 @@ pub(super) const CORES: &[Core] = &[
         flags: M55,
         features: &[],
         emulator: arm("-M mps3-an547", "0x10000000 512K 0x30000000 512K"),
-        c: None,
+        c: Some(("arm-none-eabi-gcc -O2 -mcpu=cortex-m55+nomve.fp -mthumb -mfloat-abi=hard", "gcc-arm-none-eabi")),
         quick: false,
     },
     Core {
@@ -130,7 +130,7 @@ pub(super) const CORES: &[Core] = &[
         flags: "",
         features: &["soft"],
         emulator: riscv("qemu-system-riscv32"),
-        c: None,
+        c: Some(("riscv64-unknown-elf-gcc -O2 -march=rv32imc -mabi=ilp32", "gcc-riscv64-unknown-elf")),
         quick: false,
     },
     Core {
@@ -155,7 +155,7 @@ pub(super) const CORES: &[Core] = &[
             arguments: "-M virt -cpu cortex-a53",
             memory: "0x40080000 4M 0x41000000 4M",
         },
-        c: None,
+        c: Some(("aarch64-linux-gnu-gcc -O2", "gcc-aarch64-linux-gnu")),
         quick: false,
     },
     Core {

@@ -41,7 +41,7 @@ impl Operator {
             self.samples.keep((2.5 * time / self.arm.period) as usize);
             if let Some(denial) = self.back_and_forth("weigh", here.clone(), there, time)? {
                 self.watch_as_before()?;
-                return self.reject("weigh", &super::messages::rejection(&denial));
+                return self.answer("weigh", Some(denial), "");
             }
             samples.extend(self.samples.all().cloned());
         }

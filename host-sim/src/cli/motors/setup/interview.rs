@@ -4,11 +4,12 @@ use super::drive_tables::FoundDrive;
 use board::can::adapter::Adapter;
 use board::can::setup::{Movement, ShaftMotor, moved, positions, still_positions, zero};
 use dynamics_core::JointKind;
+use firmware_image::process::line_channel;
 use robot_compiler::{Robot, RobotJoint};
 use sim::failure::Failure;
 use sim::terminal;
-use std::io::{self, BufRead as _};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::io::{self, BufReader};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
 
 /// Interval at which the joints are read while a person moves them to their ends.
@@ -22,11 +23,7 @@ struct Person(Receiver<String>);
 
 impl Person {
     fn new() -> Self {
-        let (sender, lines) = channel();
-        std::thread::spawn(move || {
-            io::stdin().lock().lines().map_while(Result::ok).try_for_each(|line| sender.send(line))
-        });
-        Self(lines)
+        Self(line_channel(BufReader::new(io::stdin())))
     }
 
     /// The next line; meanwhile, `look` is called every 20 ms.
