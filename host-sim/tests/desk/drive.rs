@@ -378,7 +378,7 @@ fn what_this_computer_cannot_drive_is_refused_with_what_to_do() {
             other("usb", "rate = 100", "rate = 600"),
             vec!["--can", "gs_usb:0041"],
             2,
-            "at most 537: 6 drives on gs_usb:0041",
+            "at most 538: 6 drives on gs_usb:0041",
         ),
         (
             scene("channels"),

@@ -152,7 +152,7 @@ pub(super) const CORES: &[Core] = &[
         emulator: Emulator::Qemu {
             program: "qemu-system-aarch64",
             package: "qemu-system-arm",
-            arguments: "-M virt -cpu cortex-a53",
+            arguments: "-M virt -cpu cortex-a53 -nic none",
             memory: "0x40080000 4M 0x41000000 4M",
         },
         c: Some(("aarch64-linux-gnu-gcc -O2", "gcc-aarch64-linux-gnu")),

@@ -5,8 +5,10 @@
 //! three frames may wait on a bus without any acknowledgement and look sent; the next ones get no echo, and the adapter counts as off after
 //! [`UNSENT_MAX`](super::adapter::UNSENT_MAX) ticks.
 //!
-//! **An adapter that is off is reset**: at bus-off, after too many ticks with unsent frames, and after a USB error. A thread cancels the transfers that have
-//! not begun and resets the channel, which drops its frames. No old torque follows when drives answer again. The adapter stays off until it is opened again.
+//! **An adapter that is off is emptied**: at bus-off, after too many ticks with unsent frames, and after a USB error. A thread cancels the transfers that
+//! have not begun and resets the channel. In most firmware a reset drops no frames, so the thread then starts the channel without the bus
+//! ([`requests`]), and they come back. The same is done before a session. So no old torque follows when drives answer again. The adapter stays off until
+//! it is opened again.
 //!
 //! **Linux** has a driver for these adapters, which makes a network interface of each channel. If it has the adapter, opening fails and names the interface.
 //! The driver is not detached, for two reasons: another program may use the interface, and a program that is killed cannot attach the driver again.
@@ -61,7 +63,7 @@ pub(super) fn open(serial: Option<&str>, channel: u8) -> io::Result<Box<dyn Adap
 pub(super) fn advice(kind: io::ErrorKind) -> &'static str {
     match kind {
         io::ErrorKind::PermissionDenied => {
-            "the group and `uaccess` of the rule are two ways: `uaccess` is for whoever sits at the computer, the group for logins over the network"
+            "`uaccess` admits the person at the computer, and the group also a login over the network; another group is as good"
         }
         io::ErrorKind::NotFound => {
             "is it plugged in, and does its firmware speak gs_usb? Adapters with slcan are serial ports: `--can slcan:PORT`"
@@ -71,12 +73,14 @@ pub(super) fn advice(kind: io::ErrorKind) -> &'static str {
             "a network interface of Linux starts with `sudo ip link set can0 up type can bitrate 1000000`; another program must end first"
         }
         io::ErrorKind::Unsupported => {
-            "on Windows the adapter needs the driver WinUSB, which candleLight requests by itself"
+            "a container or a virtual machine must be given the USB device; on Windows the adapter needs the driver WinUSB, which candleLight requests by itself"
         }
         _ => "unplug it and plug it in again, and check that its firmware is up to date",
     }
 }
 
+#[cfg(test)]
+mod earlier_program_tests;
 #[cfg(test)]
 mod protocol_tests;
 #[cfg(test)]

@@ -22,8 +22,8 @@ pub(super) fn check(joints: &[RobotJoint], tables: &[Table<'_>]) -> Result<(), F
         }
         match drive {
             // All joints before this one have a drive on CAN, too, so that its index is the same.
-            JointDrive::Mit(_) => {
-                if let Some(Conflict { problem, expected }) = conflict(&can, index) {
+            JointDrive::Mit(spec) => {
+                if let Some(Conflict { problem, expected }) = conflict(&can, index, &format!("bus {}", spec.bus)) {
                     return Err(table.error("drive", problem, expected));
                 }
             }
@@ -46,7 +46,7 @@ pub fn conflict_on_one_bus(robot: &Robot) -> Option<String> {
     let on_one_bus = |joint: &RobotJoint| Some(MitSpec { bus: 1, ..joint.drive?.mit()? });
     let drives: Vec<_> = robot.joints.iter().filter_map(|joint| Some((&joint.name, on_one_bus(joint)?))).collect();
     drives.iter().enumerate().find_map(|(index, (name, _))| {
-        conflict(&drives, index).map(|Conflict { problem, .. }| format!("the drive of {name:?}: {problem}"))
+        conflict(&drives, index, "one bus").map(|Conflict { problem, .. }| format!("the drive of {name:?}: {problem}"))
     })
 }
 
@@ -56,28 +56,28 @@ struct Conflict {
     expected: &'static str,
 }
 
-/// The conflict of a drive, by its index, with others on its bus.
-fn conflict(drives: &[(&String, MitSpec)], index: usize) -> Option<Conflict> {
+/// The conflict of a drive, by its index, with others on its bus, which the message calls `place`.
+fn conflict(drives: &[(&String, MitSpec)], index: usize, place: &str) -> Option<Conflict> {
     let (_, spec) = drives.get(index)?;
     let on_bus = |(_, other): &&(&String, MitSpec)| other.bus == spec.bus;
     let before: Vec<_> = drives.iter().take(index).filter(on_bus).copied().collect();
     if let Some((name, _)) = before.iter().find(|(_, other)| other.id == spec.id) {
-        let problem = format!("identifier {} on bus {} is that of {name:?}", spec.id, spec.bus);
+        let problem = format!("identifier {} on {place} is that of {name:?}", spec.id);
         return Some(Conflict { problem, expected: "an identifier of its own on the bus" });
     }
     if let Some((name, _)) = before.iter().find(|(_, other)| other.data_rate != spec.data_rate) {
-        let problem = format!("another `data_rate` than {name:?}, on bus {}", spec.bus);
+        let problem = format!("another `data_rate` than {name:?}, on {place}");
         return Some(Conflict { problem, expected: "one `data_rate` on a bus, or classic frames alone" });
     }
-    if let Some(conflict) = mistaken(spec, &before) {
+    if let Some(conflict) = mistaken(spec, &before, place) {
         return Some(conflict);
     }
     drives.iter().filter(on_bus).find(|(_, other)| u16::from(other.id) == spec.reply_id)?;
-    let (id, bus) = (spec.reply_id, spec.bus);
+    let id = spec.reply_id;
     let problem = match spec.protocol.facts().identifier {
-        Identifier::Standard => format!("replies with identifier {id}, which is a command's on bus {bus}"),
+        Identifier::Standard => format!("replies with identifier {id}, which is a command's on {place}"),
         // Its frames carry their type, but a request for a parameter and the answer have the same type.
-        Identifier::Extended => format!("host identifier {id} is that of a drive on bus {bus}"),
+        Identifier::Extended => format!("host identifier {id} is that of a drive on {place}"),
     };
     Some(Conflict { problem, expected: "an identifier for replies that no command has" })
 }
@@ -85,7 +85,7 @@ fn conflict(drives: &[(&String, MitSpec)], index: usize) -> Option<Conflict> {
 /// The conflict between this drive and an earlier one on the bus, if one of them would accept the other's frames.
 ///
 /// If replies carry the whole identifier of their drive, distinct identifiers are enough.
-fn mistaken(spec: &MitSpec, before: &[(&String, MitSpec)]) -> Option<Conflict> {
+fn mistaken(spec: &MitSpec, before: &[(&String, MitSpec)], place: &str) -> Option<Conflict> {
     let DriveFacts { name: kind, reply_id_bits, other_modes, settings_id, .. } = spec.protocol.facts();
     if settings_id == Some(spec.reply_id) {
         return Some(Conflict {
@@ -100,9 +100,9 @@ fn mistaken(spec: &MitSpec, before: &[(&String, MitSpec)]) -> Option<Conflict> {
         let low = |id: u8| u32::from(id) & ((1 << reply_id_bits) - 1);
         if reply_id_bits < u8::BITS && other.reply_id == spec.reply_id && low(other.id) == low(spec.id) {
             let problem = format!(
-                "identifiers {} and {} (of {name:?}) on bus {} both end in {}, and both drives reply with identifier {}: a {kind} reply \
+                "identifiers {} and {} (of {name:?}) on {place} both end in {}, and both drives reply with identifier {}: a {kind} reply \
                  carries the low {reply_id_bits} bits of the identifier alone",
-                spec.id, other.id, spec.bus, low(spec.id), spec.reply_id
+                spec.id, other.id, low(spec.id), spec.reply_id
             );
             let expected = "a `reply_id` for each drive, such as its identifier + 16, or identifiers that differ in these bits";
             return Some(Conflict { problem, expected });
@@ -110,9 +110,9 @@ fn mistaken(spec: &MitSpec, before: &[(&String, MitSpec)]) -> Option<Conflict> {
         let command = |by: &MitSpec, of: &MitSpec| other_modes.iter().any(|mode| u16::from(of.id) + mode == by.reply_id);
         (command(spec, other) || command(other, spec)).then(|| Conflict {
             problem: format!(
-                "replies of one of {} and {} (of {name:?}) on bus {} are commands of another mode for the other: these have its \
+                "replies of one of {} and {} (of {name:?}) on {place} are commands of another mode for the other: these have its \
                  identifier + 256, + 512 or + 768",
-                spec.id, other.id, spec.bus
+                spec.id, other.id
             ),
             expected: "identifiers for replies below 256, such as those of the commands + 16",
         })

@@ -3,16 +3,21 @@
 use super::super::adapter::{Adapter, RECEIVED_MAX, UNSENT_MAX};
 use super::super::frame::CanFrame;
 use super::host_frame::{Content, FRAME_BYTES, decode, encode};
-use super::requests;
+use super::requests::{self, Started};
 use super::transport::Transport;
 use std::collections::VecDeque;
+use std::hash::{BuildHasher as _, Hasher as _, RandomState};
 use std::io;
-use std::sync::mpsc::{Sender, channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle, sleep};
 use std::time::Duration;
 
 /// Frames that may be handed over and not have come back: as many as in Linux. A tick has at most six.
 pub(super) const UNSENT_FRAMES_MAX: usize = 10;
+
+/// Lower bits of the number of an echo, more than are used: so no number has all bits set, which marks a received frame.
+const ECHO_NUMBERS: u32 = 0xf;
+const _: () = assert!(UNSENT_FRAMES_MAX <= ECHO_NUMBERS as usize);
 
 /// Most transfers that are read at once, so that no adapter holds up a tick.
 const READ_MAX: usize = 128;
@@ -30,7 +35,9 @@ pub(super) struct GsUsb<T: Transport> {
     channel: u8,
     /// Bytes of a transfer to the adapter.
     transfer_bytes: usize,
-    /// By the number of its echo: true if the frame was handed over and has not come back.
+    /// Upper bits of the numbers of all echoes, so that none of an earlier program is taken for one of this program.
+    echo_base: u32,
+    /// By the lower bits of the number of its echo: true if the frame was handed over and has not come back.
     unsent: [bool; UNSENT_FRAMES_MAX],
     /// Number of ticks that began with unsent frames.
     waiting: u32,
@@ -70,20 +77,19 @@ impl<T: Transport> GsUsb<T> {
     /// # Errors
     /// The adapter has no such channel, refuses a request, or was unplugged.
     pub(super) fn start(mut usb: T, number: u8) -> io::Result<Self> {
-        let longer = requests::start(&mut usb, number)?;
+        let started = requests::start(&mut usb, number)?;
+        let transfer_bytes = FRAME_BYTES + usize::from(started.longer_transfers);
         let (sender, receiver) = channel::<T>();
-        let thread = thread::Builder::new().name("adapter".into()).spawn(move || {
-            if let Ok(mut usb) = receiver.recv() {
-                usb.cancel();
-                // An adapter that was unplugged cannot be reset, and needs not.
-                let _ = requests::reset(&mut usb, number);
-            }
+        let thread = thread::Builder::new().name("adapter".into()).spawn(move || close(&receiver, &started));
+        let thread = thread.inspect_err(|_| {
+            let _ = requests::reset(&mut usb, number);
         })?;
         Ok(Self {
             usb: Some(usb),
             closing: Some((sender, thread)),
             channel: number,
-            transfer_bytes: FRAME_BYTES + usize::from(longer),
+            transfer_bytes,
+            echo_base: RandomState::new().build_hasher().finish() as u32 & !ECHO_NUMBERS,
             unsent: [false; UNSENT_FRAMES_MAX],
             waiting: 0,
             received: VecDeque::new(),
@@ -116,7 +122,8 @@ impl<T: Transport> GsUsb<T> {
             match content {
                 // An echo of an unknown frame is one of an earlier program.
                 Content::Echo(number) => {
-                    if let Some(unsent) = usize::try_from(number).ok().and_then(|at| self.unsent.get_mut(at)) {
+                    let at = usize::try_from(number ^ self.echo_base).ok();
+                    if let Some(unsent) = at.and_then(|at| self.unsent.get_mut(at)) {
                         *unsent = false;
                     }
                 }
@@ -144,6 +151,17 @@ impl<T: Transport> GsUsb<T> {
     }
 }
 
+/// Waits for the adapter, which is off or closed, and takes its channel off the bus without the frames that wait in it.
+fn close<T: Transport>(adapter: &Receiver<T>, started: &Started) {
+    // On a busy computer the frames should not wait for other programs.
+    crate::real_time::raise_priority().ok();
+    if let Ok(mut usb) = adapter.recv() {
+        usb.cancel();
+        // An adapter that was unplugged cannot be reset, and needs not.
+        let _ = requests::stop(&mut usb, started);
+    }
+}
+
 impl<T: Transport> Adapter for GsUsb<T> {
     fn begin_tick(&mut self) {
         self.read_all();
@@ -158,7 +176,7 @@ impl<T: Transport> Adapter for GsUsb<T> {
         let Some(usb) = &mut self.usb else { return Err(self.off()) };
         let Some(number) = free.filter(|_| self.waiting == 0) else { return Err(io::ErrorKind::WouldBlock.into()) };
         self.bytes.clear();
-        encode(frame, number as u32, self.channel, &mut self.bytes);
+        encode(frame, self.echo_base | number as u32, self.channel, &mut self.bytes);
         self.bytes.resize(self.transfer_bytes, 0);
         if let Err(error) = usb.submit(&self.bytes) {
             self.leave(Off::Usb(error));

@@ -28,6 +28,10 @@ pub(super) struct State {
     pub(super) limits: [u32; 10],
     /// The channel that is on, as a program before may have left it.
     pub(super) on: Option<u16>,
+    /// True if the channel that is on loops frames back and only listens.
+    pub(super) loops: bool,
+    /// True if a reset drops the frames in the buffers, which only the newest firmware does.
+    pub(super) drops: bool,
     /// True if a drive acknowledges frames.
     pub(super) acknowledges: bool,
     /// Number of further reads after which one does.
@@ -83,7 +87,8 @@ impl State {
                 }
                 continue;
             }
-            if self.mailboxes.len() < MAILBOXES
+            if self.on.is_some()
+                && self.mailboxes.len() < MAILBOXES
                 && let Some(bytes) = self.from_host.pop_front()
             {
                 let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
@@ -93,6 +98,13 @@ impl State {
                 let data = &bytes[12..12 + length];
                 self.mailboxes.push_back(CanFrame::new(id, data).unwrap());
                 self.report(word(0), raw, channel, data);
+                continue;
+            }
+            if self.loops
+                && let Some(channel) = self.on
+                && let Some(frame) = self.mailboxes.pop_front()
+            {
+                self.receive(&frame, channel as u8);
                 continue;
             }
             if self.acknowledges
@@ -133,8 +145,10 @@ impl SimulatedUsb {
             refused: None,
             answer_max: usize::MAX,
             channels: 1,
-            limits: [0, 48_000_000, 1, 16, 1, 8, 4, 1, 1024, 1],
+            limits: [0b11, 48_000_000, 1, 16, 1, 8, 4, 1, 1024, 1],
             on: None,
+            loops: false,
+            drops: false,
             acknowledges: true,
             acknowledged_after: None,
             stamps: false,
@@ -161,10 +175,17 @@ impl Transport for SimulatedUsb {
         match (request, data.first()) {
             (2, Some(0)) => {
                 state.on = None;
-                state.from_host.clear();
+                // The controller is reset when it is started.
                 state.mailboxes.clear();
+                if state.drops {
+                    state.from_host.clear();
+                }
             }
-            (2, Some(1)) => state.on = Some(value),
+            (2, Some(1)) => {
+                state.loops = data[4] & 0b11 == 0b11;
+                state.on = Some(value);
+                state.pass();
+            }
             _ => {}
         }
         Ok(())

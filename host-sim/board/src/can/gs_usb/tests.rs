@@ -8,33 +8,35 @@ use super::simulated::SimulatedUsb;
 use embedded_can::Frame as _;
 use std::io::{self, ErrorKind};
 
-fn command(id: u32) -> CanFrame {
+pub(super) fn command(id: u32) -> CanFrame {
     CanFrame::of(id, false, &[1, 2, 3, 4, 5, 6, 7, id as u8]).unwrap()
 }
 
 /// A drive that replies with its identifier plus 16.
-fn reply(frame: &CanFrame) -> Vec<CanFrame> {
+pub(super) fn reply(frame: &CanFrame) -> Vec<CanFrame> {
     vec![CanFrame::of(frame.raw_id() + 16, false, frame.data()).unwrap()]
 }
 
-fn opened() -> (SimulatedUsb, GsUsb<SimulatedUsb>) {
+pub(super) fn opened() -> (SimulatedUsb, GsUsb<SimulatedUsb>) {
     let usb = SimulatedUsb::new(reply);
     let adapter = GsUsb::start(usb.clone(), 0).unwrap();
     (usb, adapter)
 }
 
-fn received(adapter: &mut impl Adapter) -> Vec<u32> {
+pub(super) fn received(adapter: &mut impl Adapter) -> Vec<u32> {
     std::iter::from_fn(|| adapter.receive().unwrap()).map(|frame| frame.raw_id()).collect()
 }
 
 /// Requests that set a mode: channel and data.
-fn modes(usb: &SimulatedUsb) -> Vec<(u16, Vec<u8>)> {
+pub(super) fn modes(usb: &SimulatedUsb) -> Vec<(u16, Vec<u8>)> {
     let requests = usb.state().requests.clone();
     requests.into_iter().filter(|(request, ..)| *request == 2).map(|(_, channel, data)| (channel, data)).collect()
 }
 
-const RESET: [u8; 8] = [0; 8];
-const START: [u8; 8] = [1, 0, 0, 0, 0, 0, 0, 0];
+pub(super) const RESET: [u8; 8] = [0; 8];
+pub(super) const START: [u8; 8] = [1, 0, 0, 0, 0, 0, 0, 0];
+/// Listening only, with loop-back.
+pub(super) const EMPTY: [u8; 8] = [1, 0, 0, 0, 3, 0, 0, 0];
 
 #[test]
 fn a_channel_is_reset_before_it_is_started_with_no_option_whatever_the_adapter_offers() {
@@ -44,35 +46,30 @@ fn a_channel_is_reset_before_it_is_started_with_no_option_whatever_the_adapter_o
     usb.state().channels = 2;
     drop(GsUsb::start(usb.clone(), 1).unwrap());
     let numbers = |words: [u32; 5]| words.iter().flat_map(|word| word.to_le_bytes()).collect::<Vec<_>>();
+    let timing = (1, 1, numbers([6, 7, 2, 2, 3]));
     let expected = [
         (0, 1, vec![0xEF, 0xBE, 0, 0]),
         (5, 1, vec![]),
+        (2, 0, RESET.to_vec()),
         (2, 1, RESET.to_vec()),
         (4, 1, vec![]),
-        (1, 1, numbers([6, 7, 2, 2, 3])),
+        timing.clone(),
+        (2, 1, EMPTY.to_vec()),
+        (2, 1, RESET.to_vec()),
+        timing.clone(),
         (2, 1, START.to_vec()),
+        (2, 1, RESET.to_vec()),
+        timing,
+        (2, 1, EMPTY.to_vec()),
         (2, 1, RESET.to_vec()),
     ];
     assert_eq!(usb.state().requests, expected);
 }
 
 #[test]
-fn what_an_adapter_still_has_for_a_killed_program_is_dropped() {
-    let usb = SimulatedUsb::new(reply);
-    usb.state().on = Some(0);
-    for id in 0..20 {
-        usb.state().receive(&command(id), 0);
-        usb.state().report(id, id, 0, &[0; 8]);
-    }
-    let mut adapter = GsUsb::start(usb.clone(), 0).unwrap();
-    assert_eq!(received(&mut adapter), [0; 0]);
-    assert_eq!(modes(&usb), [(0, RESET.to_vec()), (0, START.to_vec())]);
-}
-
-#[test]
 fn an_adapter_that_cannot_be_used_is_an_error_that_says_why() {
     type Prepare = fn(&SimulatedUsb);
-    let cases: [(u8, Prepare, ErrorKind, &str); 9] = [
+    let cases: [(u8, Prepare, ErrorKind, &str); 10] = [
         (0, |usb| usb.state().refused = Some(0), ErrorKind::ConnectionReset, "the byte order: endpoint stalled"),
         (0, |usb| usb.state().refused = Some(5), ErrorKind::ConnectionReset, "its configuration"),
         (0, |usb| usb.state().refused = Some(2), ErrorKind::ConnectionReset, "the reset"),
@@ -82,6 +79,7 @@ fn an_adapter_that_cannot_be_used_is_an_error_that_says_why() {
         (1, |_| {}, ErrorKind::NotFound, "no channel 1: the adapter has only channel 0"),
         // A byte order that the adapter ignored: 48 MHz with the high byte first.
         (0, |usb| usb.state().limits[1] = 48_000_000_u32.swap_bytes(), ErrorKind::InvalidData, "allows no 1 Mbit/s"),
+        (0, |usb| usb.state().limits[0] = 1, ErrorKind::InvalidData, "no loop-back while it only listens"),
         (0, |usb| usb.state().unplugged = true, ErrorKind::NotConnected, "the byte order"),
     ];
     for (channel, prepare, kind, part) in cases {
@@ -114,7 +112,7 @@ fn commands_are_sent_and_replies_received_with_or_without_time_stamps() {
 #[test]
 fn an_adapter_that_needs_longer_transfers_gets_them() {
     let usb = SimulatedUsb::new(reply);
-    usb.state().limits[0] = 1 << 9;
+    usb.state().limits[0] = 1 << 9 | 0b11;
     let mut adapter = GsUsb::start(usb.clone(), 0).unwrap();
     adapter.send(&command(1)).unwrap();
     assert_eq!(received(&mut adapter), [17]);
@@ -150,7 +148,7 @@ fn without_an_acknowledgement_no_further_frame_is_accepted_and_no_old_one_is_sen
         usb.state().acknowledges = true;
         assert_eq!(usb.state().waiting(), 0, "{drives} drives");
         assert!(usb.state().on_bus.is_empty(), "{drives} drives");
-        assert_eq!(modes(&usb).last(), Some(&(0, RESET.to_vec())));
+        assert!(modes(&usb).ends_with(&[RESET, EMPTY, RESET].map(|mode| (0, mode.to_vec()))));
     }
 }
 
@@ -203,7 +201,7 @@ fn an_adapter_that_leaves_the_bus_is_off_and_reset() {
     assert!(adapter.is_off() && adapter.send(&command(1)).is_err());
     drop(adapter);
     assert_eq!(usb.state().on, None);
-    assert_eq!(modes(&usb).len(), 3, "it is reset once");
+    assert_eq!(modes(&usb).len(), 4 + 3, "it is reset and emptied once");
 }
 
 #[test]
@@ -262,8 +260,8 @@ fn an_adapter_that_always_has_a_frame_holds_up_no_tick() {
     adapter.begin_tick();
     assert!(usb.state().to_host.len() > 500);
     let endless = SimulatedUsb::new(reply);
-    (0..30_000).for_each(|_| endless.state().receive(&command(7), 0));
-    assert!(GsUsb::start(endless, 0).is_err_and(|error| error.to_string().contains("another channel")));
+    (0..60_000).for_each(|_| endless.state().receive(&command(7), 0));
+    assert!(GsUsb::start(endless, 0).is_err_and(|error| error.to_string().contains("were reset")));
 }
 
 #[test]

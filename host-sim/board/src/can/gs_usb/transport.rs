@@ -28,6 +28,6 @@ pub(super) trait Transport: Send + 'static {
     /// A transfer failed in either direction, or the adapter was unplugged.
     fn receive(&mut self, bytes: &mut Vec<u8>) -> io::Result<bool>;
 
-    /// Cancels the bulk transfers to the adapter that have not ended. May wait for the system.
+    /// Cancels the bulk transfers to the adapter that have not begun, and waits for the end of all for 20 ms at most.
     fn cancel(&mut self);
 }

@@ -21,6 +21,9 @@ const CONTROL_TIMEOUT: Duration = Duration::from_secs(1);
 /// Transfers from the adapter that wait in the system. A tick has at most six echoes and as many replies; candleLight has 64 buffers.
 const INPUTS: usize = 64;
 
+/// Longest wait for the end of cancelled transfers, ms.
+const CANCELLING_MAX_MS: u32 = 20;
+
 /// Interface 0 of an adapter.
 pub(super) struct Usb {
     interface: Interface,
@@ -36,13 +39,14 @@ impl Usb {
     /// # Errors
     /// There is no such adapter, or several; it is in use, or may not be opened.
     pub(super) fn open(serial: Option<&str>) -> io::Result<Self> {
-        let found: Vec<DeviceInfo> = nusb::list_devices().wait()?.filter(is_ours).collect();
+        let found: Vec<DeviceInfo> = nusb::list_devices().wait().map_err(no_usb)?.filter(is_ours).collect();
         let serials: Vec<Option<&str>> = found.iter().map(DeviceInfo::serial_number).collect();
         let at = choose(&serials, serial)?;
         let info = found.get(at).ok_or(io::ErrorKind::NotFound)?;
         #[cfg(target_os = "linux")]
         super::kernel_driver::check(info.sysfs_path())?;
-        // The thread in which nusb completes transfers gets the priority of the one that opens the first device.
+        // Linux, macOS: the thread in which nusb completes transfers gets the priority of the one that opens the first device. On Windows it is one of
+        // the system's, without priority.
         thread::scope(|scope| {
             let opening = scope.spawn(|| {
                 crate::real_time::raise_priority().ok();
@@ -89,6 +93,10 @@ impl Usb {
         }
         Ok(())
     }
+}
+
+fn no_usb(error: nusb::Error) -> io::Error {
+    io::Error::new(io::ErrorKind::Unsupported, format!("this system lists no USB devices: {error}"))
 }
 
 fn is_ours(info: &DeviceInfo) -> bool {
@@ -166,5 +174,12 @@ impl Transport for Usb {
 
     fn cancel(&mut self) {
         self.output.cancel_all();
+        for _ in 0..CANCELLING_MAX_MS {
+            while ended(&mut self.output).is_some() {}
+            if self.output.pending() == 0 {
+                return;
+            }
+            thread::sleep(Duration::from_millis(1));
+        }
     }
 }

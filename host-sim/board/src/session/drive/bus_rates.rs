@@ -56,18 +56,15 @@ impl AdapterLoad {
             return Ok(());
         }
         let (bits, count, identifier) = (self.load.bits().nominal, self.load.actuators, self.load.identifier);
-        let line = self.name.line(identifier).map_or(String::new(), |line| {
-            format!(
-                ", {} us for the commands {}{}",
-                line.commands_ns(count).div_ceil(1000),
-                line.text(),
-                line.unknown()
-            )
+        let line = self.name.line(identifier);
+        let unknown = line.map_or("", |line| line.unknown());
+        let line = line.map_or(String::new(), |line| {
+            format!(", {} us for the commands {}", line.commands_ns(count).div_ceil(1000), line.text())
         });
         Err(format!(
             "control.rate: found {} Hz, expected at most {}: {count} drives on {}, each with a command and a reply, are {bits} bits with stuffing: {:.0} us \
              at 1 Mbit/s{line}; with {LEAD_US} us for the controller and {TURNAROUND_US} us for the last reply, the last one arrives {} us after the begin \
-             of a tick of {:.0} us",
+             of a tick of {:.0} us{unknown}",
             self.rate_hz,
             self.rate_max_hz(),
             self.name,

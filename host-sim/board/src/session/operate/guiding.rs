@@ -29,7 +29,7 @@ impl Operator {
         if !self.arm.law.is_hand_guided() {
             return Ok(true);
         }
-        let why = "an arm that is guided by hand follows no motion; choose another law (`law computed-torque`) first";
+        let why = "an arm that is guided by hand follows no motion; guide it to the place, or choose another law (`law computed-torque`) first";
         self.reject(name, why).map(|()| false)
     }
 
