@@ -204,9 +204,9 @@ fn damiao_drives_with_replies_that_can_be_told_apart_are_accepted() {
     assert!(two((1, 17), (2, 0x7fe), (1, 1)).is_ok());
     // Two buses keep these apart, one does not.
     for (first, second, found) in [
-        ((1, 0), (17, 0), "the drive of \"b\": identifiers 17 and 1 (of \"a\") on bus 1 both end in 1"),
-        ((1, 17), (1, 18), "the drive of \"b\": identifier 1 on bus 1 is that of \"a\""),
-        ((1, 2), (2, 18), "the drive of \"a\": replies with identifier 2, which is a command's on bus 1"),
+        ((1, 0), (17, 0), "the drive of \"b\": identifiers 17 and 1 (of \"a\") on one bus both end in 1"),
+        ((1, 17), (1, 18), "the drive of \"b\": identifier 1 on one bus is that of \"a\""),
+        ((1, 2), (2, 18), "the drive of \"a\": replies with identifier 2, which is a command's on one bus"),
         ((1, 17), (2, 0x101), "the drive of \"b\": replies of one of 2 and 1"),
     ] {
         let conflict = conflict_on_one_bus(&two(first, second, (1, 2)).unwrap()).unwrap();
