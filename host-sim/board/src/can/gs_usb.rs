@@ -73,7 +73,7 @@ pub(super) fn advice(kind: io::ErrorKind) -> &'static str {
             "a network interface of Linux starts with `sudo ip link set can0 up type can bitrate 1000000`; another program must end first"
         }
         io::ErrorKind::Unsupported => {
-            "a container or a virtual machine must be given the USB device; on Windows the adapter needs the driver WinUSB, which candleLight requests by itself"
+            "a container or a virtual machine must be given the USB device; on Windows the adapter needs the driver WinUSB, which Windows installs by itself for candleLight"
         }
         _ => "unplug it and plug it in again, and check that its firmware is up to date",
     }
