@@ -1,6 +1,7 @@
 //! Interface to a CAN adapter.
 
 use super::frame::CanFrame;
+use std::collections::VecDeque;
 use std::io;
 
 /// A CAN adapter at 1 Mbit/s. No call waits for hardware, because the control tick makes them.
@@ -27,6 +28,14 @@ pub trait Adapter: Send {
 
 /// Received frames that an adapter keeps: as many as a tick reads. The oldest are dropped, so that none is older than a tick.
 pub const RECEIVED_MAX: usize = 16;
+
+/// Appends a received frame, or the error instead of one. Of [`RECEIVED_MAX`], the oldest is dropped.
+pub(super) fn keep_newest<T>(received: &mut VecDeque<T>, frame: T) {
+    if received.len() >= RECEIVED_MAX {
+        received.pop_front();
+    }
+    received.push_back(frame);
+}
 
 /// Ticks in which frames of an earlier tick may wait. The same as without replies before a joint is at fault.
 pub const UNSENT_MAX: u32 = joint_io::MISSING_MAX;

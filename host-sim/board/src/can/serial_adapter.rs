@@ -1,6 +1,6 @@
 //! Adapters on a serial port: a thread reads; writing does not wait.
 
-use super::adapter::{Adapter, RECEIVED_MAX, UNSENT_MAX};
+use super::adapter::{Adapter, UNSENT_MAX, keep_newest};
 use super::frame::CanFrame;
 use core::marker::PhantomData;
 use serialport::{ClearBuffer, SerialPort};
@@ -104,11 +104,7 @@ fn read<P: Protocol>(port: &mut dyn SerialPort, shared: &Shared) {
                 Parsed::Frame(frame) => Ok(frame),
                 Parsed::Error => Err(()),
             };
-            let mut received = shared.received();
-            if received.len() >= RECEIVED_MAX {
-                received.pop_front();
-            }
-            received.push_back(result);
+            keep_newest(&mut shared.received(), result);
         }
     }
 }

@@ -3,7 +3,7 @@
 //! The interface returns each frame to the program once it was sent. So the program knows which frames still wait in the kernel, where nobody can take them
 //! back: no further frame is sent until they have gone.
 
-use super::adapter::{Adapter, RECEIVED_MAX, UNSENT_MAX};
+use super::adapter::{Adapter, UNSENT_MAX, keep_newest};
 use super::frame::{CanFrame, id};
 use embedded_can::Frame as _;
 use socketcan::{CanError, CanSocket, Frame as _, Socket as _, SocketOptions as _};
@@ -66,12 +66,7 @@ impl Socket {
             // No drive answers with a frame that is a command: the robot file's identifiers are checked for that.
             match self.unsent.iter().position(|sent| *sent == frame) {
                 Some(place) => drop(self.unsent.remove(place)),
-                None => {
-                    if self.received.len() >= RECEIVED_MAX {
-                        self.received.pop_front();
-                    }
-                    self.received.push_back(frame);
-                }
+                None => keep_newest(&mut self.received, frame),
             }
         }
     }

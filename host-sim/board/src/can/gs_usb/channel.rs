@@ -1,6 +1,6 @@
 //! A channel as an [`Adapter`].
 
-use super::super::adapter::{Adapter, RECEIVED_MAX, UNSENT_MAX};
+use super::super::adapter::{Adapter, UNSENT_MAX, keep_newest};
 use super::super::frame::CanFrame;
 use super::host_frame::{Content, FRAME_BYTES, decode, encode};
 use super::requests::{self, Started};
@@ -30,7 +30,7 @@ const MAILBOXES_MS: u64 = 1;
 pub(super) struct GsUsb<T: Transport> {
     /// `None` once the adapter is off.
     usb: Option<T>,
-    /// The thread that resets the channel when the adapter is off or closed, because a tick must not wait for that.
+    /// The thread that takes the channel off the bus when the adapter is off or closed, because a tick must not wait for that.
     closing: Option<(Sender<T>, JoinHandle<()>)>,
     channel: u8,
     /// Bytes of a transfer to the adapter.
@@ -99,7 +99,7 @@ impl<T: Transport> GsUsb<T> {
         })
     }
 
-    /// Stops using the adapter, and lets the thread reset it.
+    /// Stops using the adapter, and lets the thread take it off the bus.
     fn leave(&mut self, reason: Off) {
         if let (Some(usb), Some((closing, _))) = (self.usb.take(), &self.closing) {
             // The thread waits for it.
@@ -139,10 +139,7 @@ impl<T: Transport> GsUsb<T> {
     }
 
     fn keep(&mut self, result: Result<CanFrame, ()>) {
-        if self.received.len() >= RECEIVED_MAX {
-            self.received.pop_front();
-        }
-        self.received.push_back(result);
+        keep_newest(&mut self.received, result);
     }
 
     /// The reason why it is off.
@@ -205,7 +202,7 @@ impl<T: Transport> Adapter for GsUsb<T> {
 }
 
 impl<T: Transport> Drop for GsUsb<T> {
-    /// Waits for the last frames, which may switch drives off. Then resets the channel.
+    /// Waits for the last frames, which may switch drives off. Then the channel leaves the bus.
     fn drop(&mut self) {
         for _ in 0..LAST_MS {
             self.read_all();
@@ -219,7 +216,7 @@ impl<T: Transport> Drop for GsUsb<T> {
             sleep(Duration::from_millis(MAILBOXES_MS));
             let _ = closing.send(usb);
         }
-        // Without a sender the thread ends, if it has not reset the channel long ago.
+        // Without a sender the thread ends, if it has not ended long ago.
         drop(closing);
         let _ = thread.join();
     }
