@@ -4,7 +4,7 @@ use crate::plant::drives::{Drives, Order};
 use crate::plant::sensor::Sensors;
 use crate::plant::solver::{AtOnce, Solver, now};
 use crate::plant::{Diverged, Plant};
-pub use crate::run::sensing::Sensing;
+use crate::run::sensing::Sensing;
 use actuator_model::frame::Frame;
 use core::fmt;
 use dynamics_core::control::Spring;

@@ -13,7 +13,8 @@ use crate::session::dry_run::DryRun;
 use joint_io::higher;
 use link::convert::array;
 use link::{Actuation, DriveFaultReport, Frame, Lines, Pacing, Sensed};
-use sim::run::world::{Sensing, World};
+use sim::run::sensing::Sensing;
+use sim::run::world::World;
 use std::time::Duration;
 
 /// A dry run with a simulated arm.
