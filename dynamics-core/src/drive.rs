@@ -10,7 +10,7 @@ pub mod kind;
 
 use crate::control::Spring;
 
-pub use kind::{Damiao, DriveFacts, DriveKind, MiniCheetah, PositionMemory, Protocol, RobStride};
+pub use kind::{Damiao, DriveFacts, DriveKind, MiniCheetah, MyActuator, PositionMemory, Protocol, RobStride};
 
 /// The lowest and the highest value that a field of a frame can carry.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -175,7 +175,8 @@ impl DataRate {
 
 /// An actuator on a CAN bus with its own impedance loop: position, velocity, stiffness, damping and torque in one frame.
 ///
-/// The frames that it understands are a type: [`MiniCheetah`], [`Damiao`] or [`RobStride`], so that a firmware contains the code of one kind.
+/// The frames that it understands are a type, [`MiniCheetah`], [`Damiao`], [`RobStride`] or [`MyActuator`], so that a firmware contains the code of
+/// one kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MitDrive {
     /// Number of its bus, counted from 0.

@@ -37,13 +37,19 @@ pub struct DriveFacts {
     pub identifier: Identifier,
     /// Bits of the fields of velocity and torque.
     pub torque_bits: u32,
-    /// True if the number of bytes of a reply differs between makers, so that the robot file gives it. Otherwise a reply has eight bytes, and
-    /// `robot-compiler/actuators.toml` has the ranges of the actuators.
+    /// True if the number of bytes of a reply differs between makers, so that the robot file gives it. Otherwise a reply has eight bytes.
     pub reply_varies: bool,
+    /// True if the ranges of the frames depend on the drive's firmware and not on its model alone. Then a robot file must give them, and
+    /// `robot-compiler/actuators.toml` has no actuator of this kind.
+    pub ranges_vary: bool,
     /// True if a reply shows whether the drive is on. Otherwise only its torque shows that.
     pub reports_state: bool,
     /// Number of low bits of the drive's identifier that a reply carries.
     pub reply_id_bits: u32,
+    /// Identifier of a reply minus the drive's own, if it is fixed. Otherwise the robot file gives the identifier of the replies.
+    pub reply_offset: Option<u16>,
+    /// Lowest and highest identifier that a drive can have.
+    pub ids: (u8, u8),
     /// Offsets of the identifiers of its other modes' commands from its own identifier.
     pub other_modes: &'static [u16],
     /// Identifier with which the settings of all drives of this kind are read and written.
@@ -70,8 +76,11 @@ impl DriveKind for MiniCheetah {
         identifier: Identifier::Standard,
         torque_bits: 12,
         reply_varies: true,
+        ranges_vary: false,
         reports_state: false,
         reply_id_bits: 8,
+        reply_offset: None,
+        ids: (0, 255),
         other_modes: &[],
         settings_id: None,
     };
@@ -92,8 +101,11 @@ impl DriveKind for Damiao {
         identifier: Identifier::Standard,
         torque_bits: 12,
         reply_varies: false,
+        ranges_vary: false,
         reports_state: true,
         reply_id_bits: 4,
+        reply_offset: None,
+        ids: (0, 255),
         // Position and velocity; velocity; position and force.
         other_modes: &[0x100, 0x200, 0x300],
         settings_id: Some(0x7ff),
@@ -114,8 +126,41 @@ impl DriveKind for RobStride {
         identifier: Identifier::Extended,
         torque_bits: 16,
         reply_varies: false,
+        ranges_vary: false,
         reports_state: true,
         reply_id_bits: 8,
+        reply_offset: None,
+        ids: (0, 255),
+        other_modes: &[],
+        settings_id: None,
+    };
+}
+
+/// Frames of MyActuator's RMD drives in motion mode: the mini-cheetah's commands and replies, with identifiers of their own.
+///
+/// A reply carries only the state. Switching on, switching off and the drive's status have other identifiers and other answers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MyActuator;
+
+impl DriveKind for MyActuator {
+    const FACTS: DriveFacts = DriveFacts {
+        name: "myactuator",
+        // Generation V2 has one encoder, on the motor; V3 and V4 have a second one on the output. No document says what the position of motion
+        // mode is after a start, so the least is assumed.
+        memory: PositionMemory::MotorTurn,
+        // A reset was measured to take 1.12 s (almond-bot/axol, `myactuator.py`).
+        restart_us: 10_000,
+        // It can be written (0xB3), not read, and is kept without power.
+        has_timeout: false,
+        identifier: Identifier::Standard,
+        torque_bits: 12,
+        reply_varies: false,
+        ranges_vary: true,
+        reports_state: false,
+        reply_id_bits: 8,
+        reply_offset: Some(0x500),
+        // Above 32, identifiers of answers would be those of commands to groups.
+        ids: (1, 32),
         other_modes: &[],
         settings_id: None,
     };
@@ -163,4 +208,4 @@ macro_rules! registry {
     };
 }
 
-registry! { $ MiniCheetah, Damiao, RobStride }
+registry! { $ MiniCheetah, Damiao, RobStride, MyActuator }

@@ -121,13 +121,17 @@ impl Bus {
         }
     }
 
-    /// Delivers the delayed frames of the previous tick, then calls [`Bus::exchange`].
+    /// Delivers the delayed frames of the previous tick, calls [`Bus::exchange`], and takes the frames that actuators send by themselves.
     pub fn serve(&mut self) {
         self.arrived.extend(self.later.drain(..));
         for frame in std::mem::take(&mut self.delayed) {
             self.deliver(&frame);
         }
         self.exchange();
+        if !self.off && !self.stuck {
+            let heard = self.actuators.iter_mut().filter(|it| !self.unplugged.contains(&it.electronics.id));
+            self.arrived.extend(heard.filter_map(|it| it.electronics.unasked()));
+        }
     }
 
     /// Fate of a command.

@@ -6,6 +6,7 @@
 mod actuator;
 mod frames;
 mod language;
+mod my_actuator;
 
 use crate::frame::{Frame, Order};
 
@@ -48,6 +49,7 @@ pub enum Memory {
 /// | mini-cheetah | no torque until the next command (B. Katz: the command becomes zero) | unchanged: it cannot be read or set over the bus |
 /// | Damiao | off, with [`error::SILENCE`] until it is cleared | 0.4 s (i2rt's setting of YAM) |
 /// | RobStride | off | none |
+/// | MyActuator | no torque until the second command after it | unchanged; the maker's is none |
 #[derive(Clone, Debug, PartialEq)]
 pub struct Electronics {
     /// Its protocol.
@@ -68,6 +70,8 @@ pub struct Electronics {
     pub first_timeout: f64,
     /// True if it ignores frames about its settings, as older firmware of a drive does.
     pub has_no_settings: bool,
+    /// True if it sends its status by itself while it has an error; only MyActuator drives do.
+    pub reports_errors: bool,
     /// True if it ignores the frame that enables it.
     pub ignores_enable: bool,
     /// Part of its position that survives a loss of power.
@@ -88,6 +92,8 @@ pub struct Electronics {
     /// True if a frame switched it off while it gave torque.
     told_off: bool,
     silent_for: f64,
+    /// Time for which it has had something to report and has not sent it by itself, s.
+    unasked_for: f64,
     zero: f64,
     told: Setpoint,
     torque: f64,
@@ -107,6 +113,7 @@ impl Electronics {
             timeout: 0.1,
             first_timeout: 0.1,
             has_no_settings: false,
+            reports_errors: false,
             ignores_enable: false,
             memory: Memory::Turn(core::f64::consts::TAU / 6.0),
             error: 0,
@@ -118,6 +125,7 @@ impl Electronics {
             enabled: false,
             told_off: false,
             silent_for: 0.0,
+            unasked_for: 0.0,
             zero: 0.0,
             told: Setpoint::default(),
             torque: 0.0,
@@ -131,6 +139,7 @@ impl Electronics {
             Language::MiniCheetah => (self.first_timeout, self.memory),
             Language::Damiao => (0.4, Memory::Turn(core::f64::consts::TAU)),
             Language::RobStride => (0.0, Memory::Turn(core::f64::consts::TAU)),
+            Language::MyActuator => (0.0, self.memory),
         };
         Self { language, timeout, first_timeout: timeout, memory, ..self }
     }
@@ -139,7 +148,7 @@ impl Electronics {
     /// memory holds.
     pub fn restart(&mut self, shaft: &Shaft) {
         (self.enabled, self.error, self.silent_for, self.timeout) = (false, 0, 0.0, self.first_timeout);
-        self.told_off = false;
+        (self.told_off, self.reports_errors) = (false, false);
         (self.told, self.torque, self.powered) = (Setpoint::default(), 0.0, true);
         let position = shaft.position - self.zero;
         let shown = match self.memory {
@@ -196,6 +205,7 @@ impl Electronics {
                 _ => Order::Torque,
             },
             (Language::Damiao, _) if frame.id == REGISTERS => Order::Setting,
+            (Language::MyActuator, _) => self.order_of_my_actuator(frame),
             (_, [0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, last]) => match last {
                 0xfc => Order::Enable,
                 0xfd => Order::Disable,
@@ -236,12 +246,13 @@ impl Electronics {
             return;
         }
         self.silent_for += dt;
+        self.wait_to_report(dt);
         if self.error == 0 {
             self.error = self.found();
         }
         if self.enabled && self.is_silent() {
             match self.language {
-                Language::MiniCheetah => {}
+                Language::MiniCheetah | Language::MyActuator => {}
                 Language::Damiao => (self.enabled, self.error) = (false, error::SILENCE),
                 Language::RobStride => self.enabled = false,
             }

@@ -7,7 +7,7 @@
 #[path = "../tests/explore/checker/mod.rs"]
 mod checker;
 
-use actuator_model::mit::Language::{self, Damiao, MiniCheetah, RobStride};
+use actuator_model::mit::Language::{self, Damiao, MiniCheetah, MyActuator, RobStride};
 use checker::explorer::{Bounds, explore};
 use checker::scene::{Kinds, Setup};
 use dynamics_core::drive;
@@ -18,13 +18,15 @@ const LINK: Kinds = Kinds { requests: true, host: true, ..Kinds::NONE };
 const BUS: Kinds = Kinds { frames: true, drives: true, ..Kinds::NONE };
 
 /// Name, number of joints, protocol, safe action, largest number of events, kinds of events.
-const SEARCHES: [(&str, usize, Language, SafeAction, u8, Kinds); 15] = [
+const SEARCHES: [(&str, usize, Language, SafeAction, u8, Kinds); 17] = [
     ("two_mini_cheetah_brake", 1, MiniCheetah, Brake, 2, Kinds::ALL),
     ("two_mini_cheetah_damped_stop", 1, MiniCheetah, DampedStop, 2, Kinds::ALL),
     ("two_damiao_brake", 1, Damiao, Brake, 2, Kinds::ALL),
     ("two_damiao_damped_stop", 1, Damiao, DampedStop, 2, Kinds::ALL),
     ("two_robstride_brake", 1, RobStride, Brake, 2, Kinds::ALL),
     ("two_robstride_damped_stop", 1, RobStride, DampedStop, 2, Kinds::ALL),
+    ("two_myactuator_brake", 1, MyActuator, Brake, 2, Kinds::ALL),
+    ("two_myactuator_damped_stop", 1, MyActuator, DampedStop, 2, Kinds::ALL),
     ("two_on_two_joints_mini_cheetah_brake", 2, MiniCheetah, Brake, 2, Kinds::ALL),
     ("two_on_two_joints_damiao_damped_stop", 2, Damiao, DampedStop, 2, Kinds::ALL),
     ("three_of_the_link_damiao_brake", 1, Damiao, Brake, 3, LINK),
@@ -52,7 +54,7 @@ fn main() -> ExitCode {
     let mut code = ExitCode::SUCCESS;
     for (_, joints, language, action, budget, events) in SEARCHES.into_iter().filter(|search| search.0.contains(&name))
     {
-        let absolute = language != MiniCheetah;
+        let absolute = !matches!(language, MiniCheetah | MyActuator);
         let setup = Setup { language, action, absolute, rest: action != Brake, budget, within, events, mutant: None };
         let bounds = Bounds { seconds, threads: 1, depth_first: true };
         let explored = match (language, joints) {
@@ -61,6 +63,7 @@ fn main() -> ExitCode {
             (Damiao, 1) => explore::<drive::Damiao, 1>(setup, bounds),
             (Damiao, _) => explore::<drive::Damiao, 2>(setup, bounds),
             (RobStride, _) => explore::<drive::RobStride, 1>(setup, bounds),
+            (MyActuator, _) => explore::<drive::MyActuator, 1>(setup, bounds),
         };
         println!("{joints} joints, {language:?}, {action:?}, {budget} events of {events:?}: {explored}");
         if !explored.broken.is_empty() {

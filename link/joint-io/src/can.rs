@@ -22,6 +22,7 @@
 //! | from one without an outstanding reply | counted as a duplicate and ignored |
 //! | with an unknown identifier or another length, or remote | counted for the bus and ignored |
 //! | about a setting that was not requested | counted for the bus and ignored |
+//! | a notice with an error, requested or not | the joint is at fault until a status without an error |
 //!
 //! ## On
 //!
@@ -32,6 +33,7 @@
 //! |---|---|
 //! | carry the drive's state (`reports_state` of its [facts](dynamics_core::drive::DriveFacts)) | replies with state "on" in two ticks |
 //! | carry no state | a reply to the frame, then a reply with the torque of a probe, a fiftieth of the frame's range |
+//! | carry no state, and the frame gets a notice instead ([`Frames::NOTICES`]) | that notice, a status without an error, then the same probe |
 //!
 //! Two ticks are needed because a reply that arrives a tick late answers the previous frame. The brakes open only if every drive is on, has
 //! replied in this tick, and gives the commanded torque.
@@ -45,6 +47,9 @@
 //! Before a drive is enabled, its own communication timeout is read and set, if the protocol has one. If the drive does not confirm it within
 //! [`TIMEOUT_TRIES`] frames, the joint is at fault.
 //!
+//! A drive that sends notices is switched off by [`Frames::exit`] until it confirms it. Then it gets commands without torque and gains, because only
+//! a command gets a reply with its position.
+//!
 //! Frames are not numbered, so an actuator that always answers one tick late looks punctual after its first missing reply, which is counted. The
 //! bus bounds its delay: its reply must arrive before its next one.
 
@@ -52,6 +57,7 @@ mod bus;
 mod joint;
 mod joint_io;
 mod limits;
+mod notice;
 mod reply;
 mod send;
 

@@ -22,12 +22,27 @@ pub enum Setting {
     Other,
 }
 
+/// Frame of a drive that is neither a reply to a command nor an answer about a setting ([`Frames::NOTICES`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Notice {
+    /// The drive has carried out [`Frames::enter`].
+    On,
+    /// The drive has carried out [`Frames::exit`].
+    Off,
+    /// The drive's error code, as in [`Reply::error`]; 0 without an error. An answer, or sent by a drive with an error.
+    Status(u8),
+}
+
 /// The frames that a kind of actuator understands.
 ///
 /// All functions are total: NaN is never sent, and a reply that could be misread is not accepted.
 pub trait Frames: DriveKind {
     /// True if the identifier of a command depends on its values, so that the order of sending changes from tick to tick.
     const COMMAND_IN_IDENTIFIER: bool = false;
+
+    /// True if only a command gets a reply, and a [`Notice`] answers the frames that switch the drive on and off and that read its status. Then
+    /// replies carry no error, and [`Frames::request_status`] returns a frame.
+    const NOTICES: bool = false;
 
     /// Returns the frame with position, velocity, stiffness, damping and torque; values beyond their range are clamped. `None` if one is NaN.
     fn command(drive: &MitDrive, setpoint: &Setpoint) -> Option<Packet>;
@@ -51,6 +66,26 @@ pub trait Frames: DriveKind {
     fn write_timeout(drive: &MitDrive) -> Option<Packet> {
         let _ = drive;
         None
+    }
+
+    /// Returns the frame that reads the drive's error, which a [`Notice::Status`] answers; `None` if replies carry the error.
+    fn request_status(drive: &MitDrive) -> Option<Packet> {
+        let _ = drive;
+        None
+    }
+
+    /// Reads a notice; `None` for any other frame. A notice is never a [`Frames::reply`].
+    fn notice(drive: &MitDrive, id: Id, data: &[u8]) -> Option<Notice> {
+        let _ = (drive, id, data);
+        None
+    }
+
+    /// Returns the identifier of the drive to which a frame with this identifier is sent. Belongs to no drive if all drives receive the frame.
+    fn receiver(id: Id) -> u32 {
+        match id {
+            Id::Standard(id) => u32::from(id.as_raw()),
+            Id::Extended(id) => id.as_raw() & 0xff,
+        }
     }
 
     /// Reads an answer about a setting; `None` for any other frame. An answer is never a [`Frames::reply`].

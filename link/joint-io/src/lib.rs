@@ -5,7 +5,7 @@
 //! |---|---|
 //! | [`frames`] | interface to the commands and replies of an actuator on CAN, for any maker |
 //! | [`mit`] | packing of commands and replies of MIT-mode actuators |
-//! | [`mini_cheetah`], [`damiao`], [`robstride`] | the frames of three kinds of actuators |
+//! | [`mini_cheetah`], [`damiao`], [`robstride`], [`my_actuator`] | the frames of four kinds of actuators |
 //! | [`bus_time`] | time that frames need on a CAN bus, and the highest rate of a schedule; re-exported from `dynamics-core` |
 //! | [`can_bus`] | interface to a CAN bus for the schedule of commands |
 //! | [`can`] | actuators on up to three CAN buses: the schedule of commands, and the checks of replies |
@@ -26,6 +26,7 @@ pub mod damiao;
 pub mod frames;
 pub mod mini_cheetah;
 pub mod mit;
+pub mod my_actuator;
 pub mod pwm;
 pub mod queued;
 pub mod robstride;

@@ -10,6 +10,7 @@ impl Electronics {
         match self.language {
             Language::RobStride => frame.extended && frame.id & 0xff == u32::from(self.id),
             Language::MiniCheetah => !frame.extended && frame.id == u32::from(self.id),
+            Language::MyActuator => self.hears_as_my_actuator(frame),
             Language::Damiao => {
                 let asked = frame.id == REGISTERS && frame.data.first().copied() == Some(self.id as u8);
                 !frame.extended && (frame.id == u32::from(self.id) || asked)
@@ -22,6 +23,7 @@ impl Electronics {
         match self.language {
             _ if !self.powered => None,
             Language::RobStride => self.answer_as_robstride(frame, shaft),
+            Language::MyActuator => self.answer_as_my_actuator(frame, shaft),
             Language::Damiao if frame.id == REGISTERS => self.answer_about_a_register(frame),
             Language::MiniCheetah | Language::Damiao => {
                 self.receive(&frame.data, shaft).map(|data| Frame::standard(self.reply_id, data))

@@ -10,13 +10,20 @@ pub enum Language {
     Damiao,
     /// RobStride's private protocol; its replies go to the host with the identifier [`Electronics::reply_id`](super::Electronics::reply_id).
     RobStride,
+    /// The motion mode of MyActuator's RMD drives.
+    MyActuator,
 }
 
 impl Language {
     /// Returns the protocol with this name in robot files.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
-        let all = [("mit", Self::MiniCheetah), ("damiao", Self::Damiao), ("robstride", Self::RobStride)];
+        let all = [
+            ("mit", Self::MiniCheetah),
+            ("damiao", Self::Damiao),
+            ("robstride", Self::RobStride),
+            ("myactuator", Self::MyActuator),
+        ];
         all.into_iter().find(|(other, _)| *other == name).map(|(_, language)| language)
     }
 }

@@ -55,11 +55,13 @@ pub(super) fn transmit<B: CanBus>(bus: &mut B, packet: &Packet, counts: &mut Bus
 
 /// Records that a frame with this identifier was not sent, for the joint that it was for. A Damiao's frame about a setting has an identifier that
 /// belongs to no joint and is not recorded.
-pub(super) fn drop_frame<const N: usize>(id: Id, bus: u8, drives: &[MitDrive; N], joints: &mut [CanJoint; N]) {
-    let to = match id {
-        Id::Standard(id) => u32::from(id.as_raw()),
-        Id::Extended(id) => id.as_raw() & 0xff,
-    };
+pub(super) fn drop_frame<F: Frames, const N: usize>(
+    id: Id,
+    bus: u8,
+    drives: &[MitDrive; N],
+    joints: &mut [CanJoint; N],
+) {
+    let to = F::receiver(id);
     let mut ours = drives.iter().zip(joints).filter(|(drive, _)| drive.bus == bus && u32::from(drive.id) == to);
     if let Some((_, joint)) = ours.next() {
         joint.dropped();
@@ -87,7 +89,7 @@ pub(super) fn collect<F: Frames, B: CanBus, const N: usize>(
     }
     for _ in 0..OUT {
         let Some(id) = bus.dropped() else { break };
-        drop_frame(id, index, drives, joints);
+        drop_frame::<F, N>(id, index, drives, joints);
     }
     let off = bus.is_off();
     counts.off = counts.off.wrapping_add(u32::from(off));
@@ -107,6 +109,12 @@ pub(super) fn take_frame<'a, F: Frames, T: Frame, const N: usize>(
     let Some(first) = ours.next() else { return Some(&mut counts.foreign) };
     let data = if frame.is_data_frame() { frame.data() } else { &[] };
     for (drive, joint) in core::iter::once(first).chain(ours) {
+        if F::NOTICES
+            && let Some(notice) = F::notice(drive, id, data)
+        {
+            joint.take_notice(notice);
+            return None;
+        }
         if let Some(setting) = F::setting(drive, id, data) {
             if joint.take_setting(setting) {
                 return None;

@@ -1,6 +1,6 @@
 //! State of one joint, and its commands.
 
-use super::limits::{JointCounts, OWED_MAX, Order, PROBE_SHARE, PROBES};
+use super::limits::{JointCounts, OFF_NOTICES, OWED_MAX, Order, PROBE_SHARE, PROBES};
 use crate::frames::{Frames, Packet};
 use crate::mit::Setpoint;
 use dynamics_core::control::Spring;
@@ -16,10 +16,11 @@ pub(super) struct CanJoint {
     pub(super) powered: bool,
     /// Progress of enabling: 0 before the first frame, then 1. For a drive with replies that carry no state, one more with every probe.
     pub(super) asked: u8,
-    /// Number of ticks with a reply that has shown the drive on.
+    /// Number of ticks with a reply that has shown the drive on. For a drive that sends notices, the number of notices that it has sent since it
+    /// was first commanded on.
     pub(super) shown: u8,
     /// Number of ticks with a reply after which one may still show the drive off because it was commanded off. 0: it was commanded on since, or
-    /// did not receive the command.
+    /// did not receive the command. For a drive that sends notices, the number of notices that are due since it was last commanded to move.
     pub(super) off_due: u8,
     /// Setting of its communication timeout.
     pub(super) timeout: Timeout,
@@ -133,7 +134,11 @@ impl CanJoint {
             Order::Enable { damped: true } => Setpoint::damped(drive.damping),
             Order::Enable { damped: false } => Setpoint::torque(0.0),
             // Before the first frame the drive's state is unknown: a drive that was left on before the board's reset is damped too.
-            Order::Damp if self.powered || first => Setpoint::damped(drive.damping),
+            Order::Damp if self.powered || first => match self.status_request::<F>(drive, clears) {
+                Some(request) => return request,
+                None => Setpoint::damped(drive.damping),
+            },
+            Order::Damp | Order::Off if F::NOTICES => return self.switch_off::<F>(drive, first, clears),
             Order::Damp | Order::Off => {
                 (self.powered, self.off_due) = (false, OWED_MAX);
                 if clears
@@ -151,6 +156,9 @@ impl CanJoint {
     /// Returns the frame with this setpoint. A setpoint holds NaN only if a range or a damping is NaN: then the drive is switched off.
     pub(super) fn command<F: Frames>(&mut self, drive: &MitDrive, setpoint: &Setpoint) -> Packet {
         self.told = [*setpoint, self.told[0]];
+        if F::NOTICES {
+            self.off_due = OFF_NOTICES;
+        }
         F::command(drive, setpoint).unwrap_or_else(|| F::exit(drive))
     }
 
@@ -158,6 +166,9 @@ impl CanJoint {
     #[cold]
     #[inline(never)]
     pub(super) fn enable<F: Frames>(&mut self, drive: &MitDrive, damped: bool) -> Packet {
+        if F::NOTICES {
+            return self.switch_on::<F>(drive, damped);
+        }
         if self.error != 0
             && let Some(clear) = F::clear(drive)
         {

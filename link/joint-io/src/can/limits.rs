@@ -27,6 +27,12 @@ pub(super) const PROBES: u8 = 4;
 /// Number of ticks with a reply that must show that a drive is on.
 pub(super) const SHOWN: u8 = 2;
 
+/// Number of notices of a drive that is switched on, before it gets a probe: that it is on, and a status without an error.
+pub(super) const ON_NOTICES: u8 = 2;
+
+/// Number of notices of a drive that is switched off: that it is off, and its status.
+pub(super) const OFF_NOTICES: u8 = 2;
+
 /// Largest number of frames about its communication timeout before a drive must have confirmed it.
 pub const TIMEOUT_TRIES: u8 = 12;
 

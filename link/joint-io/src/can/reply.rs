@@ -37,8 +37,10 @@ impl CanJoint {
         self.position = drive.gearing.joint_position(reply.position);
         self.velocity = drive.gearing.joint_velocity(reply.velocity);
         self.torque = drive.gearing.joint_torque(reply.torque);
-        (self.temperature, self.error) = (reply.temperature, reply.error);
-        let found = JointFaults::RANGE.when(reply.saturated) | JointFaults::DRIVE.when(reply.error != 0);
+        // A reply without an error says nothing about the one that the drive's last status reported.
+        let error = if F::NOTICES { self.error } else { reply.error };
+        (self.temperature, self.error) = (reply.temperature, error);
+        let found = JointFaults::RANGE.when(reply.saturated) | JointFaults::DRIVE.when(error != 0);
         self.faults = self.faults.without(JointFaults::RANGE | JointFaults::DRIVE) | found;
         if F::FACTS.reports_state {
             self.take_state(reply, drive, first);

@@ -84,7 +84,7 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> C
         joint.sent(sent != Sent::Refused);
         if let Sent::InPlaceOf(id) = sent {
             let bus = drive.bus;
-            drop_frame(id, bus, &self.drives, &mut self.joints);
+            drop_frame::<F, N>(id, bus, &self.drives, &mut self.joints);
         }
     }
 }

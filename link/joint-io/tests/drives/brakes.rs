@@ -3,7 +3,7 @@
 use crate::rig::{BRAKE_DELAY, ENGAGES, FALL, H, INERTIA, Rig, WEIGHT, rules};
 use actuator_model::mit::Language;
 use dynamics_core::control::{ControlLaw, Fault};
-use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
+use dynamics_core::drive::{Damiao, MiniCheetah, MyActuator, RobStride};
 use dynamics_core::safety::{SafeAction, State};
 use joint_io::frames::Frames;
 use link::Request;
@@ -22,15 +22,16 @@ fn disarm<F: Frames>(language: Language, delay: u32) -> (u32, f64) {
         rig.tick();
     }
     assert_eq!(rig.state(), State::Idle, "{language:?}");
-    assert!(!rig.electronics(|it| it.is_enabled()), "{language:?}");
+    assert!(rig.is_off(), "{language:?}");
     (ticks, at - rig.q)
 }
 
-fn each(delay: u32) -> [(Language, (u32, f64)); 3] {
+fn each(delay: u32) -> [(Language, (u32, f64)); 4] {
     [
         (Language::MiniCheetah, disarm::<MiniCheetah>(Language::MiniCheetah, delay)),
         (Language::Damiao, disarm::<Damiao>(Language::Damiao, delay)),
         (Language::RobStride, disarm::<RobStride>(Language::RobStride, delay)),
+        (Language::MyActuator, disarm::<MyActuator>(Language::MyActuator, delay)),
     ]
 }
 
@@ -75,6 +76,7 @@ fn a_fault_lets_the_joint_fall_until_the_brake_has_engaged_and_no_farther() {
             (Language::MiniCheetah, stop::<MiniCheetah>(Language::MiniCheetah, after)),
             (Language::Damiao, stop::<Damiao>(Language::Damiao, after)),
             (Language::RobStride, stop::<RobStride>(Language::RobStride, after)),
+            (Language::MyActuator, stop::<MyActuator>(Language::MyActuator, after)),
         ] {
             let left = f64::from(ENGAGES - after) * H;
             let falls = FALL * left * left / (f64::from(ENGAGES) * H).powi(2);
@@ -107,6 +109,7 @@ fn a_joint_whose_host_is_gone_is_carried_until_its_brake_has_engaged() {
         (Language::MiniCheetah, lose_host::<MiniCheetah>(Language::MiniCheetah)),
         (Language::Damiao, lose_host::<Damiao>(Language::Damiao)),
         (Language::RobStride, lose_host::<RobStride>(Language::RobStride)),
+        (Language::MyActuator, lose_host::<MyActuator>(Language::MyActuator)),
     ] {
         assert!(sank.abs() < 0.001, "{language:?}: sank {sank} rad");
     }

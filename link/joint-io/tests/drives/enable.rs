@@ -4,7 +4,7 @@ use crate::rig::{ARMING, Rig};
 use actuator_model::bus::Fate;
 use actuator_model::mit::Language;
 use dynamics_core::control::Fault;
-use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
+use dynamics_core::drive::{Damiao, MiniCheetah, MyActuator, RobStride};
 use dynamics_core::safety::{self, SafeAction};
 use joint_io::frames::Frames;
 use link::Request;
@@ -82,6 +82,7 @@ fn brakes_open_only_on_a_drive_that_has_shown_that_it_is_on() {
                     (Language::MiniCheetah, arm::<MiniCheetah>(Language::MiniCheetah, loss, from, ticks)),
                     (Language::Damiao, arm::<Damiao>(Language::Damiao, loss, from, ticks)),
                     (Language::RobStride, arm::<RobStride>(Language::RobStride, loss, from, ticks)),
+                    (Language::MyActuator, arm::<MyActuator>(Language::MyActuator, loss, from, ticks)),
                 ] {
                     let case =
                         format!("{language:?}, {loss:?}, {ticks} ticks from {from}: {sank:.5} rad, open in {open:?}");
@@ -125,6 +126,7 @@ fn a_late_reply_does_not_open_the_brakes_on_a_drive_that_has_lost_its_power() {
             (Language::MiniCheetah, late_and_dark::<MiniCheetah>(Language::MiniCheetah, at)),
             (Language::Damiao, late_and_dark::<Damiao>(Language::Damiao, at)),
             (Language::RobStride, late_and_dark::<RobStride>(Language::RobStride, at)),
+            (Language::MyActuator, late_and_dark::<MyActuator>(Language::MyActuator, at)),
         ] {
             assert!(!opened, "{language:?}, reply {at} ticks after arming late");
         }
@@ -156,6 +158,7 @@ fn a_drive_that_never_comes_on_ends_in_a_fault_that_names_it_with_the_brakes_eng
         (Language::MiniCheetah, never::<MiniCheetah>(Language::MiniCheetah)),
         (Language::Damiao, never::<Damiao>(Language::Damiao)),
         (Language::RobStride, never::<RobStride>(Language::RobStride)),
+        (Language::MyActuator, never::<MyActuator>(Language::MyActuator)),
     ] {
         assert_eq!(fault, Some(Fault::DriveNotOn { joint: 0 }), "{language:?}");
         assert!((295..=305).contains(&ticks), "{language:?}: {ticks}");
@@ -193,6 +196,7 @@ fn a_drive_that_missed_its_enable_frame_is_enabled_by_the_next_arming() {
         assert!(again::<MiniCheetah>(Language::MiniCheetah, action), "{action:?}");
         assert!(again::<Damiao>(Language::Damiao, action), "{action:?}");
         assert!(again::<RobStride>(Language::RobStride, action), "{action:?}");
+        assert!(again::<MyActuator>(Language::MyActuator, action), "{action:?}");
     }
 }
 
@@ -208,7 +212,7 @@ fn exit_lost<F: Frames>(language: Language, lost: u32) {
     }
     rig.powered = true;
     rig.tick();
-    assert!(!rig.electronics(|it| it.is_enabled()), "{language:?}: not told again after {lost} ticks");
+    assert!(rig.is_off(), "{language:?}: not told again after {lost} ticks");
     rig.tick();
     assert_eq!(rig.readings().on, [false]);
 }
@@ -219,6 +223,7 @@ fn a_drive_that_did_not_hear_that_it_has_to_be_off_is_told_in_every_tick() {
         exit_lost::<MiniCheetah>(Language::MiniCheetah, lost);
         exit_lost::<Damiao>(Language::Damiao, lost);
         exit_lost::<RobStride>(Language::RobStride, lost);
+        exit_lost::<MyActuator>(Language::MyActuator, lost);
     }
 }
 

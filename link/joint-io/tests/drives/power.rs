@@ -5,7 +5,7 @@ use actuator_model::bus::{CommandFate, Disturbance, Fate};
 use actuator_model::frame::Order;
 use actuator_model::mit::{Language, Shaft};
 use dynamics_core::control::{Fault, Sensed};
-use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
+use dynamics_core::drive::{Damiao, MiniCheetah, MyActuator, RobStride};
 use dynamics_core::safety::{self, SafeAction};
 use joint_io::JointIo as _;
 use joint_io::can::WEAK_MAX;
@@ -22,6 +22,8 @@ fn trip<F: Frames>(language: Language) -> (u32, f64) {
         // Stands for an over-current trip: the drive is off and reports no error. The board did not send this frame.
         let off = match language {
             Language::RobStride => actuator_model::frame::Frame { id: 4 << 24 | 1, extended: true, data: vec![0; 8] },
+            // The next command would switch a MyActuator drive on again.
+            Language::MyActuator => panic!("it does not stay off"),
             _ => actuator_model::frame::Frame::standard(1, vec![0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xfd]),
         };
         it.answer(&off, &Shaft { position: at, velocity: 0.0 });
@@ -101,6 +103,8 @@ fn a_drive_that_was_without_power_has_lost_its_zero_unless_it_is_absolute() {
     for ticks in [12, 30, 175, 2000] {
         // With a gear ratio of 6, 1.2 rad are more than half a turn of the motor: after the restart the position is off by 60 degrees.
         let (lost, wrong) = dark::<MiniCheetah>(Language::MiniCheetah, ticks, false);
+        assert!(lost > 0 && (wrong - std::f64::consts::TAU / 6.0).abs() < 1e-3, "{ticks}: {lost}, {wrong}");
+        let (lost, wrong) = dark::<MyActuator>(Language::MyActuator, ticks, false);
         assert!(lost > 0 && (wrong - std::f64::consts::TAU / 6.0).abs() < 1e-3, "{ticks}: {lost}, {wrong}");
         // These drives know their angle within one turn of the shaft.
         for absolute in [false, true] {

@@ -5,7 +5,7 @@ use actuator_model::bus::Fate;
 use actuator_model::frame::Frame;
 use actuator_model::mit::Language;
 use dynamics_core::control::Sensed;
-use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
+use dynamics_core::drive::{Damiao, MiniCheetah, MyActuator, RobStride};
 use dynamics_core::safety::SafeAction;
 use joint_io::frames::Frames;
 use link::Request;
@@ -67,6 +67,12 @@ fn a_drive_of_another_kind_never_counts_as_on() {
     strange::<Damiao>(Language::Damiao, Language::RobStride, 8);
     strange::<RobStride>(Language::RobStride, Language::MiniCheetah, 6);
     strange::<RobStride>(Language::RobStride, Language::Damiao, 8);
+    for drive in [Language::MiniCheetah, Language::Damiao, Language::RobStride] {
+        strange::<MyActuator>(Language::MyActuator, drive, 8);
+    }
+    strange::<MiniCheetah>(Language::MiniCheetah, Language::MyActuator, 8);
+    strange::<Damiao>(Language::Damiao, Language::MyActuator, 8);
+    strange::<RobStride>(Language::RobStride, Language::MyActuator, 8);
 }
 
 /// An arm without brakes: its drive receives all frames, but its replies are lost for `ticks` ticks. The drive must go on damping.
@@ -92,5 +98,6 @@ fn a_drive_that_is_not_heard_goes_on_damping_an_arm_without_brakes() {
         damps_unheard::<MiniCheetah>(Language::MiniCheetah, ticks);
         damps_unheard::<Damiao>(Language::Damiao, ticks);
         damps_unheard::<RobStride>(Language::RobStride, ticks);
+        damps_unheard::<MyActuator>(Language::MyActuator, ticks);
     }
 }

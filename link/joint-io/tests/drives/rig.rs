@@ -283,6 +283,7 @@ impl<F: Frames> Rig<F> {
         let (reply_id, reply_bytes, timeout) = match language {
             Language::MiniCheetah => (0, 6, 0),
             Language::Damiao | Language::RobStride => (0x11, 8, 1000),
+            Language::MyActuator => (0x501, 8, 0),
         };
         let mut drive = MitDrive {
             bus: 0,
@@ -389,6 +390,16 @@ impl<F: Frames> Rig<F> {
     pub(crate) fn electronics<T>(&self, look: impl FnOnce(&mut Electronics) -> T) -> T {
         look(&mut self.wire.bus.borrow_mut().actuators[0].electronics)
     }
+
+    /// True if the drive is switched off, or follows a command without gains and with at most half a step of torque: a MyActuator drive that is off
+    /// is measured with such commands.
+    pub(crate) fn is_off(&self) -> bool {
+        self.electronics(|it| {
+            let told = it.told();
+            !it.is_enabled() || (told.kp == 0.0 && told.kd == 0.0 && told.torque.abs() <= it.torque_max / 4095.0)
+        })
+    }
+
     /// Runs one tick of the board, then simulates 1 ms of drive, joint and brake.
     pub(crate) fn tick(&mut self) {
         if self.ticking {

@@ -2,7 +2,7 @@
 
 use crate::rig::Rig;
 use actuator_model::mit::Language;
-use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
+use dynamics_core::drive::{Damiao, MiniCheetah, MyActuator, RobStride};
 use dynamics_core::safety::SafeAction;
 use joint_io::JointIo as _;
 use joint_io::frames::Frames;
@@ -120,4 +120,31 @@ fn a_drive_whose_board_has_died_gives_no_torque_after_its_timeout() {
         let most = if language == Language::MiniCheetah { 101 } else { 51 };
         assert!(ticks <= most, "{language:?}: {ticks}");
     }
+}
+
+/// Without a timeout the last command acts for ever. With the drive's own (0xB3, in its ROM) the board need not know of it.
+#[test]
+fn a_myactuator_goes_on_for_ever_unless_its_owner_has_set_a_timeout() {
+    let (ticks, _) = dead::<MyActuator>(Language::MyActuator);
+    assert_eq!(ticks, 2000, "the model has no timeout");
+    let mut rig = Rig::<MyActuator>::new(Language::MyActuator, SafeAction::Off);
+    let shaft = actuator_model::mit::Shaft::default();
+    // 100 ms.
+    let frame = actuator_model::frame::Frame::standard(0x141, vec![0xb3, 0, 0, 0, 100, 0, 0, 0]);
+    let answer = rig.electronics(|it| it.answer(&frame, &shaft));
+    assert_eq!(answer, Some(actuator_model::frame::Frame::standard(0x241, frame.data.clone())));
+    rig = rig.armed();
+    (rig.brakeless, rig.ticking) = (true, false);
+    for _ in 0..101 {
+        rig.tick();
+    }
+    assert!(!rig.electronics(|it| it.gives_torque()), "it gives no torque after its own timeout");
+    // It says so in a frame of its own, and that is a fault once the board runs again.
+    for _ in 0..1000 {
+        rig.tick();
+    }
+    (rig.brakeless, rig.ticking) = (false, true);
+    rig.tick();
+    assert!(rig.fault().is_some() && rig.readings().faults[0].contains(JointFaults::DRIVE));
+    assert_eq!(MyActuator::error_text(rig.readings().errors[0]), "commands stayed out");
 }

@@ -3,7 +3,7 @@
 use crate::rig::{Rig, WEIGHT};
 use actuator_model::mit::Language;
 use dynamics_core::control::Fault;
-use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
+use dynamics_core::drive::{Damiao, MiniCheetah, MyActuator, RobStride};
 use dynamics_core::safety::{SafeAction, State};
 use joint_io::can::WEAK_MAX;
 use joint_io::frames::Frames;
@@ -70,6 +70,7 @@ fn a_drive_that_loses_its_torque_and_stays_on_is_found_at_once() {
         (Language::MiniCheetah, loses::<MiniCheetah>(Language::MiniCheetah)),
         (Language::Damiao, loses::<Damiao>(Language::Damiao)),
         (Language::RobStride, loses::<RobStride>(Language::RobStride)),
+        (Language::MyActuator, loses::<MyActuator>(Language::MyActuator)),
     ] {
         println!("{language:?}: {sank:.5} rad, {ticks} ticks");
         assert!(ticks <= u32::from(WEAK_MAX) + 3 && sank < 0.001, "{language:?}: {sank} rad, {ticks} ticks");

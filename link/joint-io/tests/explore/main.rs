@@ -8,11 +8,11 @@ use checker::explorer::{Bounds, Explored, Explorer, explore};
 use checker::faulty::Mutant;
 use checker::judge::Rule;
 use checker::scene::{Kinds, Setup};
-use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
+use dynamics_core::drive::{Damiao, MiniCheetah, MyActuator, RobStride};
 use dynamics_core::safety::{SafeAction, State};
 
 fn setup(language: Language, action: SafeAction) -> Setup {
-    let absolute = language != Language::MiniCheetah;
+    let absolute = !matches!(language, Language::MiniCheetah | Language::MyActuator);
     Setup {
         language,
         action,
@@ -31,6 +31,7 @@ fn run<const N: usize>(setup: Setup) -> Explored {
         Language::MiniCheetah => explore::<MiniCheetah, N>(setup, bounds),
         Language::Damiao => explore::<Damiao, N>(setup, bounds),
         Language::RobStride => explore::<RobStride, N>(setup, bounds),
+        Language::MyActuator => explore::<MyActuator, N>(setup, bounds),
     };
     println!("{N} joints, {setup:?}: {explored}");
     explored
@@ -84,6 +85,8 @@ one_event! {
     one_event_damiao_damped_stop: Damiao, DampedStop, 1;
     one_event_robstride_brake: RobStride, Brake, 1;
     one_event_robstride_damped_stop: RobStride, DampedStop, 1;
+    one_event_myactuator_brake: MyActuator, Brake, 1;
+    one_event_myactuator_damped_stop: MyActuator, DampedStop, 1;
     one_event_two_joints_mini_cheetah_brake: MiniCheetah, Brake, 2;
     one_event_two_joints_damiao_damped_stop: Damiao, DampedStop, 2;
 }

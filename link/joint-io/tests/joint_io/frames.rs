@@ -1,13 +1,13 @@
-//! Tests of the frames of Damiao's and RobStride's motors, against frames written by hand from the documented layout, and with simulated drives.
+//! Tests of the frames of Damiao's, RobStride's and MyActuator's motors, against frames written by hand from the documented layout, and with simulated drives.
 
 use super::drive;
-use dynamics_core::drive::{Damiao, MitDrive, MitRanges, Range, RobStride};
+use dynamics_core::drive::{Damiao, MitDrive, MitRanges, MyActuator, Range, RobStride};
 use dynamics_core::safety::SafeAction;
 use embedded_can::{ErrorKind, ExtendedId, Frame, Id, StandardId};
 use joint_io::can::CanJoints;
 use joint_io::can_bus::{CanBus, NoBus};
 use joint_io::damiao::CLEAR;
-use joint_io::frames::{Frames, Packet};
+use joint_io::frames::{Frames, Notice, Packet};
 use joint_io::mit::{ENTER, EXIT, Setpoint};
 use joint_io::{JointIo as _, NoPin};
 use session::readings::JointFaults;
@@ -112,11 +112,99 @@ fn a_robstrides_reply_has_its_state_and_errors_in_the_identifier() {
     assert!(RobStride::answers(&drive, extended(0x0280_15fd)));
 }
 
+/// A MyActuator drive with identifier 0x15.
+fn my_actuator() -> MitDrive {
+    MitDrive { reply_id: 0x515, ..with_unit_ranges([16, 12, 12, 12, 12]) }
+}
+
+#[test]
+fn a_myactuator_has_the_commands_of_a_mini_cheetah_and_other_identifiers_for_everything_else() {
+    let drive = my_actuator();
+    let packet = MyActuator::command(&drive, &setpoint(SETPOINT)).unwrap();
+    assert_eq!(packet, Packet { id: standard(0x415), data: [0x12, 0x34, 0x56, 0x78, 0x9a, 0xbc, 0xde, 0xf0] });
+    assert_eq!(MyActuator::command(&drive, &Setpoint::torque(f32::NAN)), None);
+    let request = |first: u8| Packet { id: standard(0x155), data: [first, 0, 0, 0, 0, 0, 0, 0] };
+    assert_eq!(MyActuator::enter(&drive), request(0x77));
+    assert_eq!(MyActuator::exit(&drive), request(0x80));
+    assert_eq!(MyActuator::request_status(&drive), Some(request(0x9a)));
+    assert_eq!((MyActuator::clear(&drive), MyActuator::read_timeout(&drive)), (None, None));
+    for (id, receiver) in [(0x415, 0x15), (0x155, 0x15), (0x401, 1), (0x141, 1)] {
+        assert_eq!(MyActuator::receiver(standard(id)), receiver, "{id:x}");
+    }
+    assert!(MyActuator::receiver(standard(0x13f)) > 255 && MyActuator::receiver(extended(0x415)) > 255);
+}
+
+#[test]
+fn only_a_frame_with_the_identifier_of_replies_is_a_reply_of_a_myactuator() {
+    let drive = my_actuator();
+    let data = [0x15, 0x12, 0x34, 0x56, 0x78, 0x9a, 0, 0];
+    let reply = MyActuator::reply(&drive, standard(0x515), &data).unwrap();
+    let values = (reply.position, reply.velocity, reply.torque);
+    assert_eq!(values, (f32::from(0x1234_u16), f32::from(0x567_u16), f32::from(0x89a_u16)));
+    assert_eq!((reply.temperature, reply.error, reply.off, reply.saturated), (None, 0, false, false));
+    // Another length, another drive, bytes that are not zero, and other identifiers.
+    assert_eq!(MyActuator::reply(&drive, standard(0x515), &data[..6]), None);
+    for (at, value) in [(0, 0x16), (6, 1), (7, 1)] {
+        let mut other = data;
+        other[at] = value;
+        assert_eq!(MyActuator::reply(&drive, standard(0x515), &other), None, "byte {at}");
+    }
+    for id in [standard(0x255), standard(0x415), standard(0x155), standard(0x516), extended(0x515)] {
+        assert_eq!(MyActuator::reply(&drive, id, &data), None, "{id:?}");
+    }
+    for (id, answers) in [(0x515, true), (0x255, true), (0x415, false), (0x155, false), (0x516, false), (0x256, false)]
+    {
+        assert_eq!(MyActuator::answers(&drive, standard(id)), answers, "{id:x}");
+    }
+    assert!(!MyActuator::answers(&drive, extended(0x515)) && !MyActuator::answers(&drive, extended(0x255)));
+}
+
+#[test]
+fn a_myactuators_other_answers_are_notices() {
+    let drive = my_actuator();
+    let notice = |data: [u8; 8]| MyActuator::notice(&drive, standard(0x255), &data);
+    assert_eq!(notice([0x77, 0, 0, 0, 0, 0, 0, 0]), Some(Notice::On));
+    assert_eq!(notice([0x80, 0, 0, 0, 0, 0, 0, 0]), Some(Notice::Off));
+    // 50 and 45 degrees, brake released, 48.0 V; then the errors, low byte first.
+    let status = |low: u8, high: u8| notice([0x9a, 50, 45, 1, 0xe0, 0x01, low, high]);
+    assert_eq!(status(0, 0), Some(Notice::Status(0)));
+    for (low, high, text) in [
+        (0x02, 0x00, "stalled: it works again only after a restart"),
+        (0x04, 0x00, "supply voltage too low"),
+        (0x08, 0x00, "supply voltage too high"),
+        (0x10, 0x00, "too much current: it works again only after a restart"),
+        (0x40, 0x00, "too much power"),
+        (0x80, 0x00, "calibration parameters wrong: it works again only after a restart"),
+        (0x00, 0x01, "too fast"),
+        (0x00, 0x08, "components too hot"),
+        (0x00, 0x10, "motor too hot"),
+        (0x00, 0x20, "encoder not calibrated"),
+        (0x00, 0x40, "its encoder fails: it works again only after a restart"),
+        (0x01, 0x00, "an error that its manual does not name"),
+        // Of several the lowest bit.
+        (0x08, 0x10, "supply voltage too high"),
+    ] {
+        let Some(Notice::Status(error)) = status(low, high) else { panic!("{low:x} {high:x}") };
+        assert_eq!(MyActuator::error_text(error), text, "{low:x} {high:x}");
+    }
+    let Some(Notice::Status(error)) = notice([0xf1, 0, 0, 0, 0, 0, 0, 0]) else { panic!("its timeout has expired") };
+    assert_eq!(MyActuator::error_text(error), "commands stayed out");
+    // Answers to other requests, another drive's, a reply, and a short frame.
+    for what in [0x9c, 0x92, 0xb3, 0x20, 0xb2] {
+        assert_eq!(notice([what, 0, 0, 0, 0, 0, 0, 0]), None, "{what:x}");
+    }
+    for id in [standard(0x256), standard(0x515), extended(0x255)] {
+        assert_eq!(MyActuator::notice(&drive, id, &[0x77, 0, 0, 0, 0, 0, 0, 0]), None, "{id:?}");
+    }
+    assert_eq!(MyActuator::notice(&drive, standard(0x255), &[0x77]), None);
+}
+
 #[test]
 fn every_error_has_words() {
     for error in 1..=u8::MAX {
         assert_ne!(Damiao::error_text(error), "no error");
         assert_ne!(RobStride::error_text(error), "no error");
+        assert_ne!(MyActuator::error_text(error), "no error");
     }
 }
 

@@ -1,9 +1,8 @@
 //! The properties, judged from the simulated drives and the motion, never from the board's own estimate.
 
 use super::event::Event;
-use super::scene::{AGE_MAX, INERTIA, LOWERING_SPEED, PERIOD, Setup, WEIGHT};
+use super::scene::{AGE_MAX, INERTIA, LOWERING_SPEED, PERIOD, Setup, WEIGHT, reports_state};
 use super::world::World;
-use actuator_model::mit::Language;
 use dynamics_core::control::Fault;
 use dynamics_core::safety::{SafeAction, State};
 use joint_io::can::WEAK_MAX;
@@ -75,10 +74,10 @@ impl Rule {
 /// Largest number of periods for which brakes may stay open while a drive is off.
 ///
 /// Replies may be missing for [`AGE_MAX`] periods, the next one is late by one period, and the brakes close in the period that finds the drive
-/// off. A mini-cheetah's replies carry no state: its torque must be missing in more than [`WEAK_MAX`] of them.
+/// off. If replies carry no state, torque must be missing in more than [`WEAK_MAX`] of them.
 #[must_use]
 pub const fn off_max(setup: &Setup) -> u8 {
-    let replies = if matches!(setup.language, Language::MiniCheetah) { WEAK_MAX + 1 } else { 0 };
+    let replies = if reports_state(setup.language) { 0 } else { WEAK_MAX + 1 };
     replies + AGE_MAX as u8 + 2
 }
 

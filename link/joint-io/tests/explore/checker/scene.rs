@@ -206,7 +206,7 @@ pub fn drive(setup: &Setup, joint: u8) -> MitDrive {
         ranges: MitRanges { position: both(1.0), velocity: both(5.0), kp: up(500.0), kd: up(5.0), torque: both(18.0) },
         gearing: Gearing { ratio: 1.0, per_ratio: 1.0, zero: 0.0 },
         damping: 4.0,
-        timeout: if setup.language == Language::MiniCheetah { 0 } else { TIMEOUT },
+        timeout: if reports_state(setup.language) { TIMEOUT } else { 0 },
         restart_ticks: RESTART - 1,
         absolute: setup.absolute,
     }
@@ -229,11 +229,18 @@ pub fn electronics(setup: &Setup, joint: u8) -> Electronics {
     electronics
 }
 
+/// True if replies show whether the drive is on. Such drives also have a timeout that the board sets, and an error in their replies.
+#[must_use]
+pub const fn reports_state(language: Language) -> bool {
+    matches!(language, Language::Damiao | Language::RobStride)
+}
+
 /// Identifier and length of a drive's replies.
 fn reply(language: Language, joint: u8) -> (u16, u8) {
     match language {
         Language::MiniCheetah => (0, 6),
         Language::Damiao => (0x11 + u16::from(joint), 8),
         Language::RobStride => (0xfd, 8),
+        Language::MyActuator => (0x501 + u16::from(joint), 8),
     }
 }

@@ -211,7 +211,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
                 if drive.electronics.is_enabled() {
                     add(Event::Trip(i));
                 }
-                if drive.electronics.error == 0 && setup.language != actuator_model::mit::Language::MiniCheetah {
+                if drive.electronics.error == 0 && super::scene::reports_state(setup.language) {
                     add(Event::DriveError(i));
                 }
             }

@@ -64,8 +64,12 @@ impl Wire {
     /// Identifier of the drive that a command is for.
     fn addressee(frame: &Frame) -> u32 {
         // A Damiao's requests about settings share an identifier, and name the drive in their first byte.
-        let settings = !frame.extended && frame.id == 0x7ff;
-        if settings { frame.data.first().map_or(0, |id| u32::from(*id)) } else { frame.id & 0xff }
+        match frame.id {
+            0x7ff if !frame.extended => frame.data.first().map_or(0, |id| u32::from(*id)),
+            // The requests of a MyActuator drive; its commands have the identifier 0x400 higher than its own.
+            0x141..=0x160 if !frame.extended => frame.id - 0x140,
+            id => id & 0xff,
+        }
     }
 }
 
@@ -327,6 +331,7 @@ impl Drive {
         let Electronics { language, id, .. } = self.electronics;
         let shaft = self.shaft();
         let frame = match language {
+            Language::MyActuator => Frame::standard(0x140 + id, vec![0x80, 0, 0, 0, 0, 0, 0, 0]),
             Language::RobStride => Frame { id: 4 << 24 | 0xfd << 8 | u32::from(id), extended: true, data: vec![0; 8] },
             Language::MiniCheetah | Language::Damiao => Frame::standard(id, EXIT.to_vec()),
         };
