@@ -234,4 +234,25 @@ fn drives_of_the_other_kinds_say_their_whole_identifier() {
     of_kind("robstride", "actuator = \"RS00\"\nhost_id = 18\n").unwrap();
     let ranges = "position = [-12.5, 12.5]\nvelocity = [-50, 50]\nkp = [0, 500]\nkd = [0, 5]\ntorque = [-40, 40]\n";
     of_kind("mit", ranges).unwrap();
+    of_kind("myactuator", ranges).unwrap();
+}
+
+#[test]
+fn a_cubemars_of_the_table_has_the_ranges_of_its_name_and_a_myactuator_those_of_the_file() {
+    let file = |drive: &str| {
+        let text = format!(
+            "name = \"one\"\n[[joint]]\nname = \"a\"\ntype = \"revolute\"\ndh = {{ a = 0.5, alpha = 0.0, d = 0.0, theta = 0.0 }}\nmass = 1.0\n\
+             com = [-0.25, 0.0, 0.0]\nlimits = {{ position = [-1.5, 1.5], velocity = 2.0, torque = 10.0 }}\n[joint.drive]\nbus = 1\nid = 3\n\
+             damping = 1.0\n{drive}"
+        );
+        Robot::from_toml_str(&text, "one.toml").unwrap().joints[0].clone()
+    };
+    let ak = file("kind = \"mit\"\nactuator = \"AK80-9\"\nreply_bytes = 8\ntemperature_offset = -40\n");
+    let spec = ak.drive.unwrap().mit().unwrap();
+    assert_eq!((spec.position, spec.velocity, spec.torque), ((-12.5, 12.5), (-50.0, 50.0), (-18.0, 18.0)));
+    assert_eq!((spec.kp, spec.kd, spec.reply_bytes), ((0.0, 500.0), (0.0, 5.0), 8));
+    assert_eq!(ak.heat.rated, Some(9.0));
+    let ranges = "position = [-12.5, 12.5]\nvelocity = [-45, 45]\nkp = [0, 500]\nkd = [0, 5]\ntorque = [-24, 24]\n";
+    let spec = file(&format!("kind = \"myactuator\"\n{ranges}")).drive.unwrap().mit().unwrap();
+    assert_eq!((spec.torque, spec.id, spec.reply_id, spec.reply_bytes), ((-24.0, 24.0), 3, 0x503, 8));
 }

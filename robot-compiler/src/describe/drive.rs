@@ -1,6 +1,6 @@
 //! Drive of a joint, as a robot file describes it: in the units of data sheets.
 
-use dynamics_core::drive::DataRate;
+use dynamics_core::drive::{DataRate, PositionMemory};
 
 pub use dynamics_core::drive::Protocol;
 
@@ -70,6 +70,15 @@ pub struct Actuator {
     pub time_constant: Option<f64>,
     /// Rotor inertia at the output shaft, kg m^2, if known.
     pub rotor: Option<f64>,
+    /// Rotor turns per turn of the output shaft, if known.
+    pub gear: Option<f64>,
+    /// Torque constant at the output shaft, N m per A (rms) of a phase, if known.
+    pub torque_constant: Option<f64>,
+    /// The part of its position that survives a loss of power, if known for this model. Restarts are judged by its kind's
+    /// [`DriveFacts::memory`](dynamics_core::drive::DriveFacts::memory).
+    pub memory: Option<PositionMemory>,
+    /// Speed without load, rad/s at the output shaft, and the supply voltage for which it is stated, V, if known.
+    pub no_load: Option<(f64, f64)>,
     /// Source of the numbers.
     pub source: String,
 }

@@ -20,8 +20,7 @@ const ROTOR_SLIDE: &str =
     "# ? rotor = { inertia = , gear = } # the motor's, kg m^2, and its radians per metre of the joint";
 const ENCODER: &str = "# encoder = { counts_per_turn = } # of the joint";
 const ENCODER_SLIDE: &str = "# encoder = { counts_per_metre = } # of the joint";
-const DRIVE: &str =
-    "# [joint.drive] # kind = \"mit\", \"damiao\", \"robstride\" or \"pwm\": for every joint, or for none";
+const DRIVE: &str = "# [joint.drive] # kind = \"mit\", \"damiao\", \"robstride\", \"myactuator\" or \"pwm\": for every joint, or for none";
 
 /// TOML text of an arm, which [`Robot::from_toml_str`](crate::Robot::from_toml_str) reads.
 ///

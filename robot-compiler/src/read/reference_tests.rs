@@ -47,6 +47,8 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 impl<T: PartialEq> FileKind<T> {
     /// Files that the reader accepts, and the keys that their tables may have.
     fn documents(&self) -> (Vec<(PathBuf, Table)>, BTreeSet<String>) {
+        // The table of actuators is read once, when a file first needs it: its keys are not those of a robot file.
+        let _ = super::robot::actuators::all();
         KNOWN.with_borrow_mut(BTreeSet::clear);
         let shipped = files(&top().join(self.folder)).into_iter().map(|path| {
             let text = std::fs::read_to_string(&path).unwrap();

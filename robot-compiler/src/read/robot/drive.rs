@@ -22,7 +22,7 @@ pub(super) fn read(
     let mut kinds: Vec<_> = Protocol::ALL.iter().map(|protocol| (protocol.facts().name, Some(*protocol))).collect();
     // Kinds without a protocol are H-bridges; the kind `mit` uses the mini-cheetah's frames.
     kinds.extend([("pwm", None), ("mini-cheetah", Some(Protocol::MiniCheetah))]);
-    match table.require("kind", "mit, damiao, robstride or pwm")?.choice(&kinds)? {
+    match table.require("kind", "mit, damiao, robstride, myactuator or pwm")?.choice(&kinds)? {
         Some(protocol) => mit(table, protocol, limits).map(JointDrive::Mit),
         None => pwm(table, limits, rotor, encoder).map(JointDrive::Pwm),
     }
@@ -32,13 +32,25 @@ pub(super) fn read(
 const HOST: u64 = 0xfd;
 
 fn mit(table: &Table<'_>, protocol: Protocol, limits: &Limits<f64>) -> Result<MitSpec, FileError> {
-    let DriveFacts { identifier, reply_varies, .. } = protocol.facts();
+    let DriveFacts { identifier, reply_varies, ranges_vary, reply_offset, ids, .. } = protocol.facts();
     let extended = identifier == Identifier::Extended;
-    let of_address: &[&str] = if extended { &["host_id"] } else { &["data_rate", "reply_id"] };
-    let of_reply: &[&str] = if reply_varies { &["reply_bytes", "temperature_offset"] } else { &["actuator"] };
+    let of_address: &[&str] = match reply_offset {
+        _ if extended => &["host_id"],
+        // Such a protocol has no FD frames either.
+        Some(_) => &[],
+        None => &["data_rate", "reply_id"],
+    };
+    let of_reply: &[&str] = if reply_varies { &["reply_bytes", "temperature_offset"] } else { &[] };
+    let of_table: &[&str] = if ranges_vary { &[] } else { &["actuator"] };
     const ALWAYS: [&str; 12] =
         ["kind", "bus", "id", "direction", "gear", "zero", "position", "velocity", "kp", "kd", "torque", "damping"];
-    table.only(&[&ALWAYS, of_address, of_reply].concat())?;
+    if ranges_vary && table.get("actuator").is_some() {
+        let problem = format!("no actuator of the kind {} has a name", protocol.facts().name);
+        let expected = "`position`, `velocity`, `kp`, `kd` and `torque` as this drive's firmware has them: they depend on its date, and a wrong \
+                        torque range gives another torque";
+        return Err(table.error("actuator", problem, expected));
+    }
+    table.only(&[&ALWAYS, of_address, of_reply, of_table].concat())?;
     let actuator = table.get("actuator").map(|value| actuator(&value, protocol)).transpose()?;
     let actuator = actuator.as_ref();
     let whole = |key, lo: u64, hi: u64, default: Option<u64>, expected: &str| {
@@ -57,7 +69,16 @@ fn mit(table: &Table<'_>, protocol: Protocol, limits: &Limits<f64>) -> Result<Mi
     } else {
         (8, Some(0.0))
     };
-    let reply_id = if extended {
+    let id = match ids {
+        (0, u8::MAX) => whole("id", 0, 255, None, "the identifier of its commands, 0 to 255")?,
+        (lo, hi) => {
+            let expected = format!("the identifier of the drive, {lo} to {hi}");
+            whole("id", u64::from(lo), u64::from(hi), None, &expected)?
+        }
+    };
+    let reply_id = if let Some(offset) = reply_offset {
+        u64::from(offset) + id
+    } else if extended {
         whole("host_id", 0, 255, Some(HOST), "the identifier of the host that it replies to, 0 to 255")?
     } else {
         whole("reply_id", 0, 0x7ff, Some(0), "the identifier of its replies, 0 to 2047")?
@@ -71,7 +92,7 @@ fn mit(table: &Table<'_>, protocol: Protocol, limits: &Limits<f64>) -> Result<Mi
         protocol,
         bus: whole("bus", 1, BUSES, None, "the bus, 1 to 3")? as u8,
         data_rate: table.get("data_rate").map(|value| data_rate(&value)).transpose()?,
-        id: whole("id", 0, 255, None, "the identifier of its commands, 0 to 255")? as u8,
+        id: id as u8,
         reply_id: reply_id as u16,
         reply_bytes,
         temperature_offset,

@@ -41,7 +41,9 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, File
         control.law = value.named()?;
         if let Some(joint) = without_loop(robot, control.law) {
             let problem = format!("the joint {:?} has no drive with a position loop of its own", joint.name);
-            return Err(value.error(problem, "a [joint.drive] of kind mit, damiao or robstride for every joint"));
+            return Err(
+                value.error(problem, "a [joint.drive] of kind mit, damiao, robstride or myactuator for every joint")
+            );
         }
     }
     if let Some(value) = table.get("model_every") {
