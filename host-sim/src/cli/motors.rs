@@ -23,9 +23,9 @@ Examples:
   newtau motors show 3 --can slcan:/dev/ttyACM0
   newtau motors set-timeout 3 --ms 20 --can can0
 
-A scan reads a setting of every identifier from 1 to 127, and neither enables nor moves anything. The mini-cheetah's protocol has no settings, so
-these motors are not found. The other commands are for Damiao motors; they change settings only of a motor that is off, read each value back, and
-say what the motor has stored. Support the arm first: a motor that is off carries nothing.";
+A scan reads a setting of every identifier from 1 to 127, and neither enables nor moves anything. Motors of the kinds `mit` and `myactuator` have
+no timeout that can be read, so they are not found. The other commands are for Damiao motors; they change settings only of a motor that is off,
+read each value back, and say what the motor has stored. Support the arm first: a motor that is off carries nothing.";
 
 /// Options of `motors`.
 #[derive(Clone, Debug, Args)]
@@ -161,7 +161,11 @@ fn scan(adapter: &mut dyn Adapter, name: &AdapterName) -> io::Result<(String, se
              rate 1 Mbit/s?"
         );
     }
-    let _ = writeln!(text, "not searched for, because their protocol has no settings to read: {}", silent.join(", "));
+    let _ = writeln!(
+        text,
+        "not searched for, because their protocol has no timeout that can be read: {}",
+        silent.join(", ")
+    );
     let motors: Vec<_> = all
         .iter()
         .map(|it| json!({ "kind": it.kind, "id": it.id, "reply_id": it.reply_id, "timeout_us": it.timeout_us }))

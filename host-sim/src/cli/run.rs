@@ -164,7 +164,7 @@ fn scene(args: &RunArgs) -> Result<SceneFile, Failure> {
         {
             let named = &joint.name;
             return Err(Failure::Input(miette::miette!(
-                help = "expected a [joint.drive] of kind mit, damiao or robstride for every joint",
+                help = "expected a [joint.drive] of kind mit, damiao, robstride or myactuator for every joint",
                 "--law split: the joint {named:?} has no drive with a position loop of its own"
             )));
         }

@@ -348,6 +348,21 @@ fn what_this_computer_cannot_drive_is_refused_with_what_to_do() {
         std::fs::write(&path, text).unwrap();
         path
     };
+    let my_actuator = {
+        let top = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+        let robot = std::fs::read_to_string(top.join("robots/examples/mit6.toml")).unwrap();
+        let robot = robot.replace("kind = \"mit\"\n", "kind = \"myactuator\"\n");
+        let robot: String =
+            robot.lines().filter(|line| !line.starts_with("reply_")).map(|line| format!("{line}\n")).collect();
+        let (robot_path, path) = (file("drive_myactuator_robot.toml"), file("drive_myactuator.toml"));
+        std::fs::write(&robot_path, robot).unwrap();
+        let text = std::fs::read_to_string(top.join("scenes/examples/mit6_wave.toml")).unwrap();
+        let text = text
+            .replace("../../robots/examples/mit6.toml", &robot_path.display().to_string())
+            .replace("rate = 1000", "rate = 400");
+        std::fs::write(&path, text).unwrap();
+        path
+    };
     let cases = [
         (scene("no_adapter"), vec!["--can", "slcan:/dev/no-such-port"], 1, "slcan:/dev/no-such-port"),
         (scene("no_socket"), vec!["--can", "nocan7"], 1, "nocan7"),
@@ -362,6 +377,7 @@ fn what_this_computer_cannot_drive_is_refused_with_what_to_do() {
         (scene("mixed"), vec!["--can", "can0", "--can", "simulated"], 2, "expected no other adapter"),
         (scene("chip"), vec!["--can", "slcan:/dev/ttyUSB0"], 2, "is a serial chip: give its baud rate"),
         (mini_cheetah, vec!["--can", "simulated"], 2, "has no timeout that can be read or set"),
+        (my_actuator, vec!["--can", "simulated"], 2, "has no timeout that can be read or set"),
         (
             other("fast", "rate = 100", "rate = 1000"),
             vec!["--can", "simulated"],

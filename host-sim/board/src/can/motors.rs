@@ -1,6 +1,7 @@
 //! Motors on a bus: search, state and settings. Nothing here enables a motor.
 //!
-//! A search reads a setting of every identifier. Kinds without readable settings answer only to commands, so they are not searched for.
+//! A search reads the communication timeout of every identifier. Kinds whose timeout cannot be read are not searched for: motors of the kind `mit`
+//! answer only to commands, and a request to a MyActuator drive may have the identifier of a command to a motor of another kind.
 
 use super::adapter::{Adapter, RECEIVED_MAX, UNSENT_MAX};
 use super::frame::CanFrame;
@@ -55,7 +56,7 @@ fn with_id(id: u8) -> MitDrive {
     }
 }
 
-/// Searches a bus for motors of this kind. `None` if the kind has no setting that can be read.
+/// Searches a bus for motors of this kind. `None` if the kind has no timeout that can be read.
 ///
 /// # Errors
 /// The adapter is gone, or sends nothing.

@@ -281,3 +281,28 @@ fn every_kind_of_drive_has_a_simulated_drive_of_its_own() {
         assert!(actuator_model::mit::Language::named(name).is_some(), "{name} would be simulated as another kind");
     }
 }
+
+/// The scene with drives of the kind `myactuator`.
+fn my_actuators() -> SceneFile {
+    let mut scene = wave();
+    for joint in &mut scene.robot.joints {
+        let Some(JointDrive::Mit(spec)) = &mut joint.drive else { panic!("an actuator") };
+        spec.protocol = robot_compiler::drive::Protocol::MyActuator;
+        (spec.reply_id, spec.reply_bytes) = (0x500 + u16::from(spec.id), 8);
+    }
+    scene
+}
+
+#[test]
+fn drives_with_the_packing_of_the_mini_cheetah_and_other_identifiers_move_the_arm_as_it_does() {
+    let (theirs, mini_cheetahs) = (run(&my_actuators()), run(&wave()));
+    assert!(theirs.summary.faults.is_empty(), "{:?}", theirs.summary.faults);
+    assert_near(rms(&theirs), rms(&mini_cheetahs), 1e-5);
+    // Its replies carry no error: the torque is missing, as with a mini-cheetah whose replies have six bytes.
+    for (kind, code, joint, tick) in [(FailureKind::Error, 11, Some(2), 506), (FailureKind::Unplugged, 3, None, 503)] {
+        let mut scene = my_actuators();
+        scene.actuators.failure = Some(DriveFailure { joint: 1, at: 0.5, kind });
+        let found: Vec<_> = run(&scene).summary.faults.iter().map(|it| (it.code, it.joint, it.tick)).collect();
+        assert_eq!(found, [(code, joint, tick)], "{kind:?}");
+    }
+}

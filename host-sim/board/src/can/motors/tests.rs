@@ -133,7 +133,11 @@ fn a_search_finds_every_motor_once_and_asks_for_nothing_but_a_setting() {
     let found = search(&mut bus, Protocol::RobStride).unwrap().unwrap();
     assert_eq!(found.iter().map(|it| (it.id, it.timeout_us)).collect::<Vec<_>>(), [(5, 20_000)]);
     assert!(bus.sent.iter().all(|frame| frame.is_extended() && frame.raw_id() >> 24 == 17));
-    assert_eq!(search(&mut bus, Protocol::MiniCheetah).unwrap(), None, "it would have to be commanded");
+    bus.sent.clear();
+    for kind in [Protocol::MiniCheetah, Protocol::MyActuator] {
+        assert_eq!(search(&mut bus, kind).unwrap(), None, "{kind:?}");
+    }
+    assert!(bus.sent.is_empty(), "such a motor would have to be commanded");
     assert!(bus.motors.iter().all(|motor| motor.state == 0));
 }
 
