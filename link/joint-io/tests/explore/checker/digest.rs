@@ -32,7 +32,7 @@ const LEFT_OUT: [(&str, &str); 12] = [
     ("NumberedRequest", "number"),
     ("Host", "number"),
     ("CanJoints", "buses"),
-    ("Joint", "counts"),
+    ("CanJoint", "counts"),
     ("Electronics", "ranges"),
 ];
 
@@ -40,12 +40,12 @@ const LEFT_OUT: [(&str, &str); 12] = [
 /// scenes ([`super::scene`]). In so many periods a joint can reach any position at the speed that a jump is judged by.
 const BOUNDED: [(&str, &str, u64); 7] = [
     ("Inputs", "live_age", 30),
-    ("Memory", "settled", 30),
+    ("MachineMemory", "settled", 30),
     ("Inputs", "heartbeat_age", 30),
     ("Inputs", "age_ticks", 30),
-    ("Joint", "age_ticks", 30),
+    ("CanJoint", "age_ticks", 30),
     ("Sensors", "age", 30),
-    ("Memory", "alone", 30),
+    ("MachineMemory", "alone", 30),
 ];
 
 /// Hash of a value's `Debug` text, without the fields that are left out.
