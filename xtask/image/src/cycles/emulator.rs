@@ -1,8 +1,10 @@
 //! Start and end of the emulator, and the lines of its log.
 
 use crate::ImageError;
+use firmware_image::child_process::ChildProcess;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
+use std::time::Duration;
 
 /// The emulator's program.
 const QEMU: &str = "qemu-system-arm";
@@ -52,30 +54,19 @@ fn option_for(version: &str) -> Option<&'static [&'static str]> {
     Some(if found >= (8, 1) { &["-accel", "tcg,one-insn-per-tb=on"] } else { &["-singlestep"] })
 }
 
+/// Processor time after which an emulator is killed. The slowest traces are those of double precision, some minutes.
+const LONGEST: Duration = Duration::from_secs(3600);
+
 /// Starts the emulator for a program that ends without being stopped; the log comes on standard error.
-pub(crate) fn start(elf: &Path, options: &[&str]) -> Result<Child, Error> {
-    Command::new(QEMU)
+pub(crate) fn start(elf: &Path, options: &[&str]) -> Result<ChildProcess, Error> {
+    let mut emulator = Command::new(QEMU);
+    emulator
         .args(["-M", "netduinoplus2", "-icount", "shift=0", "-display", "none", "-monitor", "none"])
         .args(["-serial", "null", "-semihosting-config", "enable=on,target=native"])
         .args(options)
         .arg("-kernel")
-        .arg(elf)
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .map_err(Error::CannotStart)
-}
-
-/// A running emulator, which is ended when this is dropped.
-pub(crate) struct Ended(pub(crate) Child);
-
-impl Drop for Ended {
-    fn drop(&mut self) {
-        // Fails only if the emulator has already ended.
-        self.0.kill().ok();
-        self.0.wait().ok();
-    }
+        .arg(elf);
+    ChildProcess::spawn(&emulator, LONGEST, Stdio::null(), Stdio::piped()).map_err(Error::CannotStart)
 }
 
 /// A line of the log.

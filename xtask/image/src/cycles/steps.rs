@@ -3,7 +3,7 @@
 //! For a program that runs until it is stopped, the caller starts the emulator with [`arguments`] and passes its standard error to [`read`]. For a
 //! program that ends, use [`run`]. The log is long: it suits a few hundred ticks, not more.
 
-use crate::cycles::emulator::{Ended, Error, Line, one_instruction_a_block, start};
+use crate::cycles::emulator::{Error, Line, one_instruction_a_block, start};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
@@ -73,12 +73,12 @@ pub fn arguments(detail: Detail) -> Result<Vec<&'static str>, Error> {
 /// # Errors
 /// The emulator cannot be started, or the program fails.
 pub fn run(elf: &Path, detail: Detail, on_event: impl FnMut(Event)) -> Result<(), Error> {
-    let mut child = Ended(start(elf, &arguments(detail)?)?);
+    let mut process = start(elf, &arguments(detail)?)?;
     let mut said = String::new();
-    if let Some(log) = child.0.stderr.take() {
+    if let Some(log) = process.child().stderr.take() {
         said = read_saying(BufReader::with_capacity(1 << 16, log), on_event)?;
     }
-    let status = child.0.wait().map_err(Error::Log)?;
+    let status = process.child().wait().map_err(Error::Log)?;
     if status.success() { Ok(()) } else { Err(Error::GaveUp { status, said }) }
 }
 

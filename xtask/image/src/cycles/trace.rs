@@ -3,7 +3,7 @@
 //! QEMU runs blocks of instructions and can log each block that it executes. With one instruction per block, the log has each instruction, with the
 //! core's registers before it. The log goes through a pipe and is never stored, because it has about 350 bytes per instruction.
 
-use crate::cycles::emulator::{Ended, Error, one_instruction_a_block, start};
+use crate::cycles::emulator::{Error, one_instruction_a_block, start};
 use crate::cycles::steps::{Event, Step, read_saying};
 use std::io::BufReader;
 use std::ops::Range;
@@ -29,10 +29,10 @@ pub fn run(
     let mut options = one_instruction_a_block()?.to_vec();
     let filter = ranges.join(",");
     options.extend(["-d", "exec,cpu,nochain", "-dfilter", &filter]);
-    let mut child = Ended(start(elf, &options)?);
+    let mut process = start(elf, &options)?;
     let mut sorter = Sorter::new(between);
     let mut said = String::new();
-    if let Some(log) = child.0.stderr.take() {
+    if let Some(log) = process.child().stderr.take() {
         said = read_saying(BufReader::with_capacity(1 << 16, log), |event| {
             if let Event::Step(step) = event
                 && let Some(stretch) = sorter.stretch(step.address)
@@ -41,7 +41,7 @@ pub fn run(
             }
         })?;
     }
-    let status = child.0.wait().map_err(Error::Log)?;
+    let status = process.child().wait().map_err(Error::Log)?;
     if !status.success() {
         return Err(Error::GaveUp { status, said });
     }
