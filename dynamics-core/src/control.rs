@@ -38,7 +38,7 @@ pub use every_nth::{Between, EveryNth};
 pub use fault::Fault;
 pub use friction::{Friction, FrictionTerms, LoadGrowth, Rise};
 pub use integral::{Integral, Integrated};
-pub use law::{ControlLaw, Gains, LawTraits, ModelUse, MotionSource, Spring, SpringOwner};
+pub use law::{ControlLaw, FeedbackInertia, Gains, LawTraits, ModelUse, MotionSource, Spring, SpringOwner};
 pub use law_torques::computed_torque;
 pub use limits::LimitFlags;
 pub(crate) use limits::{around, hold_near, reference_is_inside};

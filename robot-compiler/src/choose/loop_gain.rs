@@ -14,6 +14,7 @@
 //! symmetric, and no omitted term has negative inertia, so `g` lies between 0 and 1.
 
 use crate::describe::scene::{ModelSpec, SceneFile};
+use dynamics_core::control::FeedbackInertia;
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::{Dynamics, Live, Model, SinCos};
 use nalgebra::{DMatrix, SMatrix, SVector};
@@ -83,7 +84,7 @@ pub(super) enum Feedback<const N: usize> {
 impl<const N: usize> Feedback<N> {
     /// Feedback matrix of a scene's law with this model.
     pub(super) fn new(file: &SceneFile, model: &Model<f64, N>, spec: &ModelSpec) -> Self {
-        if file.control.law.feeds_back_through_model() {
+        if file.control.law.traits().feedback == FeedbackInertia::Model {
             Self::Model(Box::new(Dynamics::new(*model, spec.scene(model))))
         } else {
             Self::Fixed(file.fixed_inertia(model, spec))

@@ -11,7 +11,7 @@
 //! The loop is stable if every eigenvalue of the map from `(x(k), u(k-1), .., u(k-d))` to the next such vector is inside the unit circle. Arm and
 //! model may differ: if the model is wrong, a constant torque is assumed to hold the arm in its posture.
 
-use dynamics_core::control::{ControlLaw, Gains, computed_torque};
+use dynamics_core::control::{ControlLaw, FeedbackInertia, Gains, computed_torque};
 use dynamics_core::dual::Dual;
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::trig::Libm;
@@ -147,10 +147,10 @@ impl<const N: usize> SampledLoop<N> {
         let dynamics = dual(&self.model);
         for j in 0..2 * N {
             let (turn, q, qd) = self.towards(j);
-            let through_model = self.law.feeds_back_through_model();
+            let through_model = self.law.traits().feedback == FeedbackInertia::Model;
             let held = if through_model {
                 computed_torque(&gains, &dynamics, || turn, &reference, (&q, &qd), &Live::zero())
-            } else if self.law.carries_weight() {
+            } else if self.law.traits().carries_weight {
                 dynamics.inverse_dynamics(&turn, &q, &zero, &zero, &Live::zero())
             } else {
                 zero

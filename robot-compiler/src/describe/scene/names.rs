@@ -6,24 +6,15 @@ use dynamics_core::control::{Between, ControlLaw};
 use dynamics_core::trig::Method;
 
 impl Named for ControlLaw {
-    const NAMES: &'static [(&'static str, &'static str, Self)] = &[
-        (
-            "computed-torque",
-            "Inverse dynamics of the measured state and a corrected acceleration",
-            Self::ComputedTorque,
-        ),
-        ("pd", "Spring and damper per joint", Self::Pd),
-        ("pd-gravity", "Spring and damper, and the torque that holds the arm", Self::PdGravity),
-        (
-            "diagonal-inertia",
-            "A fixed inertia per joint for the commanded acceleration, and the torque that holds the arm",
-            Self::DiagonalInertia,
-        ),
-        ("feedforward", "Spring and damper, and the torque of the reference motion", Self::Feedforward),
-        ("split", "Impedance whose spring and damper are in the actuators' own loops", Self::Split),
-        ("impedance", "Spring and damper of a chosen stiffness, and all that the model knows", Self::Impedance),
-        ("teach", "Hand guiding: weight carried, friction compensated, soft walls at the limits", Self::Teach),
-    ];
+    const NAMES: &'static [(&'static str, &'static str, Self)] = &{
+        let mut names = [("", "", Self::Pd); Self::ALL.len()];
+        let mut i = 0;
+        while i < names.len() {
+            names[i] = (Self::ALL[i].name(), Self::ALL[i].about(), Self::ALL[i]);
+            i += 1;
+        }
+        names
+    };
 }
 
 impl Named for Method {

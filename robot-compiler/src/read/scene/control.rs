@@ -6,7 +6,7 @@ use crate::describe::robot::{Robot, RobotJoint};
 use crate::describe::scene::{ControlSpec, DampingAt, IntegralSpec, KernelChoice, KernelMemory, TeachSpec};
 use crate::names::name;
 use crate::read::table::{Table, Value};
-use dynamics_core::control::{ControlLaw, SpringOwner};
+use dynamics_core::control::{ControlLaw, FeedbackInertia, SpringOwner};
 
 pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, FileError> {
     table.only(&[
@@ -130,7 +130,7 @@ fn without_loop(robot: &Robot, law: ControlLaw) -> Option<&RobotJoint> {
 
 /// Stiffness of the joints, for the laws with a spring at each joint.
 fn stiffness(table: &Table<'_>, value: &Value<'_>, robot: &Robot, law: ControlLaw) -> Result<Vec<f64>, FileError> {
-    if law.feeds_back_through_model() {
+    if law.traits().feedback == FeedbackInertia::Model {
         let expected = "`law = \"impedance\"`, or `natural_frequency` in its place";
         return Err(value.error(format!("given beside the law {:?}", name(law)), expected));
     }
