@@ -1,10 +1,12 @@
 //! `motors`: motors on a CAN bus. No command enables a motor.
 
+pub mod check;
 pub mod setup;
 
 use board::can::adapter::Adapter;
 use board::can::adapter_name::AdapterName;
-use board::can::damiao_motor::{DamiaoMotor, SHOWN, Value};
+use board::can::damiao_motor::DamiaoMotor;
+use board::can::damiao_register::{POSITION_RANGE, Register, SHOWN, TORQUE_RANGE, VELOCITY_RANGE, Value};
 use board::can::motors::{Found, search};
 use clap::{Args, Subcommand};
 use dynamics_core::drive::{Protocol, TIMEOUT_UNIT_US};
@@ -22,6 +24,7 @@ Examples:
   newtau motors scan --can gs_usb
   newtau motors show 3 --can slcan:/dev/ttyACM0
   newtau motors set-timeout 3 --ms 20 --can can0
+  newtau motors check scenes/yam_one_bus.toml --can can0
 
 A scan reads a setting of every identifier from 1 to 127, and neither enables nor moves anything. Motors of the kinds `mit` and `myactuator` have
 no timeout that can be read, so they are not found. The other commands are for Damiao motors; they change settings only of a motor that is off,
@@ -78,6 +81,12 @@ pub enum Task {
         #[arg(long, value_parser = clap::value_parser!(u32).range(1..=10_000))]
         ms: u32,
     },
+    /// Set the ranges of a Damiao motor's frames; stored in flash. The robot file must have the same: afterwards `motors check`.
+    #[command(after_help = "Example:\n  newtau motors set-limits 3 --torque 28 --can can0")]
+    SetLimits(LimitsArgs),
+    /// Compare the settings that Damiao motors have stored with a scene's robot file: ranges, identifiers of replies, control mode.
+    #[command(after_help = "Example:\n  newtau motors check scenes/yam_one_bus.toml --can can0")]
+    Check(check::CheckArgs),
     /// Find out which motor moves which joint, its direction and its zero, while you move the arm by hand; write the robot file.
     #[command(after_help = "Example:\n  newtau motors setup my_arm.toml --out my_arm_drives.toml --can can0")]
     Setup(setup::SetupArgs),
@@ -87,6 +96,41 @@ pub enum Task {
         /// Its identifier.
         id: u8,
     },
+}
+
+/// Ranges of `set-limits`.
+#[derive(Clone, Debug, Args)]
+#[group(required = true, multiple = true)]
+pub struct LimitsArgs {
+    /// Its identifier.
+    #[arg(required = true)]
+    pub id: u8,
+    /// Highest position, rad.
+    #[arg(long, value_name = "RAD", value_parser = above_zero)]
+    pub position: Option<f32>,
+    /// Highest velocity, rad/s.
+    #[arg(long, value_name = "RAD/S", value_parser = above_zero)]
+    pub velocity: Option<f32>,
+    /// Highest torque, N m.
+    #[arg(long, value_name = "NM", value_parser = above_zero)]
+    pub torque: Option<f32>,
+}
+
+impl LimitsArgs {
+    /// The ranges that are given, with their units.
+    fn given(&self) -> Vec<(Register, f32)> {
+        [(POSITION_RANGE, self.position), (VELOCITY_RANGE, self.velocity), (TORQUE_RANGE, self.torque)]
+            .into_iter()
+            .filter_map(|(register, value)| Some((register, value?)))
+            .collect()
+    }
+}
+
+fn above_zero(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(value) if value > 0.0 && value <= 1000.0 => Ok(value),
+        _ => Err("expected a number above 0 and at most 1000".into()),
+    }
 }
 
 /// Offset from a Damiao motor's identifier to that of its replies, as makers of arms set it.
@@ -106,7 +150,7 @@ pub fn run(args: &MotorsArgs) -> Result<u8, Failure> {
     let mut adapter =
         name.open().map_err(|error| Failure::Target(miette::miette!(help = error.advice(), "{error}")))?;
     let failed = |error: io::Error| Failure::Target(miette::miette!("{name}: {error}"));
-    let adapter = adapter.as_mut();
+    let (adapter, is_json) = (adapter.as_mut(), args.json);
     let (text, json) = match &args.task {
         Task::Scan => scan(adapter, name),
         &Task::Show { id } => show(adapter, id),
@@ -114,6 +158,12 @@ pub fn run(args: &MotorsArgs) -> Result<u8, Failure> {
             let reply = u32::from(new) + u32::from(REPLY_OFFSET);
             done(format!("motor {id} is now motor {new}, replies at {reply}; stored in flash"))
         }),
+        Task::SetLimits(args) => DamiaoMotor::new(adapter, args.id).set_ranges(&args.given()).map(|()| {
+            let ranges = args.given();
+            let all: Vec<_> = ranges.iter().map(|(it, value)| format!("{} ±{value} {}", it.name, it.unit)).collect();
+            done(format!("motor {}: {}; stored in flash", args.id, all.join(", ")))
+        }),
+        Task::Check(args) => return check::run(args, adapter, name, is_json, failed),
         Task::Setup(args) => {
             return setup::run(args, adapter, failed).and_then(|text| terminal::print(&text)).map(|()| 0);
         }

@@ -1,10 +1,13 @@
 //! Registers, state and settings of a Damiao motor.
 //!
 //! Requests have the identifier 0x7FF: the motor's identifier in two bytes, the operation (0x33 read, 0x55 write, 0xAA store, 0xCC report the state), the
-//! register, the value in four bytes, low byte first. Source of the registers and of the last operation: the maker's `DM_CAN.py`
-//! (`DM_variable`, `refresh_motor_status`). Not tried on hardware.
+//! register, the value in four bytes, low byte first. Source of the last operation: the maker's `DM_CAN.py` (`refresh_motor_status`). Not tried on
+//! hardware.
 
 use super::adapter::Adapter;
+use super::damiao_register::{
+    ID, MODE, POSITION_RANGE, REPLY_ID, Register, TIMEOUT, TORQUE_RANGE, VELOCITY_RANGE, Value,
+};
 use super::frame::CanFrame;
 use super::motors::ask;
 use dynamics_core::drive::Protocol;
@@ -22,69 +25,11 @@ const REPORT: u8 = 0xCC;
 /// Frame that makes the present position the zero.
 const ZERO: [u8; 8] = [0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFE];
 
+/// Times that a setting is asked for before its motor counts as silent.
+const TRIES: u32 = 3;
+
 /// Largest position after the zero was set, as a share of the range: a motor at rest moves less.
 const ZERO_MAX: f64 = 1e-3;
-
-/// Kind of a register's value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
-    Float,
-    Integer,
-}
-
-/// A register.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Register {
-    number: u8,
-    kind: Kind,
-    /// Name for users.
-    pub name: &'static str,
-    /// Unit of the shown value.
-    pub unit: &'static str,
-}
-
-const fn register(number: u8, kind: Kind, name: &'static str, unit: &'static str) -> Register {
-    Register { number, kind, name, unit }
-}
-
-/// Registers of the identifiers and of the communication timeout.
-const REPLY_ID: Register = register(7, Kind::Integer, "identifier of replies", "");
-const ID: Register = register(8, Kind::Integer, "identifier", "");
-const TIMEOUT: Register = register(9, Kind::Integer, "communication timeout", "x 50 us");
-
-/// Registers of the ranges of the frames.
-pub(super) const POSITION_RANGE: Register = register(21, Kind::Float, "position range of the frames", "rad");
-pub(super) const VELOCITY_RANGE: Register = register(22, Kind::Float, "velocity range of the frames", "rad/s");
-pub(super) const TORQUE_RANGE: Register = register(23, Kind::Float, "torque range of the frames", "N m");
-
-/// Registers that are shown.
-pub const SHOWN: [Register; 16] = [
-    ID,
-    REPLY_ID,
-    TIMEOUT,
-    register(10, Kind::Integer, "control mode (1 MIT)", ""),
-    POSITION_RANGE,
-    VELOCITY_RANGE,
-    TORQUE_RANGE,
-    register(20, Kind::Float, "gear", ""),
-    register(1, Kind::Float, "torque constant", "N m/A"),
-    register(0, Kind::Float, "lowest supply", "V"),
-    register(29, Kind::Float, "highest supply", "V"),
-    register(2, Kind::Float, "highest winding temperature", "degrees Celsius"),
-    register(3, Kind::Float, "largest current, share of the range", ""),
-    register(13, Kind::Integer, "hardware version", ""),
-    register(14, Kind::Integer, "firmware version", ""),
-    register(35, Kind::Integer, "bit rate (4 is 1 Mbit/s)", ""),
-];
-
-/// A register's value.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Value {
-    /// A floating-point number.
-    Float(f32),
-    /// An integer.
-    Integer(u32),
-}
 
 /// State of a motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,6 +60,28 @@ impl State {
     }
 }
 
+/// Ranges of a motor's frames, at its shaft.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameRanges {
+    /// Highest position, rad.
+    pub position: f64,
+    /// Highest velocity, rad/s.
+    pub velocity: f64,
+    /// Highest torque, N m.
+    pub torque: f64,
+}
+
+/// Settings that decide what a frame means to a motor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotorSettings {
+    /// Identifier of its replies.
+    pub reply_id: u32,
+    /// Control mode; 1 is MIT.
+    pub mode: u32,
+    /// Ranges of its frames.
+    pub ranges: FrameRanges,
+}
+
 /// A Damiao motor at an adapter.
 pub struct DamiaoMotor<'a> {
     adapter: &'a mut dyn Adapter,
@@ -141,11 +108,8 @@ impl<'a> DamiaoMotor<'a> {
         let (request, own) = (self.request(READ, register.number, [0; 4])?, self.id);
         ask(self.adapter, &request, |answer| {
             let &[id, 0, READ, number, a, b, c, d] = answer.data() else { return None };
-            let bytes = [a, b, c, d];
-            (id == own && number == register.number).then(|| match register.kind {
-                Kind::Float => Value::Float(f32::from_le_bytes(bytes)),
-                Kind::Integer => Value::Integer(u32::from_le_bytes(bytes)),
-            })
+            let bits = u32::from_le_bytes([a, b, c, d]);
+            (id == own && number == register.number).then(|| Value::of(register.kind, bits))
         })
     }
 
@@ -156,6 +120,44 @@ impl<'a> DamiaoMotor<'a> {
     pub fn state(&mut self) -> io::Result<Option<State>> {
         let (request, own) = (self.request(REPORT, 0, [0; 4])?, self.id);
         ask(self.adapter, &request, |answer| state(answer.data(), own))
+    }
+
+    /// Settings that decide what a frame means to the motor; `None` if it does not answer.
+    ///
+    /// # Errors
+    /// As [`DamiaoMotor::read`]; it answers, but not about each of them.
+    pub fn settings(&mut self) -> io::Result<Option<MotorSettings>> {
+        let own = self.id;
+        // A frame may be lost.
+        let mut read = |register| (0..TRIES).find_map(|_| self.read(register).transpose()).transpose();
+        let silent =
+            |register: Register| io::Error::other(format!("motor {own}: no answer about its {}", register.name));
+        let Some(Value::Integer(reply_id)) = read(REPLY_ID)? else { return Ok(None) };
+        let Some(Value::Integer(mode)) = read(MODE)? else { return Err(silent(MODE)) };
+        let mut range = |register| match read(register)? {
+            Some(Value::Float(value)) => Ok(f64::from(value)),
+            _ => Err(silent(register)),
+        };
+        let ranges = FrameRanges {
+            position: range(POSITION_RANGE)?,
+            velocity: range(VELOCITY_RANGE)?,
+            torque: range(TORQUE_RANGE)?,
+        };
+        Ok(Some(MotorSettings { reply_id, mode, ranges }))
+    }
+
+    /// Sets the ranges of the frames and stores them in flash. Afterwards every frame has another meaning to the motor.
+    ///
+    /// # Errors
+    /// As for [`DamiaoMotor::set_id`].
+    pub fn set_ranges(&mut self, ranges: &[(Register, f32)]) -> io::Result<()> {
+        for (place, (register, value)) in ranges.iter().enumerate() {
+            self.write(*register, value.to_bits(), place + 1 == ranges.len()).map_err(|error| match place {
+                0 => error,
+                _ => io::Error::other(format!("{error}; ranges that were written before it hold until power-off")),
+            })?;
+        }
+        Ok(())
     }
 
     /// Writes a register, reads it back, and stores it in flash if `stores`. The motor must be off.
@@ -173,21 +175,20 @@ impl<'a> DamiaoMotor<'a> {
             // From now on it answers to the new one. A value that does not fit is refused before.
             self.id = value as u8;
         }
-        match self.read(register)? {
-            Some(Value::Integer(found)) if found == value => {}
-            found => {
-                return Err(io::Error::other(format!(
-                    "{}: wrote {value}, read {found:?}: nothing was stored",
-                    register.name
-                )));
-            }
+        let (wrote, found) = (Value::of(register.kind, value), self.read(register)?);
+        if found != Some(wrote) {
+            let found = found.map_or_else(|| "no answer".to_owned(), |it| it.to_string());
+            return Err(io::Error::other(format!(
+                "{}: wrote {wrote}, read {found}: nothing was stored",
+                register.name
+            )));
         }
         if stores {
             let request = self.request(STORE, 1, [0; 4])?;
             ask(self.adapter, &request, |answer| matches!(answer.data(), [_, 0, STORE, ..]).then_some(()))?
                 .ok_or_else(|| {
                     io::Error::other(format!(
-                        "{}: {value} is set until power-off; the motor did not confirm that it stored it",
+                        "{}: {wrote} is set until power-off; the motor did not confirm that it stored it",
                         register.name
                     ))
                 })?;

@@ -19,12 +19,14 @@
 pub mod adapter;
 pub mod adapter_name;
 pub mod damiao_motor;
+pub mod damiao_register;
 pub mod damiao_usb;
 pub mod frame;
 mod gs_usb;
 pub mod host_bus;
 pub mod motors;
 mod serial_adapter;
+pub mod settings;
 pub mod setup;
 pub mod simulated;
 pub mod slcan;

@@ -1,7 +1,7 @@
 //! Which motor moves which joint, in which direction, and where its zero is: found while a person moves an arm without torque by hand.
 
 use super::adapter::Adapter;
-use super::damiao_motor::{DamiaoMotor, POSITION_RANGE, TORQUE_RANGE, VELOCITY_RANGE, Value};
+use super::damiao_motor::{DamiaoMotor, FrameRanges, MotorSettings};
 use super::motors::search;
 use dynamics_core::drive::Protocol;
 use std::io;
@@ -41,15 +41,15 @@ pub struct ShaftMotor {
 pub fn motors(adapter: &mut dyn Adapter) -> io::Result<Vec<ShaftMotor>> {
     let found = search(adapter, Protocol::Damiao)?.unwrap_or_default();
     let of = |found: &super::motors::Found| {
-        let mut motor = DamiaoMotor::new(adapter, found.id);
-        let mut ranges = [0.0; 3];
-        for (range, register) in ranges.iter_mut().zip([POSITION_RANGE, VELOCITY_RANGE, TORQUE_RANGE]) {
-            *range = match motor.read(register)? {
-                Some(Value::Float(value)) if value.is_finite() && value > 0.0 => f64::from(value),
-                other => return Err(io::Error::other(format!("motor {}: {}: {other:?}", found.id, register.name))),
-            };
+        let settings = DamiaoMotor::new(adapter, found.id).settings()?;
+        let Some(MotorSettings { ranges: FrameRanges { position, velocity, torque }, .. }) = settings else {
+            return Err(io::Error::other(format!("motor {}: it answers no longer", found.id)));
+        };
+        let ranges = [position, velocity, torque];
+        match ranges.iter().find(|range| !(range.is_finite() && **range > 0.0)) {
+            Some(wrong) => Err(io::Error::other(format!("motor {}: a range of its frames is {wrong}", found.id))),
+            None => Ok(ShaftMotor { id: found.id, reply_id: found.reply_id, ranges }),
         }
-        Ok(ShaftMotor { id: found.id, reply_id: found.reply_id, ranges })
     };
     found.iter().map(of).collect()
 }

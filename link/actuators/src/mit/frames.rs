@@ -32,7 +32,8 @@ impl Electronics {
     }
 
     /// Answers a request about a register. Request: identifier, 0, 0x33 to read or 0x55 to write, the register, and a value, low byte first. The
-    /// answer repeats it with the register's value. Register 9 is the timeout in units of 50 us.
+    /// answer repeats it with the register's value: 7 identifier of the replies, 8 identifier, 9 timeout in units of 50 us, 10 control mode (1 MIT), 21 to
+    /// 23 the highest position, velocity and torque of its frames, as 32-bit floats.
     fn answer_about_a_register(&mut self, frame: &Frame) -> Option<Frame> {
         let &[id, 0, what, register, a, b, c, d] = frame.data.as_slice() else { return None };
         if self.has_no_settings {
@@ -42,7 +43,17 @@ impl Electronics {
         if (what, register) == (0x55, 9) {
             self.timeout = f64::from(u32::from_le_bytes([a, b, c, d])) * TIMEOUT_UNIT;
         }
-        let value = if register == 9 { (self.timeout / TIMEOUT_UNIT).round() as u32 } else { 0 };
+        let highest = |range: (f64, f64)| (range.1 as f32).to_bits();
+        let value = match register {
+            7 => self.reply_id.into(),
+            8 => self.id.into(),
+            9 => (self.timeout / TIMEOUT_UNIT).round() as u32,
+            10 => 1,
+            21 => highest(self.ranges.position),
+            22 => highest(self.ranges.velocity),
+            23 => highest(self.ranges.torque),
+            _ => 0,
+        };
         let [a, b, c, d] = value.to_le_bytes();
         Some(Frame::standard(self.reply_id, vec![id, 0, what, register, a, b, c, d]))
     }

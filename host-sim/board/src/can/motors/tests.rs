@@ -2,7 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 use super::super::adapter::Adapter;
-use super::super::damiao_motor::{DamiaoMotor, SHOWN, Value};
+use super::super::damiao_motor::DamiaoMotor;
+use super::super::damiao_register::{SHOWN, TORQUE_RANGE, VELOCITY_RANGE, Value};
 use super::super::frame::CanFrame;
 use super::{Found, search};
 use dynamics_core::drive::Protocol;
@@ -23,7 +24,15 @@ struct Motor {
 
 impl Motor {
     fn new(id: u32) -> Self {
-        let registers: BTreeMap<u8, u32> = [(7, id + 16), (8, id), (9, 8000), (21, 12.5_f32.to_bits())].into();
+        let registers: BTreeMap<u8, u32> = [
+            (7, id + 16),
+            (8, id),
+            (9, 8000),
+            (21, 12.5_f32.to_bits()),
+            (22, 30.0_f32.to_bits()),
+            (23, 10.0_f32.to_bits()),
+        ]
+        .into();
         Self { flash: registers.clone(), registers, position: 0x9000, ..Self::default() }
     }
 
@@ -159,7 +168,8 @@ fn state_and_registers_are_read() {
         (state.shares[0] - (2.0 * f64::from(0x9000) / 65535.0 - 1.0)).abs() < 1e-12 && state.shares[2].abs() < 1e-3
     );
     let values: Vec<_> = SHOWN.iter().filter_map(|&register| motor.read(register).unwrap()).collect();
-    assert_eq!(values, [Value::Integer(3), Value::Integer(19), Value::Integer(8000), Value::Float(12.5)]);
+    let ranges = [12.5, 30.0, 10.0].map(Value::Float);
+    assert_eq!(values, [&[3, 19, 8000].map(Value::Integer)[..], &ranges].concat());
     assert_eq!(DamiaoMotor::new(&mut bus, 4).state().unwrap(), None, "silent");
 }
 
@@ -186,6 +196,32 @@ fn settings_are_read_back_and_stored_only_while_the_motor_is_off() {
     assert!(why.contains("did not confirm that it stored it"), "{why}");
     let why = DamiaoMotor::new(&mut bus, 7).set_timeout(400).unwrap_err().to_string();
     assert_eq!(why, "motor 7 does not answer");
+}
+
+#[test]
+fn ranges_are_set_together_and_stored_at_the_end() {
+    let mut bus = bus(&[4]);
+    let set = |bus: &mut Bus, torque| {
+        DamiaoMotor::new(bus, 4)
+            .set_ranges(&[(VELOCITY_RANGE, 45.0), (TORQUE_RANGE, torque)])
+            .map_err(|why| why.to_string())
+    };
+    set(&mut bus, 28.0).unwrap();
+    let stored = |bus: &Bus| [21, 22, 23].map(|register| f32::from_bits(bus.motors[0].flash[&register]));
+    assert_eq!(stored(&bus), [12.5, 45.0, 28.0]);
+    let stores = bus.sent.iter().filter(|frame| frame.data()[2] == 0xAA).count();
+    assert_eq!(stores, 1);
+    bus.motors[0].state = 1;
+    assert!(set(&mut bus, 10.0).unwrap_err().starts_with("motor 4 is on: nothing was changed"));
+    bus.motors[0].state = 0;
+    bus.motors[0].forgetful = true;
+    let why = set(&mut bus, 10.0).unwrap_err();
+    assert_eq!(
+        why,
+        "torque range of the frames: 10 is set until power-off; the motor did not confirm that it stored it; ranges that were written before it hold until \
+         power-off"
+    );
+    assert_eq!(stored(&bus), [12.5, 45.0, 28.0]);
 }
 
 #[test]

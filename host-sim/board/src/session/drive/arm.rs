@@ -8,6 +8,7 @@ use crate::can::adapter::Adapter;
 use crate::can::adapter_name::{AdapterError, AdapterName};
 use crate::can::host_bus::HostBus;
 use crate::can::motors::round_trip;
+use crate::can::settings;
 use crate::can::simulated::SimulatedArm;
 use crate::real_time::period;
 use crate::session::dry_run::desk_session;
@@ -163,10 +164,37 @@ impl Wiring {
         Ok(DriveDevice::new((to_board, from_board), thread, shown, presses))
     }
 
+    /// The joints at this adapter, counted from 0, and their drives.
+    fn drives_at<'a>(&'a self, name: &AdapterName) -> impl Iterator<Item = (usize, MitDrive)> + 'a {
+        let bus = self.adapters.iter().position(|other| other == name).unwrap_or(0);
+        self.drives.iter().copied().enumerate().filter(move |(_, drive)| usize::from(drive.bus) == bus)
+    }
+
+    /// Checks that frames mean to the motors what the robot file says.
+    pub(crate) fn check_settings(
+        &self,
+        adapter: &mut dyn Adapter,
+        name: &AdapterName,
+        scene: &SceneFile,
+    ) -> Result<(), Failure> {
+        let found = settings::check(adapter, self.protocol, self.drives_at(name))
+            .map_err(|error| Failure::Target(miette::miette!("{name}: {error}")))?
+            .unwrap_or_default();
+        if found.is_empty() {
+            return Ok(());
+        }
+        let lines: Vec<String> = found.iter().map(ToString::to_string).collect();
+        let robot = scene.robot.path.display();
+        Err(Failure::Target(miette::miette!(
+            help = settings::advice(&found),
+            "{name}: motors do not fit {robot}, nothing was enabled:\n{}",
+            lines.join("\n")
+        )))
+    }
+
     /// Checks that a drive's answer arrives within a tick. Frames are not numbered: replies that are always a tick late would look punctual.
     fn check_delay(&self, adapter: &mut dyn Adapter, name: &AdapterName, scene: &SceneFile) -> Result<(), Failure> {
-        let bus = self.adapters.iter().position(|other| other == name).unwrap_or(0);
-        let drives: Vec<MitDrive> = self.drives.iter().filter(|drive| usize::from(drive.bus) == bus).copied().collect();
+        let drives: Vec<MitDrive> = self.drives_at(name).map(|(_, drive)| drive).collect();
         let longest = round_trip(adapter, self.protocol, &drives)
             .map_err(|error| Failure::Target(miette::miette!("{name}: {error}")))?;
         match longest {
@@ -192,6 +220,7 @@ impl Wiring {
                 _ => name.open().map_err(unopened)?,
             };
             self.check_delay(adapter.as_mut(), name, scene)?;
+            self.check_settings(adapter.as_mut(), name, scene)?;
             *bus = HostBus::new(adapter);
         }
         Ok(buses)
