@@ -159,7 +159,7 @@ impl DriveKind for MyActuator {
         reports_state: false,
         reply_id_bits: 8,
         reply_offset: Some(0x500),
-        // Above 32, identifiers of answers would be those of commands to groups.
+        // The maker's range.
         ids: (1, 32),
         other_modes: &[],
         settings_id: None,

@@ -9,6 +9,7 @@ mod language;
 mod my_actuator;
 
 use crate::frame::{Frame, Order};
+use std::collections::VecDeque;
 
 pub use actuator::Actuator;
 pub use language::{Language, Ranges, Setpoint, error, to_code, to_float};
@@ -72,6 +73,8 @@ pub struct Electronics {
     pub has_no_settings: bool,
     /// True if it sends its status by itself while it has an error; only MyActuator drives do.
     pub reports_errors: bool,
+    /// Time from the frame that releases the holding brake to its answer, s; only MyActuator drives need one. 0: at once.
+    pub release_time: f64,
     /// True if it ignores the frame that enables it.
     pub ignores_enable: bool,
     /// Part of its position that survives a loss of power.
@@ -94,6 +97,8 @@ pub struct Electronics {
     silent_for: f64,
     /// Time for which it has had something to report and has not sent it by itself, s.
     unasked_for: f64,
+    /// Times left until its answers to frames that release the holding brake, s.
+    releasing: VecDeque<f64>,
     zero: f64,
     told: Setpoint,
     torque: f64,
@@ -114,6 +119,7 @@ impl Electronics {
             first_timeout: 0.1,
             has_no_settings: false,
             reports_errors: false,
+            release_time: 0.0,
             ignores_enable: false,
             memory: Memory::Turn(core::f64::consts::TAU / 6.0),
             error: 0,
@@ -126,6 +132,7 @@ impl Electronics {
             told_off: false,
             silent_for: 0.0,
             unasked_for: 0.0,
+            releasing: VecDeque::new(),
             zero: 0.0,
             told: Setpoint::default(),
             torque: 0.0,
@@ -149,6 +156,7 @@ impl Electronics {
     pub fn restart(&mut self, shaft: &Shaft) {
         (self.enabled, self.error, self.silent_for, self.timeout) = (false, 0, 0.0, self.first_timeout);
         (self.told_off, self.reports_errors) = (false, false);
+        self.releasing.clear();
         (self.told, self.torque, self.powered) = (Setpoint::default(), 0.0, true);
         let position = shaft.position - self.zero;
         let shown = match self.memory {

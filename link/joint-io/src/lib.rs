@@ -77,6 +77,11 @@ pub trait JointIo<const N: usize> {
     /// it also requests the next measurement. No drive counts as on afterwards.
     fn safe(&mut self, action: SafeAction);
 
+    /// Sends each drive its last frame, the one that switches it off; nothing is measured after it. For the end of a program.
+    fn end(&mut self) {
+        self.safe(SafeAction::Off);
+    }
+
     /// Makes the next calls of [`JointIo::safe`] clear latched errors of the drives. If the cause persists, the drive reports the error again. Does
     /// nothing if the drives latch no errors.
     fn clear(&mut self) {}

@@ -1,7 +1,7 @@
 //! Frames of MyActuator's RMD drives in motion mode ("Servo Motor Control Protocol" V4.2, "CAN BUS Motor Motion Protocol" V4.4).
 //!
-//! **The ranges of the frames depend on the drive's firmware.** Up to protocol V4.2 the torque range is +-24 N m for every model. From firmware of
-//! 2026 on it is the model's highest torque: with the wrong one an X6-60 gives 2.5 times the commanded torque, and no frame shows that.
+//! **The ranges of the frames depend on the drive's firmware.** Up to protocol V4.2 the torque range is +-24 N m for every model. From firmware
+//! 2026042402 on it is the model's highest torque: with the wrong one an X6-60 gives 2.5 times the commanded torque, and no frame shows that.
 //!
 //! Identifiers are standard ones. Every frame has eight bytes:
 //!
@@ -19,9 +19,12 @@
 //! Numbers of the status have their low byte first. Only a reply to a command has the drive's state. It has no error, no temperature, and does not
 //! show whether the drive is on. Frames of other identifiers and other data with 0x240 + id are no replies.
 //!
+//! **Whether the torque of a reply is measured is not certain.** V4.4 calls it the current torque; V4.2 calls the same field `t_ff`, as in the command.
+//! If a drive echoes the command, neither the probe nor the check of missing torque shows anything.
+//!
 //! **There is no frame that enables the drive**: a command acts on a drive that was never switched on, also after the frame that switches it off
 //! (almond-bot/axol, `myactuator.py`; yukunlin1124/myactuator_rmd_v4.3). The release of a holding brake takes 50 to 150 ms (axol); its answer
-//! arrives after that. The drive counts as on after that answer, a status without an error, and a reply with the torque of a probe.
+//! arrives after that. The lock (0x78) is never sent. The drive counts as on after that answer, a status without an error, and a reply with the torque of a probe.
 //!
 //! A drive sends its status by itself, every 100 ms while it has an error, only if its function 3 of 0x20 is set. The documents do not say whether
 //! a drive keeps that setting without power. It is not set here: it may be a write to the drive's ROM, and such a write in each arming would wear

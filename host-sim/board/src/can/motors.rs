@@ -7,7 +7,7 @@ use super::adapter::{Adapter, RECEIVED_MAX, UNSENT_MAX};
 use super::frame::CanFrame;
 use dynamics_core::drive::{Gearing, MitDrive, MitRanges, Protocol, Range, TIMEOUT_UNIT_US};
 use embedded_can::Frame as _;
-use joint_io::frames::{Frames, Packet, Setting};
+use joint_io::frames::{Frames, Notice, Packet, Setting};
 use sim::with_drive_type;
 use std::io;
 use std::time::{Duration, Instant};
@@ -86,7 +86,7 @@ fn search_of<F: Frames>(adapter: &mut dyn Adapter, kind: &'static str) -> io::Re
 const ROUND_TRIPS: usize = 50;
 
 /// Longest time from a request to a drive to its answer, in fifty of them, for the first of these drives that answers. `None` if none does, or if
-/// their kind has no setting that can be read. Neither enables nor moves anything.
+/// their kind answers nothing but commands. Neither enables nor moves anything.
 ///
 /// # Errors
 /// The adapter is gone, or does not send.
@@ -95,11 +95,17 @@ pub fn round_trip(adapter: &mut dyn Adapter, kind: Protocol, drives: &[MitDrive]
 }
 
 fn longest<F: Frames>(adapter: &mut dyn Adapter, drive: &MitDrive) -> io::Result<Option<Duration>> {
-    let Some(request) = F::read_timeout(drive) else { return Ok(None) };
+    let Some(request) = F::read_timeout(drive).or_else(|| F::request_status(drive)) else { return Ok(None) };
     let (request, mut longest) = (frame(&request)?, Duration::ZERO);
+    let answers = |answer: &CanFrame| {
+        let (id, data) = (answer.id(), answer.data());
+        let is_one =
+            F::setting(drive, id, data).is_some() || matches!(F::notice(drive, id, data), Some(Notice::Status(_)));
+        is_one.then_some(())
+    };
     for _ in 0..ROUND_TRIPS {
         let begun = Instant::now();
-        let answered = ask(adapter, &request, |answer| F::setting(drive, answer.id(), answer.data()))?;
+        let answered = ask(adapter, &request, answers)?;
         if answered.is_none() {
             return Ok(None);
         }

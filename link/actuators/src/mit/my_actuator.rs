@@ -8,6 +8,7 @@
 //! | the time of 0xB3 is in ROM | it is the one after a start, too |
 //! | with function 3 of 0x20 it sends its status every 100 ms while it has an error (V4.2, 2.34.4) | whether it keeps the setting without power is not stated; here it does not |
 //! | what a motion command does on a drive with an error is not stated | it is answered, and there is no torque |
+//! | the answer to the release of a holding brake comes after 50 to 150 ms (axol) | after [`Electronics::release_time`] |
 //! | a holding brake | there is none |
 
 use super::{Electronics, Language, Setpoint, Shaft, error, to_code, to_float};
@@ -52,6 +53,10 @@ impl Electronics {
         match data {
             [0x77, ..] if self.ignores_enable => return None,
             // It releases a holding brake.
+            [0x77, ..] if self.release_time > 0.0 => {
+                self.releasing.push_back(self.release_time);
+                return None;
+            }
             [0x77, ..] => {}
             [0x80, ..] if swallows => {}
             [0x80, ..] => self.exit(),
@@ -126,10 +131,14 @@ impl Electronics {
     /// Simulates `dt` seconds of waiting for the next report.
     pub(super) fn wait_to_report(&mut self, dt: f64) {
         self.unasked_for = if self.report().is_some() { self.unasked_for + dt } else { 0.0 };
+        self.releasing.iter_mut().for_each(|left| *left -= dt);
     }
 
     /// Returns the frame that the drive sends without being asked, if one is due.
-    pub(crate) fn unasked(&mut self) -> Option<Frame> {
+    pub fn unasked(&mut self) -> Option<Frame> {
+        if self.powered && self.releasing.pop_front_if(|left| *left <= 0.0).is_some() {
+            return Some(self.answer_with([0x77, 0, 0, 0, 0, 0, 0, 0]));
+        }
         let (every, frame) = self.report()?;
         if self.unasked_for < every {
             return None;

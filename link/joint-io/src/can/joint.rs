@@ -1,6 +1,6 @@
 //! State of one joint, and its commands.
 
-use super::limits::{JointCounts, OFF_NOTICES, OWED_MAX, Order, PROBE_SHARE, PROBES};
+use super::limits::{ENTER_EVERY, JointCounts, OFF_NOTICES, OWED_MAX, Order, PROBE_SHARE, PROBES};
 use crate::frames::{Frames, Packet};
 use crate::mit::Setpoint;
 use dynamics_core::control::Spring;
@@ -22,6 +22,8 @@ pub(super) struct CanJoint {
     /// Number of ticks with a reply after which one may still show the drive off because it was commanded off. 0: it was commanded on since, or
     /// did not receive the command. For a drive that sends notices, the number of notices that are due since it was last commanded to move.
     pub(super) off_due: u8,
+    /// Frames that switch on a drive that sends notices.
+    pub(super) entering: Entering,
     /// Setting of its communication timeout.
     pub(super) timeout: Timeout,
     /// True if its zero may have been lost since the last [`JointIo::measure`](crate::JointIo::measure).
@@ -56,6 +58,19 @@ pub(super) struct CanJoint {
     pub(super) counts: JointCounts,
 }
 
+/// Frames that switch on a drive that sends notices ([`Frames::enter`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Entering {
+    /// Number of them whose notice is outstanding.
+    pub(super) outstanding: u8,
+    /// Ticks since the last of them was sent; [`ENTER_EVERY`] if none is outstanding.
+    pub(super) ticks: u8,
+}
+
+impl Entering {
+    const NONE: Self = Self { outstanding: 0, ticks: ENTER_EVERY };
+}
+
 /// State of a drive's communication timeout.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Timeout {
@@ -83,6 +98,7 @@ impl CanJoint {
         asked: 0,
         shown: 0,
         off_due: 0,
+        entering: Entering::NONE,
         timeout: Timeout { value: None, written: false, tries: 0, due: 0 },
         zero_lost: false,
         told: [Setpoint::torque(0.0); 2],
@@ -114,6 +130,9 @@ impl CanJoint {
     pub(super) fn packet<F: Frames>(&mut self, drive: &MitDrive, order: Order, clears: bool) -> Packet {
         self.faults = self.faults.without(JointFaults::NON_FINITE);
         let first = !core::mem::replace(&mut self.greeted, true);
+        if F::NOTICES && self.entering.outstanding > 0 {
+            self.entering.ticks = self.entering.ticks.saturating_add(1);
+        }
         let setpoint = match order {
             Order::Torque(torque, spring) => {
                 let torque = drive.gearing.drive_torque(torque);
@@ -214,7 +233,7 @@ impl CanJoint {
     #[cold]
     pub(super) fn restarted(&mut self, drive: &MitDrive) {
         self.forget();
-        self.timeout = Timeout::default();
+        (self.timeout, self.entering) = (Timeout::default(), Entering::NONE);
         self.zero_lost |= !drive.absolute;
     }
 

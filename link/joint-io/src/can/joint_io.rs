@@ -89,6 +89,16 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> J
         }
     }
 
+    fn end(&mut self) {
+        if !F::NOTICES {
+            return self.safe(SafeAction::Off);
+        }
+        // The safe action would end with a command that measures, and such a command switches the drive on.
+        self.engage_brakes();
+        self.joints.iter_mut().for_each(CanJoint::forget);
+        self.send_to_all(F::exit);
+    }
+
     fn clear(&mut self) {
         self.clearing = CLEARING;
     }

@@ -1,7 +1,7 @@
 //! Drives that send notices ([`Frames::NOTICES`]): they are switched on and off by frames that get no reply with the drive's state.
 
-use super::joint::{CanJoint, probe};
-use super::limits::{OFF_NOTICES, ON_NOTICES, OWED_MAX, PROBES};
+use super::joint::{CanJoint, Entering, probe};
+use super::limits::{ENTER_EVERY, OFF_NOTICES, ON_NOTICES, OWED_MAX, PROBES};
 use crate::frames::{Frames, Notice, Packet};
 use crate::mit::Setpoint;
 use dynamics_core::drive::MitDrive;
@@ -17,9 +17,18 @@ impl CanJoint {
             (self.timeout.due, self.owed) = (0, self.owed - 1);
         }
         match notice {
-            Notice::On if self.asked > 0 && self.shown == 0 => self.shown = 1,
+            Notice::On => {
+                // A notice of an earlier arming does not confirm this one: notices come in the order of the frames.
+                self.entering.outstanding = self.entering.outstanding.saturating_sub(1);
+                if self.entering.outstanding == 0 {
+                    self.entering.ticks = ENTER_EVERY;
+                    if self.asked > 0 && self.shown == 0 {
+                        self.shown = 1;
+                    }
+                }
+            }
             Notice::Off if self.asked == 0 && self.off_due == OFF_NOTICES => self.off_due = OFF_NOTICES - 1,
-            Notice::On | Notice::Off => {}
+            Notice::Off => {}
             Notice::Status(error) => {
                 self.error = error;
                 self.faults = self.faults.without(JointFaults::DRIVE) | JointFaults::DRIVE.when(error != 0);
@@ -37,18 +46,21 @@ impl CanJoint {
 
     /// Returns the next frame to a drive that has not confirmed that it is on.
     ///
-    /// A frame that gets no reply with the drive's state is sent only in a tick that has one, so that no two ticks in a row are without. A drive
-    /// that is silent while its holding brake is released gets no second frame of this kind.
+    /// A frame that gets no reply with the drive's state is sent only in a tick that has one, so that no two ticks in a row are without. The frame
+    /// that switches it on is sent again only after [`ENTER_EVERY`] ticks, because a drive may take long to carry it out.
     #[cold]
     pub(super) fn switch_on<F: Frames>(&mut self, drive: &MitDrive, damped: bool) -> Packet {
         let fresh = self.age_ticks == 0;
         if self.asked > PROBES {
             (self.asked, self.shown) = (0, 0);
         }
-        if self.asked == 0 || (self.shown == 0 && fresh) {
+        let is_late = self.entering.ticks >= ENTER_EVERY;
+        if self.asked == 0 || (self.shown == 0 && fresh && is_late) {
             (self.asked, self.shown, self.off_due) = (1, 0, OFF_NOTICES);
             self.told = [Setpoint::torque(0.0); 2];
             self.timeout.due = OWED_MAX;
+            let outstanding = if is_late { 0 } else { self.entering.outstanding };
+            self.entering = Entering { outstanding: outstanding.saturating_add(1), ticks: 0 };
             return F::enter(drive);
         }
         if self.shown == ON_NOTICES - 1
@@ -79,16 +91,15 @@ impl CanJoint {
             self.timeout.due = OWED_MAX;
             return F::exit(drive);
         }
-        let request = self.status_request::<F>(drive, clears || self.off_due > 0);
+        let request = self.status_request::<F>(drive, clears || self.off_due == OFF_NOTICES - 1);
         let measures = || F::command(drive, &Setpoint::torque(0.0)).unwrap_or_else(|| F::exit(drive));
         request.unwrap_or_else(measures)
     }
 
-    /// Returns the frame that reads the drive's error. `None` for a drive that sends no notices, in a tick without a reply, and if neither a status
-    /// is due nor an error is to be cleared.
+    /// Returns the frame that reads the drive's error, if it is wanted. `None` for a drive that sends no notices, and in a tick without a reply.
     #[inline]
     pub(super) fn status_request<F: Frames>(&mut self, drive: &MitDrive, wanted: bool) -> Option<Packet> {
-        if !F::NOTICES || !wanted || self.age_ticks != 0 || (self.error == 0 && self.off_due != OFF_NOTICES - 1) {
+        if !F::NOTICES || !wanted || self.age_ticks != 0 {
             return None;
         }
         self.timeout.due = OWED_MAX;

@@ -6,6 +6,7 @@ use super::limits::Order;
 use crate::can_bus::CanBus;
 use crate::frames::{Frames, Packet};
 use dynamics_core::control::Spring;
+use dynamics_core::drive::MitDrive;
 use embedded_hal::digital::OutputPin;
 
 impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> CanJoints<F, A, B, C, P, N> {
@@ -28,6 +29,17 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> C
     pub(super) fn send_torque(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>) {
         let spring = |i: usize| springs.and_then(|springs| springs.get(i).copied());
         self.send_all(|i| torque.get(i).map_or(Order::Off, |&torque| Order::Torque(torque, spring(i))));
+    }
+
+    /// Sends every drive a frame that depends on nothing else.
+    pub(super) fn send_to_all(&mut self, frame: fn(&MitDrive) -> Packet) {
+        self.first.abandon();
+        self.second.abandon();
+        self.third.abandon();
+        for i in self.order.map(usize::from) {
+            let packet = self.drives.get(i).map(frame);
+            self.send(i, packet.as_ref());
+        }
     }
 
     pub(super) fn send_all(&mut self, order: impl Fn(usize) -> Order) {

@@ -6,6 +6,7 @@ use actuator_model::mit::{Language, error};
 use dynamics_core::control::{Fault, Sensed};
 use dynamics_core::drive::{MitDrive, MyActuator};
 use dynamics_core::safety::{SafeAction, State};
+use joint_io::JointIo as _;
 use joint_io::frames::Frames as _;
 use link::Request;
 use session::readings::JointFaults;
@@ -124,10 +125,92 @@ fn no_torque_acts_before_the_release_of_the_holding_brake_is_confirmed() {
         assert_eq!(rig.state(), State::Arming);
     }
     rig.electronics(|it| it.ignores_enable = false);
-    for _ in 0..100 {
+    let before = sent(&rig, 0x141, 0x77);
+    for _ in 0..200 {
         rig.tick();
     }
     assert!(rig.state() == State::Armed && rig.brake.0.get(), "{:?}", rig.state());
+    assert_eq!((before, sent(&rig, 0x141, 0x77)), (1, 2), "sent again once it counts as lost");
+}
+
+/// Ticks from the request to arm to the first frame that reads the status, which follows the confirmed release; `None` if there is none in 400.
+fn confirmed_after(rig: &mut Rig<MyActuator>) -> Option<u32> {
+    let before = sent(rig, 0x141, 0x9a);
+    rig.ask(Request::Arm);
+    (1..400).find(|_| {
+        rig.tick();
+        sent(rig, 0x141, 0x9a) > before
+    })
+}
+
+#[test]
+fn a_release_is_sent_once_and_its_answer_may_take_long() {
+    for action in [SafeAction::Brake, SafeAction::DampedStop, SafeAction::Off] {
+        let mut rig = rig(action);
+        for _ in 0..ARMING {
+            rig.tick();
+        }
+        rig.home();
+        rig.electronics(|it| it.release_time = 0.12);
+        let (releases, after) = (sent(&rig, 0x141, 0x77), confirmed_after(&mut rig).unwrap());
+        assert!((115..130).contains(&after), "{action:?}: {after} ticks");
+        assert_eq!(sent(&rig, 0x141, 0x77) - releases, 1, "{action:?}");
+    }
+}
+
+#[test]
+fn the_late_answer_to_an_earlier_release_confirms_nothing() {
+    for action in [SafeAction::Brake, SafeAction::DampedStop] {
+        let mut rig = rig(action);
+        for _ in 0..ARMING {
+            rig.tick();
+        }
+        rig.home();
+        rig.electronics(|it| it.release_time = 0.12);
+        rig.ask(Request::Arm);
+        for _ in 0..40 {
+            rig.tick();
+        }
+        rig.ask(Request::Disarm);
+        assert_eq!(rig.state(), State::Idle);
+        for _ in 0..5 {
+            rig.tick();
+        }
+        let after = confirmed_after(&mut rig).unwrap();
+        assert!((115..130).contains(&after), "{action:?}: its own answer comes after 120 ticks, not {after}");
+    }
+}
+
+#[test]
+fn an_error_that_nobody_has_seen_is_read_when_errors_are_cleared() {
+    let mut rig = rig(SafeAction::DampedStop).armed();
+    rig.electronics(|it| it.error = error::HOT);
+    while rig.fault().is_none() {
+        rig.tick();
+    }
+    assert_eq!(rig.readings().errors, [0], "its torque is missing, and nothing says why");
+    rig.ask(Request::Clear);
+    for _ in 0..10 {
+        rig.tick();
+    }
+    assert_eq!(MyActuator::error_text(rig.readings().errors[0]), "motor too hot");
+}
+
+#[test]
+fn the_last_frame_of_a_program_switches_the_drive_off() {
+    for action in [SafeAction::DampedStop, SafeAction::Off] {
+        let mut rig = rig(action).armed();
+        for _ in 0..5 {
+            rig.joints.safe(SafeAction::Off);
+            rig.wire.bus.borrow_mut().serve();
+            rig.joints.measure();
+        }
+        rig.joints.end();
+        rig.wire.bus.borrow_mut().serve();
+        let last = rig.wire.bus.borrow().sent.last().cloned().unwrap();
+        assert_eq!((last.id, last.data[0]), (0x141, 0x80), "{action:?}");
+        assert!(rig.electronics(|it| !it.is_enabled()), "{action:?}");
+    }
 }
 
 /// A drive that neither confirms nor replies for 120 ms, because it releases its brake: it may as well have restarted.
@@ -147,7 +230,7 @@ fn a_drive_that_is_silent_while_it_releases_its_brake_keeps_its_zero_only_if_it_
             rig.tick();
             assert!(!rig.readings().on[0] && !rig.brake.0.get());
         }
-        assert!(sent(&rig, 0x141, 0x77) - before <= 1, "the frame is not repeated into the silence");
+        assert!(sent(&rig, 0x141, 0x77) - before <= 1, "once after the time of a restart, and not into the silence");
         rig.powered = true;
         for _ in 0..100 {
             rig.tick();

@@ -213,6 +213,10 @@ impl<F: Frames> JointIo<1> for Recorded<F> {
         self.torque = None;
         self.inner.safe(action);
     }
+    fn end(&mut self) {
+        self.torque = None;
+        self.inner.end();
+    }
     fn clear(&mut self) {
         self.inner.clear();
     }

@@ -67,7 +67,8 @@ fn mit(table: &Table<'_>, protocol: Protocol, limits: &Limits<f64>) -> Result<Mi
         let bytes = whole("reply_bytes", 6, 8, Some(6), BYTES)? as u8;
         (bytes, temperature_offset(table, bytes)?)
     } else {
-        (8, Some(0.0))
+        // A reply to a MyActuator's command has no temperature.
+        (8, reply_offset.is_none().then_some(0.0))
     };
     let id = match ids {
         (0, u8::MAX) => whole("id", 0, 255, None, "the identifier of its commands, 0 to 255")?,

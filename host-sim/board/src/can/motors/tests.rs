@@ -207,8 +207,9 @@ fn ranges_are_set_together_and_stored_at_the_end() {
             .map_err(|why| why.to_string())
     };
     set(&mut bus, 28.0).unwrap();
-    let stored = |bus: &Bus| [21, 22, 23].map(|register| f32::from_bits(bus.motors[0].flash[&register]));
-    assert_eq!(stored(&bus), [12.5, 45.0, 28.0]);
+    let stored = |bus: &Bus| [21, 22, 23].map(|register| bus.motors[0].flash[&register]);
+    let ranges = [12.5_f32, 45.0, 28.0].map(f32::to_bits);
+    assert_eq!(stored(&bus), ranges);
     let stores = bus.sent.iter().filter(|frame| frame.data()[2] == 0xAA).count();
     assert_eq!(stores, 1);
     bus.motors[0].state = 1;
@@ -221,7 +222,7 @@ fn ranges_are_set_together_and_stored_at_the_end() {
         "torque range of the frames: 10 is set until power-off; the motor did not confirm that it stored it; ranges that were written before it hold until \
          power-off"
     );
-    assert_eq!(stored(&bus), [12.5, 45.0, 28.0]);
+    assert_eq!(stored(&bus), ranges);
 }
 
 #[test]

@@ -30,6 +30,9 @@ const SILENT_TICKS: u32 = 50;
 /// Last frames of the drives: they are switched off, so that none of them finds a timeout when it is used again.
 const OFF_TICKS: u32 = 5;
 
+/// Number of times that the very last frame is sent: a drive whose timeout has expired may swallow one.
+const END_TICKS: u32 = 2;
+
 /// Longest time after the operator's part has gone for which the session may still hold or lower the arm.
 const ALONE_MAX: Duration = Duration::from_secs(600);
 
@@ -125,6 +128,11 @@ impl<const N: usize> Drop for Guarded<N> {
         }
         for _ in 0..OFF_TICKS {
             self.stop(SafeAction::Off);
+        }
+        for _ in 0..END_TICKS {
+            self.joints.measure();
+            self.joints.end();
+            std::thread::sleep(self.period);
         }
     }
 }

@@ -211,7 +211,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
                 if drive.electronics.is_enabled() {
                     add(Event::Trip(i));
                 }
-                if drive.electronics.error == 0 && super::scene::reports_state(setup.language) {
+                if drive.electronics.error == 0 && super::scene::reports_errors(setup.language) {
                     add(Event::DriveError(i));
                 }
             }

@@ -277,6 +277,8 @@ impl<const N: usize> World<N> {
                 }
             }
         }
+        let hears = self.axes.iter_mut().filter(|drive| drive.dark == 0);
+        wire.arrived.extend(hears.filter_map(|drive| drive.electronics.unasked()));
         late
     }
 
