@@ -4,6 +4,7 @@
 
 mod bound;
 mod browser;
+mod can_adapter;
 #[path = "../../../robot-compiler/tests/common/cases.rs"]
 #[allow(dead_code, reason = "the robot compiler's tests need more of it")]
 mod cases;
@@ -33,6 +34,7 @@ mod kernel_command;
 mod linkage;
 mod live_board;
 mod margins;
+mod motors_check;
 mod motors_setup;
 mod operate;
 mod output_reference;

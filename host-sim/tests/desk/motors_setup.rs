@@ -1,6 +1,7 @@
 //! `motors setup` as a process: a person moves the joints of an arm at an adapter on a pseudo-terminal, and types.
 
-use crate::drive::{Kind, file};
+use crate::can_adapter::Kind;
+use crate::drive::file;
 use crate::program::{at_the_top, new, told};
 use board::can::frame::CanFrame;
 use embedded_can::Frame as _;
@@ -44,11 +45,12 @@ impl Motors {
                 let [high, low] = (((share + 1.0) / 2.0 * 65535.0).round() as u16).to_be_bytes();
                 reply([id, high, low, 0x7F, 0xF7, 0xFF, 30, 31])
             }
-            (0x33, 7 | 8 | 9 | 21 | 22 | 23) => {
+            (0x33, 7..=10 | 21..=23) => {
                 let value = match register {
                     7 => u32::from(id) + 16,
                     8 => u32::from(id),
                     9 => 1000,
+                    10 => 1,
                     21 => RANGE.to_bits(),
                     // Those of the base, shoulder and elbow are DM4340, the others DM4310.
                     22 if id > 3 => 10.0_f32.to_bits(),

@@ -91,6 +91,15 @@ one_event! {
     one_event_two_joints_damiao_damped_stop: Damiao, DampedStop, 2;
 }
 
+/// Two events of the link in one period: a new host and a request, or two requests.
+#[test]
+fn two_events_of_the_link_in_a_period() {
+    let events = Kinds { frames: false, drives: false, requests: true, host: true };
+    for action in [SafeAction::Brake, SafeAction::DampedStop] {
+        holds::<1>(Setup { budget: 2, within: Some(0), events, ..setup(Language::Damiao, action) });
+    }
+}
+
 /// Checks that the search finds the deliberate fault, and prints a shortest counterexample.
 fn finds(rule: Rule, mutant: Mutant, setup: Setup) {
     let explored = run::<1>(Setup { mutant: Some(mutant), ..setup });

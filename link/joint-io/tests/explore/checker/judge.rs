@@ -4,7 +4,7 @@ use super::event::Event;
 use super::scene::{AGE_MAX, INERTIA, LOWERING_SPEED, PERIOD, Setup, WEIGHT, reports_state};
 use super::world::World;
 use dynamics_core::control::Fault;
-use dynamics_core::safety::{SafeAction, State};
+use dynamics_core::safety::{self, SafeAction, State};
 use joint_io::can::WEAK_MAX;
 use link::{Answer, NumberedRequest, Request, Verdict};
 
@@ -101,6 +101,15 @@ pub const JUMP_MAX: f64 = 1.0;
 /// or lost.
 const SHIFTED_MAX: u8 = 4;
 
+/// Rank of a hold request.
+const HOLD: u8 = safety::Request::Hold.rank();
+
+impl Asked {
+    fn rank(&self) -> u8 {
+        self.request.request.to_core().map_or(0, safety::Request::rank)
+    }
+}
+
 /// Memory of the judge.
 #[derive(Clone, Copy, Debug)]
 pub struct Judge<const N: usize> {
@@ -110,6 +119,8 @@ pub struct Judge<const N: usize> {
     pub fresh_points: bool,
     /// Requests that were received since the last period.
     asked: [Option<Asked>; ASKED],
+    /// Rank of the request that the board has made itself for the next period, because the host has changed.
+    own: Option<u8>,
     /// True if there were more requests than `asked` can hold.
     overflow: bool,
     /// The last request that was received, and its verdict.
@@ -168,6 +179,7 @@ impl<const N: usize> Judge<N> {
             broken: 0,
             fresh_points: false,
             asked: [None; ASKED],
+            own: None,
             overflow: false,
             last: None,
             verdict: None,
@@ -226,8 +238,12 @@ impl<const N: usize> Judge<N> {
         self.demand(Rule::EveryRequestIsAnsweredOnce, same);
     }
 
-    /// Begins a new session: requests of the old one no longer count.
-    pub fn hello(&mut self) {
+    /// Begins a new session: requests of the old one no longer count, but one that stops the arm stays in force. A motion of the old host is held.
+    /// `state` is the machine's before it.
+    pub fn hello(&mut self, state: State) {
+        let waits = self.asked.iter().flatten().filter(|asked| asked.verdict.is_none()).map(Asked::rank).max();
+        let stops = waits.max(self.own).filter(|rank| *rank >= HOLD);
+        self.own = stops.or(matches!(state, State::Running | State::Arming).then_some(HOLD));
         (self.asked, self.fresh_points, self.last, self.verdict) = ([None; ASKED], false, None, None);
     }
 
@@ -239,9 +255,10 @@ impl<const N: usize> Judge<N> {
     fn judge_requests(&mut self, after: State) {
         let asked = core::mem::replace(&mut self.asked, [None; ASKED]);
         let new = || asked.iter().flatten().filter(|asked| !asked.before);
-        let rank = |asked: &Asked| asked.request.request.to_core().map_or(0, |request| request.rank());
-        let strongest = new().map(rank).max();
-        let first = new().position(|asked| Some(rank(asked)) == strongest);
+        // The board's own request was there first.
+        let own = self.own.take();
+        let strongest = new().map(Asked::rank).max().filter(|rank| own.is_none_or(|own| *rank > own));
+        let first = new().position(|asked| Some(asked.rank()) == strongest);
         for (i, asked) in new().enumerate() {
             let wins = Some(i) == first;
             let superseded = asked.verdict == Some(Verdict::Superseded);

@@ -135,8 +135,9 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
         let hello = Frame::Hello(Hello { pacing: Pacing::Live, ..scene::own(N as u8) });
         let Host { number, seen, .. } = self.host;
         self.host = Host { number, seen, ..Host::new() };
+        let before = self.machine();
         self.receive(setup, hello);
-        self.judge.hello();
+        self.judge.hello(before);
     }
 
     fn answered(&mut self, setup: &Setup, answer: Answer) {
