@@ -6,6 +6,7 @@
 
 mod brakes;
 mod enable;
+mod motions;
 mod notices;
 mod overrun;
 mod power;

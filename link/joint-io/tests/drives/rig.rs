@@ -243,6 +243,8 @@ pub(crate) struct Rig<F> {
     pub(crate) stop: bool,
     /// True if the drive has power. Without it, the drive neither receives nor answers nor gives torque.
     pub(crate) powered: bool,
+    /// True if the drive's bus cable is open; it has power.
+    pub(crate) unplugged: bool,
     /// True if the board's ticks run.
     pub(crate) ticking: bool,
     /// True if the brake does not act, as on an arm without brakes.
@@ -331,6 +333,7 @@ impl<F: Frames> Rig<F> {
             qd: 0.0,
             stop: false,
             powered: true,
+            unplugged: false,
             ticking: true,
             brakeless: false,
             host_gone: false,
@@ -416,7 +419,7 @@ impl<F: Frames> Rig<F> {
         {
             let mut bus = self.wire.bus.borrow_mut();
             bus.actuators[0].shaft = Shaft { position: self.q, velocity: self.qd };
-            bus.unplugged = if self.powered { vec![] } else { vec![1] };
+            bus.unplugged = if self.powered && !self.unplugged { vec![] } else { vec![1] };
             if !self.wire.swallow.get() {
                 bus.serve();
             }
