@@ -83,7 +83,13 @@ pub enum Task {
     },
     /// Set the ranges of a Damiao motor's frames; stored in flash. The robot file must have the same: afterwards `motors check`.
     #[command(after_help = "Example:\n  newtau motors set-limits 3 --torque 28 --can can0")]
-    SetLimits(LimitsArgs),
+    SetLimits {
+        /// Its identifier.
+        id: u8,
+        /// The ranges.
+        #[command(flatten)]
+        ranges: LimitsArgs,
+    },
     /// Compare the settings that Damiao motors have stored with a scene's robot file: ranges, identifiers of replies, control mode.
     #[command(after_help = "Example:\n  newtau motors check scenes/yam_one_bus.toml --can can0")]
     Check(check::CheckArgs),
@@ -98,13 +104,10 @@ pub enum Task {
     },
 }
 
-/// Ranges of `set-limits`.
+/// Ranges of `set-limits`: at least one.
 #[derive(Clone, Debug, Args)]
 #[group(required = true, multiple = true)]
 pub struct LimitsArgs {
-    /// Its identifier.
-    #[arg(required = true)]
-    pub id: u8,
     /// Highest position, rad.
     #[arg(long, value_name = "RAD", value_parser = above_zero)]
     pub position: Option<f32>,
@@ -158,11 +161,13 @@ pub fn run(args: &MotorsArgs) -> Result<u8, Failure> {
             let reply = u32::from(new) + u32::from(REPLY_OFFSET);
             done(format!("motor {id} is now motor {new}, replies at {reply}; stored in flash"))
         }),
-        Task::SetLimits(args) => DamiaoMotor::new(adapter, args.id).set_ranges(&args.given()).map(|()| {
-            let ranges = args.given();
-            let all: Vec<_> = ranges.iter().map(|(it, value)| format!("{} ±{value} {}", it.name, it.unit)).collect();
-            done(format!("motor {}: {}; stored in flash", args.id, all.join(", ")))
-        }),
+        Task::SetLimits { id, ranges } => {
+            let given = ranges.given();
+            DamiaoMotor::new(adapter, *id).set_ranges(&given).map(|()| {
+                let all: Vec<_> = given.iter().map(|(it, value)| format!("{} ±{value} {}", it.name, it.unit)).collect();
+                done(format!("motor {id}: {}; stored in flash", all.join(", ")))
+            })
+        }
         Task::Check(args) => return check::run(args, adapter, name, is_json, failed),
         Task::Setup(args) => {
             return setup::run(args, adapter, failed).and_then(|text| terminal::print(&text)).map(|()| 0);

@@ -58,6 +58,8 @@ fn a_bus_without_drives_and_drives_without_such_settings_are_said() {
     let adapter = Adapter::new(Kind::Slcan, &fits);
     let (code, _, error) = check(&fits, &adapter.name, &["--bus", "3"]);
     assert!(code == 2 && error.contains("no drive on bus 3"), "{code}: {error}");
+    let no_range = at_the_top().args(["motors", "set-limits", "3", "--can", &adapter.name]).output().unwrap();
+    assert_eq!(told(no_range).0, 2, "a range is required");
     let (code, _, error) = check(Path::new("scenes/rebot_move.toml"), &adapter.name, &[]);
     assert!(code == 2 && error.contains("robstride"), "{code}: {error}");
     let (code, _, error) = check(Path::new("scenes/puma560_pick.toml"), &adapter.name, &[]);

@@ -25,6 +25,10 @@ const REPORT: u8 = 0xCC;
 /// Frame that makes the present position the zero.
 const ZERO: [u8; 8] = [0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFE];
 
+/// Advice after a value was written and not stored. Another setting that is stored later would store it too.
+const UNTIL_POWER_OFF: &str =
+    "switch the motor's power off and on before anything else, then look at it again with `motors show`";
+
 /// Times that a setting is asked for before its motor counts as silent.
 const TRIES: u32 = 3;
 
@@ -76,8 +80,8 @@ pub struct FrameRanges {
 pub struct MotorSettings {
     /// Identifier of its replies.
     pub reply_id: u32,
-    /// Control mode; 1 is MIT.
-    pub mode: u32,
+    /// Control mode; 1 is MIT. `None` if the motor answers nothing about it.
+    pub mode: Option<u32>,
     /// Ranges of its frames.
     pub ranges: FrameRanges,
 }
@@ -109,7 +113,9 @@ impl<'a> DamiaoMotor<'a> {
         ask(self.adapter, &request, |answer| {
             let &[id, 0, READ, number, a, b, c, d] = answer.data() else { return None };
             let bits = u32::from_le_bytes([a, b, c, d]);
-            (id == own && number == register.number).then(|| Value::of(register.kind, bits))
+            // A request of another program looks the same but for its identifier.
+            (id == own && number == register.number && answer.raw_id() != REQUESTS)
+                .then(|| Value::of(register.kind, bits))
         })
     }
 
@@ -133,7 +139,10 @@ impl<'a> DamiaoMotor<'a> {
         let silent =
             |register: Register| io::Error::other(format!("motor {own}: no answer about its {}", register.name));
         let Some(Value::Integer(reply_id)) = read(REPLY_ID)? else { return Ok(None) };
-        let Some(Value::Integer(mode)) = read(MODE)? else { return Err(silent(MODE)) };
+        let mode = match read(MODE)? {
+            Some(Value::Integer(mode)) => Some(mode),
+            _ => None,
+        };
         let mut range = |register| match read(register)? {
             Some(Value::Float(value)) => Ok(f64::from(value)),
             _ => Err(silent(register)),
@@ -154,7 +163,7 @@ impl<'a> DamiaoMotor<'a> {
         for (place, (register, value)) in ranges.iter().enumerate() {
             self.write(*register, value.to_bits(), place + 1 == ranges.len()).map_err(|error| match place {
                 0 => error,
-                _ => io::Error::other(format!("{error}; ranges that were written before it hold until power-off")),
+                _ => io::Error::other(format!("{error}; the ranges before it are set, too")),
             })?;
         }
         Ok(())
@@ -175,11 +184,12 @@ impl<'a> DamiaoMotor<'a> {
             // From now on it answers to the new one. A value that does not fit is refused before.
             self.id = value as u8;
         }
-        let (wrote, found) = (Value::of(register.kind, value), self.read(register)?);
+        let wrote = Value::of(register.kind, value);
+        let found = (0..TRIES).find_map(|_| self.read(register).transpose()).transpose()?;
         if found != Some(wrote) {
             let found = found.map_or_else(|| "no answer".to_owned(), |it| it.to_string());
             return Err(io::Error::other(format!(
-                "{}: wrote {wrote}, read {found}: nothing was stored",
+                "{}: wrote {wrote}, read {found}: nothing was stored, but it may use the new value: {UNTIL_POWER_OFF}",
                 register.name
             )));
         }
@@ -188,7 +198,7 @@ impl<'a> DamiaoMotor<'a> {
             ask(self.adapter, &request, |answer| matches!(answer.data(), [_, 0, STORE, ..]).then_some(()))?
                 .ok_or_else(|| {
                     io::Error::other(format!(
-                        "{}: {wrote} is set until power-off; the motor did not confirm that it stored it",
+                        "{}: {wrote} is set, and the motor did not confirm that it stored it: {UNTIL_POWER_OFF}",
                         register.name
                     ))
                 })?;

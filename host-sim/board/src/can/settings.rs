@@ -21,8 +21,8 @@ const MIT_MODE: u32 = 1;
 pub enum Mismatch {
     /// It does not answer.
     Silent,
-    /// It is in another control mode.
-    Mode(u32),
+    /// It is in another control mode, or answers nothing about it.
+    Mode(Option<u32>),
     /// Its replies have another identifier than in the file.
     ReplyId {
         /// In the motor.
@@ -45,7 +45,10 @@ impl fmt::Display for Mismatch {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Silent => write!(f, "does not answer"),
-            Self::Mode(mode) => write!(f, "control mode: found {mode}, expected 1 (MIT): it would not follow torques"),
+            Self::Mode(None) => write!(f, "control mode: no answer, expected 1 (MIT)"),
+            Self::Mode(Some(mode)) => {
+                write!(f, "control mode: found {mode}, expected 1 (MIT): it would not follow torques")
+            }
             Self::ReplyId { motor, file } => {
                 write!(
                     f,
@@ -54,8 +57,10 @@ impl fmt::Display for Mismatch {
             }
             Self::Range { field, motor, file: (lo, hi) } => {
                 write!(f, "{field}: found a range of ±{motor} in the motor and [{lo}, {hi}] in the robot file: ")?;
-                let factor = motor / hi;
+                let factor = 2.0 * motor / (hi - lo);
                 match *field {
+                    _ if !(factor.is_finite() && factor > 0.0) => write!(f, "no motor can have this range"),
+                    _ if !is_near(-lo, *hi) => write!(f, "a motor's range is symmetric"),
                     "torque" => write!(f, "it would give {factor:.3} times the commanded torque"),
                     _ => write!(f, "its {field} would be {factor:.3} times what is read"),
                 }
@@ -64,13 +69,18 @@ impl fmt::Display for Mismatch {
     }
 }
 
+/// True if a range is that of the file, up to rounding. False for NaN and infinity.
+fn is_near(motor: f64, file: f64) -> bool {
+    (motor - file).abs() <= ROUNDING * file.abs()
+}
+
 /// Compares a motor's settings with those that a file expects.
 #[must_use]
 pub fn mismatches(motor: &MotorSettings, drive: &MitDrive) -> Vec<Mismatch> {
     let MotorSettings { reply_id, mode, ranges: FrameRanges { position, velocity, torque } } = *motor;
     let MitRanges { position: p, velocity: v, torque: t, .. } = drive.ranges;
     let mut found = Vec::new();
-    if mode != MIT_MODE {
+    if mode != Some(MIT_MODE) {
         found.push(Mismatch::Mode(mode));
     }
     if reply_id != u32::from(drive.reply_id) {
@@ -78,9 +88,7 @@ pub fn mismatches(motor: &MotorSettings, drive: &MitDrive) -> Vec<Mismatch> {
     }
     for (field, motor, range) in [("position", position, p), ("velocity", velocity, v), ("torque", torque, t)] {
         let (lo, hi) = (f64::from(range.min), f64::from(range.max));
-        let near = |end: f64| (end - motor).abs() <= ROUNDING * motor.abs();
-        // False for NaN, so that such a range is a mismatch.
-        if !(near(hi) && near(-lo)) {
+        if !(is_near(motor, hi) && is_near(motor, -lo)) {
             found.push(Mismatch::Range { field, motor, file: (lo, hi) });
         }
     }
@@ -108,11 +116,15 @@ impl fmt::Display for JointMismatch {
 /// Advice for motors that do not fit.
 #[must_use]
 pub fn advice(found: &[JointMismatch]) -> &'static str {
-    if found.iter().all(|it| it.mismatch == Mismatch::Silent) {
+    let is_some = |of: fn(&Mismatch) -> bool| found.iter().any(|it| of(&it.mismatch));
+    if is_some(|it| matches!(it, Mismatch::Silent)) {
         "switch the drives' power on, and look for the motors with `newtau motors scan`; they stay off until the arm is armed"
-    } else {
+    } else if is_some(|it| matches!(it, Mismatch::Range { .. })) {
         "`newtau motors show ID` prints a motor's values. Write its ranges into its `[joint.drive]` (`position`, `velocity`, `torque`), or store the file's in the \
          motor (`newtau motors set-limits`)"
+    } else {
+        "`newtau motors show ID` prints a motor's values; set the control mode with the maker's tool, and write the identifier of its replies into its \
+         `[joint.drive]` (`reply_id`)"
     }
 }
 

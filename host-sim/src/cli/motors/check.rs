@@ -5,7 +5,7 @@ use board::can::adapter_name::AdapterName;
 use board::can::settings::{advice, check};
 use clap::Args;
 use dynamics_core::drive::MitDrive;
-use robot_compiler::SceneFile;
+use robot_compiler::{SceneFile, conflict_on_one_bus};
 use serde_json::json;
 use sim::failure::{self, Failure};
 use sim::terminal;
@@ -37,6 +37,11 @@ pub(super) fn run(
     let scene = SceneFile::load(&args.scene).map_err(Failure::input)?;
     let wrong = |why: String| Failure::Input(miette::miette!("{}: {why}", scene.robot.path.display()));
     let kind = scene.protocol().ok_or_else(|| wrong("[joint.drive]: expected a drive on CAN at every joint".into()))?;
+    if args.bus.is_none()
+        && let Some(why) = conflict_on_one_bus(&scene.robot)
+    {
+        return Err(wrong(format!("{why}: expected `--bus 1`, and then the next bus: one adapter is at one bus")));
+    }
     let of_bus = |drive: &MitDrive| args.bus.is_none_or(|bus| drive.bus + 1 == bus);
     let drives: Vec<(usize, MitDrive)> =
         scene.mit_drives().into_iter().enumerate().filter(|(_, drive)| of_bus(drive)).collect();

@@ -63,12 +63,17 @@ pub(super) struct CanJoint {
 pub(super) struct Entering {
     /// Number of them whose notice is outstanding.
     pub(super) outstanding: u8,
-    /// Ticks since the last of them was sent; [`ENTER_EVERY`] if none is outstanding.
-    pub(super) ticks: u8,
+    /// Ticks since the last of them was sent; the highest number if none is outstanding.
+    pub(super) ticks: u16,
 }
 
 impl Entering {
-    const NONE: Self = Self { outstanding: 0, ticks: ENTER_EVERY };
+    pub(super) const NONE: Self = Self { outstanding: 0, ticks: u16::MAX };
+
+    /// True if none is outstanding, or the last one counts as lost.
+    pub(super) fn is_late(self, drive: &MitDrive) -> bool {
+        u32::from(self.ticks) >= drive.restart_ticks.saturating_mul(ENTER_EVERY).min(u16::MAX.into())
+    }
 }
 
 /// State of a drive's communication timeout.
@@ -130,7 +135,7 @@ impl CanJoint {
     pub(super) fn packet<F: Frames>(&mut self, drive: &MitDrive, order: Order, clears: bool) -> Packet {
         self.faults = self.faults.without(JointFaults::NON_FINITE);
         let first = !core::mem::replace(&mut self.greeted, true);
-        if F::NOTICES && self.entering.outstanding > 0 {
+        if F::NOTICES && !self.entering.is_late(drive) {
             self.entering.ticks = self.entering.ticks.saturating_add(1);
         }
         let setpoint = match order {

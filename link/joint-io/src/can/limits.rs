@@ -33,9 +33,9 @@ pub(super) const ON_NOTICES: u8 = 2;
 /// Number of notices of a drive that is switched off: that it is off, and its status.
 pub(super) const OFF_NOTICES: u8 = 2;
 
-/// Ticks without a notice after which the frame that switches on a drive counts as lost and is sent again. A MyActuator drive needs up to 150 ms, and
-/// arming ends after 1 s: at 1 kHz the frame is sent four times, at 250 Hz twice.
-pub(super) const ENTER_EVERY: u8 = 200;
+/// Time without a notice after which the frame that switches on a drive counts as lost and is sent again, as a multiple of the time in which a drive
+/// can restart (10 ms). A MyActuator drive needs up to 150 ms, and arming ends after 1 s.
+pub(super) const ENTER_EVERY: u32 = 20;
 
 /// Largest number of frames about its communication timeout before a drive must have confirmed it.
 pub const TIMEOUT_TRIES: u8 = 12;

@@ -1,7 +1,7 @@
 //! Drives that send notices ([`Frames::NOTICES`]): they are switched on and off by frames that get no reply with the drive's state.
 
 use super::joint::{CanJoint, Entering, probe};
-use super::limits::{ENTER_EVERY, OFF_NOTICES, ON_NOTICES, OWED_MAX, PROBES};
+use super::limits::{OFF_NOTICES, ON_NOTICES, OWED_MAX, PROBES};
 use crate::frames::{Frames, Notice, Packet};
 use crate::mit::Setpoint;
 use dynamics_core::drive::MitDrive;
@@ -21,7 +21,7 @@ impl CanJoint {
                 // A notice of an earlier arming does not confirm this one: notices come in the order of the frames.
                 self.entering.outstanding = self.entering.outstanding.saturating_sub(1);
                 if self.entering.outstanding == 0 {
-                    self.entering.ticks = ENTER_EVERY;
+                    self.entering = Entering::NONE;
                     if self.asked > 0 && self.shown == 0 {
                         self.shown = 1;
                     }
@@ -47,14 +47,14 @@ impl CanJoint {
     /// Returns the next frame to a drive that has not confirmed that it is on.
     ///
     /// A frame that gets no reply with the drive's state is sent only in a tick that has one, so that no two ticks in a row are without. The frame
-    /// that switches it on is sent again only after [`ENTER_EVERY`] ticks, because a drive may take long to carry it out.
+    /// that switches it on is sent again only after [`ENTER_EVERY`](super::limits::ENTER_EVERY) restart times, because a drive may take long to carry it out.
     #[cold]
     pub(super) fn switch_on<F: Frames>(&mut self, drive: &MitDrive, damped: bool) -> Packet {
         let fresh = self.age_ticks == 0;
         if self.asked > PROBES {
             (self.asked, self.shown) = (0, 0);
         }
-        let is_late = self.entering.ticks >= ENTER_EVERY;
+        let is_late = self.entering.is_late(drive);
         if self.asked == 0 || (self.shown == 0 && fresh && is_late) {
             (self.asked, self.shown, self.off_due) = (1, 0, OFF_NOTICES);
             self.told = [Setpoint::torque(0.0); 2];

@@ -35,7 +35,7 @@ fn the_motors_of_the_robot_file_fit_and_every_other_range_is_named_with_what_it_
         [
             "joint 2: motor 2: torque: found a range of ±28 in the motor and [-14, 14] in the robot file: it would give 2.000 times the commanded torque",
             "joint 3: motor 3: position: found a range of ±12.5 in the motor and [-6.25, 6.25] in the robot file: its position would be 2.000 times what is read",
-            "joint 4: motor 4: velocity: found a range of ±30 in the motor and [-60, 30] in the robot file: its velocity would be 1.000 times what is read",
+            "joint 4: motor 4: velocity: found a range of ±30 in the motor and [-60, 30] in the robot file: a motor's range is symmetric",
             "joint 5: motor 5: reply_id: found 21 in the motor and 99 in the robot file: its replies would not be heard",
             "joint 6: motor 100: does not answer",
         ]
@@ -47,8 +47,11 @@ fn rounding_is_no_difference_and_no_number_and_another_mode_are() {
     let drive = scene().mit_drives()[0];
     let [position, velocity, torque] =
         [drive.ranges.position, drive.ranges.velocity, drive.ranges.torque].map(|range| f64::from(range.max));
-    let fits =
-        MotorSettings { reply_id: drive.reply_id.into(), mode: 1, ranges: FrameRanges { position, velocity, torque } };
+    let fits = MotorSettings {
+        reply_id: drive.reply_id.into(),
+        mode: Some(1),
+        ranges: FrameRanges { position, velocity, torque },
+    };
     assert_eq!(mismatches(&fits, &drive), []);
     let with =
         |torque| mismatches(&MotorSettings { ranges: FrameRanges { torque, ..fits.ranges }, ..fits }, &drive).len();
@@ -56,7 +59,10 @@ fn rounding_is_no_difference_and_no_number_and_another_mode_are() {
         [with(torque * 1.00005), with(torque * 1.0002), with(f64::NAN), with(0.0), with(-torque)],
         [0, 1, 1, 1, 1]
     );
-    assert_eq!(mismatches(&MotorSettings { mode: 2, ..fits }, &drive), [Mismatch::Mode(2)]);
+    assert_eq!([with(f64::INFINITY), with(f64::NEG_INFINITY)], [1, 1]);
+    for mode in [Some(2), None] {
+        assert_eq!(mismatches(&MotorSettings { mode, ..fits }, &drive), [Mismatch::Mode(mode)]);
+    }
 }
 
 #[test]

@@ -243,7 +243,9 @@ impl<const N: usize> Judge<N> {
     pub fn hello(&mut self, state: State) {
         let waits = self.asked.iter().flatten().filter(|asked| asked.verdict.is_none()).map(Asked::rank).max();
         let stops = waits.max(self.own).filter(|rank| *rank >= HOLD);
-        self.own = stops.or(matches!(state, State::Running | State::Arming).then_some(HOLD));
+        let own = stops.or(matches!(state, State::Running | State::Arming).then_some(HOLD));
+        // An arm without torque is as before the first host: nothing waits.
+        self.own = own.filter(|_| state.has_or_awaits_torque());
         (self.asked, self.fresh_points, self.last, self.verdict) = ([None; ASKED], false, None, None);
     }
 
@@ -270,7 +272,7 @@ impl<const N: usize> Judge<N> {
         }
         let received = |request| new().any(|asked| asked.request.request == request);
         let moves = matches!(after, State::Running | State::Lowering | State::Arming);
-        self.demand(Rule::StopWinsWithinOnePeriod, !received(Request::Hold) || !moves);
+        self.demand(Rule::StopWinsWithinOnePeriod, !(received(Request::Hold) || own.is_some()) || !moves);
         self.demand(Rule::StopWinsWithinOnePeriod, !received(Request::Stop) || matches!(after, State::Fault(_)));
     }
 
