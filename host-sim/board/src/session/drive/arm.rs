@@ -171,6 +171,9 @@ impl Wiring {
     }
 
     /// Checks that frames mean to the motors what the robot file says.
+    ///
+    /// # Errors
+    /// [`Failure::Input`]: a motor has another setting. [`Failure::Target`]: it does not answer.
     pub(crate) fn check_settings(
         &self,
         adapter: &mut dyn Adapter,
@@ -185,11 +188,13 @@ impl Wiring {
         }
         let lines: Vec<String> = found.iter().map(ToString::to_string).collect();
         let robot = scene.robot.path.display();
-        Err(Failure::Target(miette::miette!(
+        let report = miette::miette!(
             help = settings::advice(&found),
             "{name}: motors do not fit {robot}, nothing was enabled:\n{}",
             lines.join("\n")
-        )))
+        );
+        let is_silent = found.iter().any(|it| it.mismatch == settings::Mismatch::Silent);
+        Err(if is_silent { Failure::Target(report) } else { Failure::Input(report) })
     }
 
     /// Checks that a drive's answer arrives within a tick. Frames are not numbered: replies that are always a tick late would look punctual.
