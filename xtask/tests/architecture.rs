@@ -150,7 +150,7 @@ const ROWS: [Row; 22] = [
     row("firmware-image", "host-sim/firmware-image", &["dynamics-core", "robot-compiler"], &[]),
     row("identification", "host-sim/identification", &["dynamics-core"], &["robot-compiler"]),
     row("report", "host-sim/report", &[], &[]),
-    row("chip-image", "xtask/image", &[], &[]),
+    row("chip-image", "xtask/image", &["firmware-image"], &[]),
     row("batch-engine", "python/engine", &["dynamics-core", "robot-compiler"], &[]),
     row(
         "newtau-python",

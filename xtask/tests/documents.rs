@@ -216,11 +216,11 @@ fn no_page_of_prose_has_a_measured_count_of_instructions_or_cycles_typed_by_hand
 
 #[test]
 fn the_decision_table_leads_to_a_page_for_each_control_law() {
-    let source = text("robot-compiler/src/describe/scene/names.rs");
-    let laws = source.split("impl Named for ControlLaw").nth(1).and_then(|rest| rest.split("];").next()).unwrap();
-    // A name contains no space; its help text does.
+    let source = text("dynamics-core/src/control/law.rs");
+    let laws = source.split("\nlaws! {").nth(1).and_then(|rest| rest.split("\nimpl ControlLaw").next()).unwrap();
+    // A name contains no space; all other texts do.
     let laws: Vec<_> = laws.split('"').skip(1).step_by(2).filter(|word| !word.contains(' ')).collect();
-    assert!(laws.len() >= 8, "{laws:?}");
+    assert_eq!(laws.len(), 8, "{laws:?}");
     let page = text("docs/control/README.md");
     let missing: Vec<_> = laws.iter().filter(|law| !page.contains(&format!("[`{law}`]("))).collect();
     assert!(missing.is_empty(), "docs/control/README.md has no link for {missing:?}");
