@@ -81,7 +81,7 @@ pub enum Task {
         #[arg(long, value_parser = clap::value_parser!(u32).range(1..=10_000))]
         ms: u32,
     },
-    /// Set the ranges of a Damiao motor's frames; stored in flash. The robot file must have the same: afterwards `motors check`.
+    /// Set the ranges of a Damiao motor's frames; stored in flash. The robot file must have the same ranges: run `motors check` afterwards.
     #[command(after_help = "Example:\n  newtau motors set-limits 3 --torque 28 --can can0")]
     SetLimits {
         /// Its identifier.

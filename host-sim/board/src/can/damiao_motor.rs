@@ -119,6 +119,11 @@ impl<'a> DamiaoMotor<'a> {
         })
     }
 
+    /// As [`DamiaoMotor::read`], several times if no answer comes, because a frame may be lost.
+    fn read_with_retries(&mut self, register: Register) -> io::Result<Option<Value>> {
+        (0..TRIES).find_map(|_| self.read(register).transpose()).transpose()
+    }
+
     /// The motor's state; `None` if it does not answer.
     ///
     /// # Errors
@@ -134,16 +139,14 @@ impl<'a> DamiaoMotor<'a> {
     /// As [`DamiaoMotor::read`]; it answers, but not about each of them.
     pub fn settings(&mut self) -> io::Result<Option<MotorSettings>> {
         let own = self.id;
-        // A frame may be lost.
-        let mut read = |register| (0..TRIES).find_map(|_| self.read(register).transpose()).transpose();
         let silent =
             |register: Register| io::Error::other(format!("motor {own}: no answer about its {}", register.name));
-        let Some(Value::Integer(reply_id)) = read(REPLY_ID)? else { return Ok(None) };
-        let mode = match read(MODE)? {
+        let Some(Value::Integer(reply_id)) = self.read_with_retries(REPLY_ID)? else { return Ok(None) };
+        let mode = match self.read_with_retries(MODE)? {
             Some(Value::Integer(mode)) => Some(mode),
             _ => None,
         };
-        let mut range = |register| match read(register)? {
+        let mut range = |register| match self.read_with_retries(register)? {
             Some(Value::Float(value)) => Ok(f64::from(value)),
             _ => Err(silent(register)),
         };
@@ -185,7 +188,7 @@ impl<'a> DamiaoMotor<'a> {
             self.id = value as u8;
         }
         let wrote = Value::of(register.kind, value);
-        let found = (0..TRIES).find_map(|_| self.read(register).transpose()).transpose()?;
+        let found = self.read_with_retries(register)?;
         if found != Some(wrote) {
             let found = found.map_or_else(|| "no answer".to_owned(), |it| it.to_string());
             return Err(io::Error::other(format!(

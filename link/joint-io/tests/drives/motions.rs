@@ -1,4 +1,4 @@
-//! How far a joint without brakes moves after a fault, for each kind of drive. The safe action is a damped stop, as at a computer's adapter.
+//! Motion of a joint without brakes after a fault, for each kind of drive. The safe action is a damped stop, as for `newtau drive`.
 //!
 //! `docs/safety/drives.md` has this table. The joint is held where its weight pulls most: 2 kg at 0.5 m, with a damping of 4 N m s/rad at the drive.
 
