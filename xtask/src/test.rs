@@ -5,11 +5,14 @@ use crate::tally::Tally;
 use crate::toolchain::Toolchain;
 use crate::workspace::Workspace;
 use crate::{bench, budget, cores, gate, pages, python, report, robot_data, setup, templates};
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use firmware_image::board::SCENE_DEFAULT;
 use firmware_image::{Board, Build};
+use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::{Command, exit};
+use std::time::{SystemTime, UNIX_EPOCH};
+use std::{env, fs};
 
 /// Installs missing tools, runs everything, and prints the counts at the end. Fails if anything failed.
 pub(crate) fn all() -> Result<()> {
@@ -43,10 +46,23 @@ fn static_checks(tally: &mut Tally) {
     }
     tally.step("format of the firmware templates", templates::format);
     tally.step("packages that the chip shares", for_the_chip);
-    // What a stranger would get is built from its packed files alone. Its dependencies are those of the lints above, which are on this machine by now:
-    // without `--offline`, cargo asks the registry's index again for each package, and a short failure of the network would fail this step.
-    let mut package = cargo(["package", "--locked", "--offline", "--allow-dirty", "--quiet"]);
-    tally.command("packages for others", package.args(FOR_OTHERS.iter().flat_map(|name| ["--package", name])));
+    tally.step("packages for others", for_others);
+}
+
+/// Builds the packages that others can depend on from their packed files alone. That is what a stranger would get.
+///
+/// Cargo serves the packages to each other from a registry in the target folder. It unpacks and compiles one version from one path once, and takes that
+/// ever after, even if the files have changed. So each run calls the target folder by another path.
+fn for_others() -> Result<()> {
+    let start = SystemTime::now().duration_since(UNIX_EPOCH)?;
+    let target = env::temp_dir().join(format!("newtau-target-{}", start.as_nanos()));
+    symlink(target_directory(), &target).with_context(|| format!("cannot make the link {}", target.display()))?;
+    // The dependencies are those of the lints above, which are on this machine by now. Without `--offline`, cargo asks the registry's index again
+    // for each package, and a short failure of the network would fail this step.
+    let mut package = cargo(["package", "--locked", "--offline", "--allow-dirty", "--quiet", "--target-dir"]);
+    let result = run(package.arg(&target).args(FOR_OTHERS.iter().flat_map(|name| ["--package", name])));
+    fs::remove_file(&target).with_context(|| format!("cannot remove the link {}", target.display()))?;
+    result
 }
 
 /// Programs that show others how to use these packages. Each asserts what it prints.
