@@ -2,9 +2,10 @@
 
 use crate::process::run;
 use anyhow::{Context as _, Result};
+use std::cmp::Reverse;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Results of the steps.
 #[derive(Debug, Default)]
@@ -12,7 +13,12 @@ pub(crate) struct Tally {
     passed: u64,
     failed: u64,
     failures: Vec<String>,
+    /// Name of each step, and how long it took.
+    times: Vec<(String, Duration)>,
 }
+
+/// Shortest step that is listed at the end.
+const LISTED: Duration = Duration::from_secs(10);
 
 impl Tally {
     /// Runs a step and counts it as one test.
@@ -22,7 +28,7 @@ impl Tally {
             Ok(()) => self.passed += 1,
             Err(why) => self.fail(name, &format!("{why:#}")),
         }
-        eprintln!("    {name}: {:.0} s", begin.elapsed().as_secs_f64());
+        self.end(name, begin);
     }
 
     /// Runs a command and counts it as one test.
@@ -48,11 +54,21 @@ impl Tally {
             }
             Err(why) => self.fail(name, &format!("{why:#}")),
         }
-        eprintln!("    {name}: {:.0} s", begin.elapsed().as_secs_f64());
+        self.end(name, begin);
     }
 
-    /// Prints the failures and the counts. Returns true if nothing failed.
-    pub(crate) fn report(&self) -> bool {
+    fn end(&mut self, name: &str, begin: Instant) {
+        let time = begin.elapsed();
+        eprintln!("    {name}: {:.0} s", time.as_secs_f64());
+        self.times.push((name.to_owned(), time));
+    }
+
+    /// Prints the longest steps, the failures and the counts. Returns true if nothing failed.
+    pub(crate) fn report(&mut self) -> bool {
+        self.times.sort_by_key(|(_, time)| Reverse(*time));
+        for (name, time) in self.times.iter().filter(|(_, time)| *time >= LISTED) {
+            eprintln!("{:>6.0} s  {name}", time.as_secs_f64());
+        }
         for failure in &self.failures {
             eprintln!("FAILED {failure}");
         }

@@ -70,8 +70,6 @@ mod terms_command;
 mod trade;
 mod urdf_command;
 mod viewers;
-#[path = "../../../robot-compiler/tests/common/wrong_rounding.rs"]
-mod wrong_rounding;
 
 /// Compares an output with the one of this name in `outputs.txt`.
 fn compare_output(name: &str, found: String) {
