@@ -1,4 +1,4 @@
-//! Record of a run: a column for every quantity of every joint, a row for every tick.
+//! Record of a run: every joint in every tick.
 
 use crate::run::joint_label::JointLabel;
 use core::fmt::{self, Write as _};
@@ -31,68 +31,11 @@ impl JointSample {
     }
 }
 
-/// One joint over all ticks: [`JointSample`]'s quantities, and the external torque, which is empty if it is not estimated.
+/// One joint over all ticks, and the external torque on it, which is empty if it is not estimated.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Columns {
-    q_reference: Vec<f64>,
-    q: Vec<f64>,
-    qd_reference: Vec<f64>,
-    qd: Vec<f64>,
-    torque: Vec<f64>,
-    limits: Vec<LimitFlags>,
+struct JointRecord {
+    samples: Vec<JointSample>,
     external: Vec<f64>,
-}
-
-impl Columns {
-    fn with_room(ticks: usize) -> Self {
-        let numbers = || Vec::with_capacity(ticks);
-        Self {
-            q_reference: numbers(),
-            q: numbers(),
-            qd_reference: numbers(),
-            qd: numbers(),
-            torque: numbers(),
-            limits: Vec::with_capacity(ticks),
-            external: Vec::new(),
-        }
-    }
-
-    fn push(&mut self, sample: JointSample) {
-        let JointSample { q_reference, q, qd_reference, qd, torque, limits } = sample;
-        self.q_reference.push(q_reference);
-        self.q.push(q);
-        self.qd_reference.push(qd_reference);
-        self.qd.push(qd);
-        self.torque.push(torque);
-        self.limits.push(limits);
-    }
-
-    fn samples(&self) -> impl DoubleEndedIterator<Item = JointSample> + ExactSizeIterator + Clone {
-        let reference = self.q_reference.iter().zip(&self.qd_reference);
-        let actual = self.q.iter().zip(&self.qd);
-        let output = self.torque.iter().zip(&self.limits);
-        reference.zip(actual).zip(output).map(|(((q_reference, qd_reference), (q, qd)), (torque, limits))| {
-            JointSample {
-                q_reference: *q_reference,
-                q: *q,
-                qd_reference: *qd_reference,
-                qd: *qd,
-                torque: *torque,
-                limits: *limits,
-            }
-        })
-    }
-
-    fn at(&self, tick: usize) -> Option<JointSample> {
-        Some(JointSample {
-            q_reference: *self.q_reference.get(tick)?,
-            q: *self.q.get(tick)?,
-            qd_reference: *self.qd_reference.get(tick)?,
-            qd: *self.qd.get(tick)?,
-            torque: *self.torque.get(tick)?,
-            limits: *self.limits.get(tick)?,
-        })
-    }
 }
 
 /// A run: per tick the time, every joint, and the fault in force.
@@ -101,8 +44,8 @@ pub struct Record {
     joints: Vec<JointLabel>,
     time: Vec<f64>,
     faults: Vec<Option<Fault>>,
-    /// Columns of each joint.
-    columns: Vec<Columns>,
+    /// Every joint, base first.
+    records: Vec<JointRecord>,
     /// Wrenches at the tip that are equivalent to the external torques; empty if these are not estimated.
     wrenches: Vec<Option<[f64; 6]>>,
 }
@@ -112,9 +55,10 @@ impl Record {
     #[must_use]
     pub fn new(joints: Vec<JointLabel>, ticks: usize) -> Self {
         let room = ticks.min(1 << 20);
-        let columns = joints.iter().map(|_| Columns::with_room(room)).collect();
+        let record = |_| JointRecord { samples: Vec::with_capacity(room), external: Vec::new() };
+        let records = joints.iter().map(record).collect();
         let (time, faults) = (Vec::with_capacity(room), Vec::with_capacity(room));
-        Self { joints, time, faults, columns, wrenches: Vec::new() }
+        Self { joints, time, faults, records, wrenches: Vec::new() }
     }
 
     /// Adds a tick at time `t` (s).
@@ -122,22 +66,22 @@ impl Record {
         debug_assert_eq!(N, self.joints.len());
         self.time.push(t);
         self.faults.push(fault);
-        for (columns, sample) in self.columns.iter_mut().zip(samples) {
-            columns.push(sample);
+        for (record, sample) in self.records.iter_mut().zip(samples) {
+            record.samples.push(sample);
         }
     }
 
     /// Adds to the last tick the external torque on each joint, N m or N, and the equivalent force (N) and moment (N m) at the tip, in base axes.
     pub fn push_external<const N: usize>(&mut self, external: [f64; N], wrench: Option<[f64; 6]>) {
-        for (columns, external) in self.columns.iter_mut().zip(external) {
-            columns.external.push(external);
+        for (record, external) in self.records.iter_mut().zip(external) {
+            record.external.push(external);
         }
         self.wrenches.push(wrench);
     }
 
     /// Estimate of the external torque on one joint over all ticks, N m or N; empty if it is not estimated.
     pub fn external(&self, joint: usize) -> impl Iterator<Item = f64> + Clone {
-        self.columns[joint].external.iter().copied()
+        self.records[joint].external.iter().copied()
     }
 
     /// Estimate of force (N) and moment (N m) at the tip in each tick, in base axes; `None` if the arm is singular. Empty if they are not estimated.
@@ -179,19 +123,19 @@ impl Record {
     /// All joints in one tick; empty after the last tick.
     #[must_use]
     pub fn tick(&self, tick: usize) -> Vec<JointSample> {
-        self.columns.iter().filter_map(|columns| columns.at(tick)).collect()
+        self.records.iter().filter_map(|record| record.samples.get(tick).copied()).collect()
     }
 
     /// External torques in one tick, N m or N, and the equivalent wrench at the tip; empty if they are not estimated.
     #[must_use]
     pub fn outside(&self, tick: usize) -> (Vec<f64>, Option<[f64; 6]>) {
-        let torques = self.columns.iter().filter_map(|columns| columns.external.get(tick).copied());
+        let torques = self.records.iter().filter_map(|record| record.external.get(tick).copied());
         (torques.collect(), self.wrenches.get(tick).copied().flatten())
     }
 
     /// One joint over all ticks.
     pub fn joint(&self, joint: usize) -> impl DoubleEndedIterator<Item = JointSample> + ExactSizeIterator + Clone {
-        self.columns[joint].samples()
+        self.records[joint].samples.iter().copied()
     }
 
     /// Writes the run as CSV, a line per tick. Numbers have as many digits as are needed to read them back exactly.
@@ -224,7 +168,7 @@ impl Record {
 
     fn write_line(&self, tick: usize, line: &mut String) -> fmt::Result {
         write!(line, "{}", self.time[tick])?;
-        for s in self.columns.iter().filter_map(|columns| columns.at(tick)) {
+        for s in self.records.iter().filter_map(|record| record.samples.get(tick)) {
             for number in [s.q_reference, s.q, s.qd_reference, s.qd, s.torque] {
                 write!(line, ",{number}")?;
             }
@@ -232,7 +176,7 @@ impl Record {
         }
         write!(line, ",{}", self.faults[tick].map_or(0, |fault| fault.code()))?;
         if let Some(wrench) = self.wrenches.get(tick) {
-            for torque in self.columns.iter().filter_map(|columns| columns.external.get(tick)) {
+            for torque in self.records.iter().filter_map(|record| record.external.get(tick)) {
                 write!(line, ",{torque}")?;
             }
             for axis in 0..6 {
