@@ -6,9 +6,10 @@ pub mod setup;
 use board::can::adapter::Adapter;
 use board::can::adapter_name::AdapterName;
 use board::can::damiao_motor::DamiaoMotor;
-use board::can::damiao_register::{POSITION_RANGE, Register, SHOWN, TORQUE_RANGE, VELOCITY_RANGE, Value};
-use board::can::motors::{Found, search};
-use clap::{Args, Subcommand};
+use board::can::damiao_register::{POSITION_RANGE, Register, TORQUE_RANGE, VELOCITY_RANGE};
+use board::can::motor::{Motor, MotorReport, NewZero, Reading, motor_with};
+use board::can::motors::{Found, Value, search};
+use clap::{Args, Subcommand, ValueEnum};
 use dynamics_core::drive::{Protocol, TIMEOUT_UNIT_US};
 use serde_json::json;
 use sim::failure::Failure;
@@ -27,8 +28,9 @@ Examples:
   newtau motors check scenes/yam_one_bus.toml --can can0
 
 A scan reads a setting of every identifier from 1 to 127, and neither enables nor moves anything. Motors of the kinds `mit` and `myactuator` have
-no timeout that can be read, so they are not found. The other commands are for Damiao motors; they change settings only of a motor that is off,
-read each value back, and say what the motor has stored. Support the arm first: a motor that is off carries nothing.";
+no timeout that can be read, so they are not found. `show`, `set-id`, `set-zero`, `set-timeout` and `clear` are for Damiao and RobStride motors,
+`set-limits`, `check` and `setup` for Damiao motors. A setting is changed only while its motor is off, read back, and stored. A RobStride motor stores
+with it every parameter that was changed since power-up. No other program may use the bus. Support the arm first: a motor that is off carries nothing.";
 
 /// Options of `motors`.
 #[derive(Clone, Debug, Args)]
@@ -40,9 +42,21 @@ pub struct MotorsArgs {
     /// The CAN adapter: can0, slcan:PORT, damiao:PORT or gs_usb:SERIAL.
     #[arg(long, value_name = "ADAPTER", global = true)]
     pub can: Option<AdapterName>,
+    /// Kind of the motor, if two kinds have its identifier.
+    #[arg(long, global = true)]
+    pub kind: Option<MotorKind>,
     /// Print JSON.
     #[arg(long, global = true)]
     pub json: bool,
+}
+
+/// A kind of motors whose settings can be changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum MotorKind {
+    /// Damiao.
+    Damiao,
+    /// RobStride.
+    Robstride,
 }
 
 /// Tasks of `motors`.
@@ -51,13 +65,13 @@ pub enum Task {
     /// Find the motors on the bus, of every kind whose settings can be read.
     #[command(after_help = EXAMPLE)]
     Scan,
-    /// Show a Damiao motor: state, temperatures, registers.
+    /// Show a Damiao or RobStride motor: state, temperatures, position, settings.
     #[command(after_help = "Example:\n  newtau motors show 3 --can slcan:/dev/ttyACM0")]
     Show {
         /// Its identifier.
         id: u8,
     },
-    /// Give a Damiao motor another identifier, and its replies that identifier plus 16; stored in flash.
+    /// Give a motor another identifier, and the replies of a Damiao motor that identifier plus 16; stored in flash.
     #[command(after_help = "Example:\n  newtau motors set-id 1 3 --can can0")]
     SetId {
         /// Its identifier.
@@ -66,13 +80,13 @@ pub enum Task {
         #[arg(value_parser = clap::value_parser!(u8).range(1..=111))]
         new: u8,
     },
-    /// Make the present position of a Damiao motor its zero.
+    /// Make the present position of a motor its zero.
     #[command(after_help = "Example:\n  newtau motors set-zero 3 --can can0")]
     SetZero {
         /// Its identifier.
         id: u8,
     },
-    /// Set the time without a command after which a Damiao motor gives no torque; stored in flash.
+    /// Set the time without a command after which a motor gives no torque; stored in flash.
     #[command(after_help = "Example:\n  newtau motors set-timeout 3 --ms 20 --can can0")]
     SetTimeout {
         /// Its identifier.
@@ -96,7 +110,7 @@ pub enum Task {
     /// Find out which motor moves which joint, its direction and its zero, while you move the arm by hand; write the robot file.
     #[command(after_help = "Example:\n  newtau motors setup my_arm.toml --out my_arm_drives.toml --can can0")]
     Setup(setup::SetupArgs),
-    /// Clear the error of a Damiao motor. It stays off.
+    /// Clear the error of a motor. It stays off.
     #[command(after_help = "Example:\n  newtau motors clear 3 --can can0")]
     Clear {
         /// Its identifier.
@@ -136,9 +150,6 @@ fn above_zero(text: &str) -> Result<f32, String> {
     }
 }
 
-/// Offset from a Damiao motor's identifier to that of its replies, as makers of arms set it.
-const REPLY_OFFSET: u8 = 16;
-
 /// Does the task. Returns the exit code.
 ///
 /// # Errors
@@ -150,16 +161,24 @@ pub fn run(args: &MotorsArgs) -> Result<u8, Failure> {
             "--can: missing; expected can0, slcan:PORT, damiao:PORT or gs_usb:SERIAL"
         ))
     })?;
+    let is_for_damiao = matches!(args.task, Task::SetLimits { .. } | Task::Check(_) | Task::Setup(_));
+    if is_for_damiao && args.kind == Some(MotorKind::Robstride) {
+        return Err(Failure::Input(miette::miette!("--kind robstride: found a task for Damiao motors only")));
+    }
     let mut adapter =
         name.open().map_err(|error| Failure::Target(miette::miette!(help = error.advice(), "{error}")))?;
     let failed = |error: io::Error| Failure::Target(miette::miette!("{name}: {error}"));
     let (adapter, is_json) = (adapter.as_mut(), args.json);
+    let kind = args.kind.map(|kind| match kind {
+        MotorKind::Damiao => Protocol::Damiao,
+        MotorKind::Robstride => Protocol::RobStride,
+    });
     let (text, json) = match &args.task {
         Task::Scan => scan(adapter, name),
-        &Task::Show { id } => show(adapter, id),
-        &Task::SetId { id, new } => DamiaoMotor::new(adapter, id).set_id(new, REPLY_OFFSET).map(|()| {
-            let reply = u32::from(new) + u32::from(REPLY_OFFSET);
-            done(format!("motor {id} is now motor {new}, replies at {reply}; stored in flash"))
+        &Task::Show { id } => show(adapter, id, kind),
+        &Task::SetId { id, new } => motor_with(adapter, id, kind).and_then(|mut motor| {
+            motor.set_id(new)?;
+            Ok(done(format!("{} is now {new}; {}", title(&*motor, id), motor.stored())))
         }),
         Task::SetLimits { id, ranges } => {
             let given = ranges.given();
@@ -172,20 +191,28 @@ pub fn run(args: &MotorsArgs) -> Result<u8, Failure> {
         Task::Setup(args) => {
             return setup::run(args, adapter, failed).and_then(|text| terminal::print(&text)).map(|()| 0);
         }
-        &Task::SetZero { id } => DamiaoMotor::new(adapter, id)
-            .set_zero()
-            .map(|(before, after)| done(format!("position before {:.4}, now {:.4} of its range", before, after))),
-        &Task::SetTimeout { id, ms } => DamiaoMotor::new(adapter, id)
-            .set_timeout(ms * 1000 / TIMEOUT_UNIT_US)
-            .map(|()| done(format!("motor {id}: gives no torque after {ms} ms without a command; stored in flash"))),
-        &Task::Clear { id } => {
-            DamiaoMotor::new(adapter, id).clear().map(|state| done(format!("motor {id}: {}", state.text())))
-        }
+        &Task::SetZero { id } => motor_with(adapter, id, kind).and_then(|mut motor| {
+            let NewZero { before, after, note } = motor.set_zero()?;
+            let note = if note.is_empty() { String::new() } else { format!("; {note}") };
+            Ok(done(format!("{}: position before {before:.4} rad, now {after:.4} rad{note}", title(&*motor, id))))
+        }),
+        &Task::SetTimeout { id, ms } => motor_with(adapter, id, kind).and_then(|mut motor| {
+            motor.set_timeout(ms * 1000 / TIMEOUT_UNIT_US)?;
+            let title = title(&*motor, id);
+            Ok(done(format!("{title}: gives no torque after {ms} ms without a command; {}", motor.stored())))
+        }),
+        &Task::Clear { id } => motor_with(adapter, id, kind).and_then(|mut motor| {
+            motor.clear()?;
+            Ok(done(format!("{}: off, without an error", title(&*motor, id))))
+        }),
     }
     .map_err(failed)?;
     terminal::print(&if args.json { terminal::json(&json)? } else { text })?;
     Ok(0)
 }
+
+/// Text for a motor without a communication timeout.
+const NO_TIMEOUT: &str = "no communication timeout: it keeps its last torque when nobody sends";
 
 fn done(text: String) -> (String, serde_json::Value) {
     let json = json!({ "text": text });
@@ -204,7 +231,7 @@ fn scan(adapter: &mut dyn Adapter, name: &AdapterName) -> io::Result<(String, se
     let mut text = String::new();
     for Found { kind, id, reply_id, timeout_us } in &all {
         let timeout = match timeout_us {
-            0 => "no communication timeout: it keeps its last torque when nobody sends".to_owned(),
+            0 => NO_TIMEOUT.to_owned(),
             us => format!("communication timeout {} ms", f64::from(*us) * 1e-3),
         };
         let _ = writeln!(text, "{kind} {id}: replies at {reply_id}; {timeout}");
@@ -228,24 +255,36 @@ fn scan(adapter: &mut dyn Adapter, name: &AdapterName) -> io::Result<(String, se
     Ok((text, json!({ "motors": motors, "not_searched": silent })))
 }
 
-/// State and registers of a motor.
-fn show(adapter: &mut dyn Adapter, id: u8) -> io::Result<(String, serde_json::Value)> {
-    let mut motor = DamiaoMotor::new(adapter, id);
-    let state = motor.state()?.ok_or_else(|| io::Error::other(format!("motor {id} does not answer")))?;
-    let [transistors, winding] = state.temperatures;
-    let mut text =
-        format!("motor {id}: {}; transistors {transistors}, winding {winding} degrees Celsius\n", state.text());
-    let mut registers = serde_json::Map::new();
-    for register in SHOWN {
-        let (shown, value) = match motor.read(register)? {
-            Some(Value::Float(value)) => (format!("{value}"), json!(value)),
-            Some(Value::Integer(value)) => (format!("{value}"), json!(value)),
-            None => ("no answer".to_owned(), serde_json::Value::Null),
-        };
-        let _ = writeln!(text, "  {:<38} {shown} {}", register.name, register.unit);
-        registers.insert(register.name.to_owned(), value);
+/// Kind and identifier of a motor.
+fn title(motor: &dyn Motor, id: u8) -> String {
+    format!("{} {id}", motor.kind().facts().name)
+}
+
+/// Everything that a motor says about itself.
+fn show(adapter: &mut dyn Adapter, id: u8, kind: Option<Protocol>) -> io::Result<(String, serde_json::Value)> {
+    let mut motor = motor_with(adapter, id, kind)?;
+    let MotorReport { state, temperatures, readings } = motor.report()?;
+    let mut text = format!("{}: {state}", title(&*motor, id));
+    for (place, degrees) in &temperatures {
+        let _ = write!(text, "; {place} {degrees} degrees Celsius");
     }
-    let text = text.lines().map(|line| format!("{}\n", line.trim_end())).collect();
-    let json = json!({ "id": id, "state": state.text(), "temperatures": state.temperatures, "registers": registers });
+    text.push('\n');
+    let mut registers = serde_json::Map::new();
+    for Reading { name, value, unit } in readings {
+        let (shown, json) = match value {
+            Some(Value::Float(value)) => (value.to_string(), json!(value)),
+            Some(Value::Integer(value)) => (value.to_string(), json!(value)),
+            None => ("not available".to_owned(), serde_json::Value::Null),
+        };
+        let unit = if value.is_some() { unit } else { "" };
+        let _ = writeln!(text, "  {name:<38} {}", format!("{shown} {unit}").trim_end());
+        if name == "communication timeout" && value == Some(Value::Integer(0)) {
+            let _ = writeln!(text, "    {NO_TIMEOUT}");
+        }
+        registers.insert(name.to_owned(), json);
+    }
+    let temperatures: Vec<f64> = temperatures.iter().map(|(_, degrees)| *degrees).collect();
+    let kind = motor.kind().facts().name;
+    let json = json!({ "id": id, "kind": kind, "state": state, "temperatures": temperatures, "registers": registers });
     Ok((text, json))
 }

@@ -5,11 +5,9 @@
 //! hardware.
 
 use super::adapter::Adapter;
-use super::damiao_register::{
-    ID, MODE, POSITION_RANGE, REPLY_ID, Register, TIMEOUT, TORQUE_RANGE, VELOCITY_RANGE, Value,
-};
+use super::damiao_register::{ID, MODE, POSITION_RANGE, REPLY_ID, Register, TIMEOUT, TORQUE_RANGE, VELOCITY_RANGE};
 use super::frame::CanFrame;
-use super::motors::ask;
+use super::motors::{TRIES, UNTIL_POWER_OFF, Value, ask};
 use dynamics_core::drive::Protocol;
 use embedded_can::Frame as _;
 use joint_io::damiao::CLEAR;
@@ -24,13 +22,6 @@ const REPORT: u8 = 0xCC;
 
 /// Frame that makes the present position the zero.
 const ZERO: [u8; 8] = [0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFE];
-
-/// Advice after a value was written and not stored. Another setting that is stored later would store it too.
-const UNTIL_POWER_OFF: &str =
-    "switch the motor's power off and on before anything else, then look at it again with `motors show`";
-
-/// Times that a setting is asked for before its motor counts as silent.
-const TRIES: u32 = 3;
 
 /// Largest position after the zero was set, as a share of the range: a motor at rest moves less.
 const ZERO_MAX: f64 = 1e-3;
@@ -98,6 +89,14 @@ impl<'a> DamiaoMotor<'a> {
         Self { adapter, id }
     }
 
+    /// True if it answers a request about a register.
+    ///
+    /// # Errors
+    /// As [`DamiaoMotor::read`].
+    pub fn answers(&mut self) -> io::Result<bool> {
+        Ok(self.read_with_retries(REPLY_ID)?.is_some())
+    }
+
     fn request(&self, what: u8, register: u8, value: [u8; 4]) -> io::Result<CanFrame> {
         let [a, b, c, d] = value;
         let data = [self.id, 0, what, register, a, b, c, d];
@@ -114,8 +113,8 @@ impl<'a> DamiaoMotor<'a> {
             let &[id, 0, READ, number, a, b, c, d] = answer.data() else { return None };
             let bits = u32::from_le_bytes([a, b, c, d]);
             // A request of another program looks the same but for its identifier.
-            (id == own && number == register.number && answer.raw_id() != REQUESTS)
-                .then(|| Value::of(register.kind, bits))
+            (id == own && number == register.number && !answer.is_extended() && answer.raw_id() != REQUESTS)
+                .then(|| register.kind.value(bits))
         })
     }
 
@@ -130,7 +129,7 @@ impl<'a> DamiaoMotor<'a> {
     /// As [`DamiaoMotor::read`].
     pub fn state(&mut self) -> io::Result<Option<State>> {
         let (request, own) = (self.request(REPORT, 0, [0; 4])?, self.id);
-        ask(self.adapter, &request, |answer| state(answer.data(), own))
+        ask(self.adapter, &request, |answer| state(answer, own))
     }
 
     /// Settings that decide what a frame means to the motor; `None` if it does not answer.
@@ -187,7 +186,7 @@ impl<'a> DamiaoMotor<'a> {
             // From now on it answers to the new one. A value that does not fit is refused before.
             self.id = value as u8;
         }
-        let wrote = Value::of(register.kind, value);
+        let wrote = register.kind.value(value);
         let found = self.read_with_retries(register)?;
         if found != Some(wrote) {
             let found = found.map_or_else(|| "no answer".to_owned(), |it| it.to_string());
@@ -249,11 +248,14 @@ impl<'a> DamiaoMotor<'a> {
     pub fn set_zero(&mut self) -> io::Result<(f64, f64)> {
         self.must_be_off()?;
         let own = self.id;
-        let position = |motor: &mut Self| motor.state().map(|state| state.map_or(f64::NAN, |state| state.shares[0]));
-        let before = position(self)?;
+        let position = |motor: &mut Self, what: &str| {
+            let silent = || io::Error::other(format!("motor {own} does not say its position{what}"));
+            io::Result::Ok(motor.state()?.ok_or_else(silent)?.shares[0])
+        };
+        let before = position(self, ": nothing was changed")?;
         let request = self.command(ZERO)?;
-        ask(self.adapter, &request, |answer| state(answer.data(), own))?;
-        let after = position(self)?;
+        ask(self.adapter, &request, |answer| state(answer, own))?;
+        let after = position(self, " after the zero was set: look at it with `motors show`")?;
         if after.abs() < ZERO_MAX {
             return Ok((before, after));
         }
@@ -269,7 +271,7 @@ impl<'a> DamiaoMotor<'a> {
     pub fn clear(&mut self) -> io::Result<State> {
         self.must_be_off()?;
         let (request, own) = (self.command(CLEAR)?, self.id);
-        ask(self.adapter, &request, |answer| state(answer.data(), own))?;
+        ask(self.adapter, &request, |answer| state(answer, own))?;
         self.state()?.ok_or_else(|| io::Error::other(format!("motor {own} does not answer")))
     }
 
@@ -278,10 +280,14 @@ impl<'a> DamiaoMotor<'a> {
     }
 }
 
-/// The state in a reply of the motor with this identifier. An answer about a register is none.
-fn state(data: &[u8], own: u8) -> Option<State> {
+/// The state in a reply of the motor with this identifier. An answer about a register is none, nor is a frame of a RobStride motor.
+fn state(answer: &CanFrame, own: u8) -> Option<State> {
+    let data = answer.data();
     let &[head, p_high, p_low, v, vt, t, transistors, winding] = data else { return None };
-    if head & 0xF != own & 0xF || matches!(data, [id, 0, READ | WRITE | STORE | REPORT, ..] if *id == own) {
+    if answer.is_extended()
+        || head & 0xF != own & 0xF
+        || matches!(data, [id, 0, READ | WRITE | STORE | REPORT, ..] if *id == own)
+    {
         return None;
     }
     let share = |code: u16, most: u16| 2.0 * f64::from(code) / f64::from(most) - 1.0;

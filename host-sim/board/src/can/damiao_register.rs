@@ -1,12 +1,22 @@
 //! Registers of a Damiao motor. Source: the maker's `DM_CAN.py` (`DM_variable`).
 
-use std::fmt;
+use super::motors::Value;
 
 /// Kind of a register's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Float,
     Integer,
+}
+
+impl Kind {
+    /// The value with these bits.
+    pub(super) fn value(self, bits: u32) -> Value {
+        match self {
+            Self::Float => Value::Float(f32::from_bits(bits)),
+            Self::Integer => Value::Integer(bits),
+        }
+    }
 }
 
 /// A register.
@@ -57,30 +67,3 @@ pub const SHOWN: [Register; 16] = [
     register(14, Kind::Integer, "firmware version", ""),
     register(35, Kind::Integer, "bit rate (4 is 1 Mbit/s)", ""),
 ];
-
-/// A register's value.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Value {
-    /// A floating-point number.
-    Float(f32),
-    /// An integer.
-    Integer(u32),
-}
-
-impl Value {
-    pub(super) fn of(kind: Kind, bits: u32) -> Self {
-        match kind {
-            Kind::Float => Self::Float(f32::from_bits(bits)),
-            Kind::Integer => Self::Integer(bits),
-        }
-    }
-}
-
-impl fmt::Display for Value {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Float(value) => value.fmt(f),
-            Self::Integer(value) => value.fmt(f),
-        }
-    }
-}

@@ -9,6 +9,9 @@
 //! | [`host_bus`] | an adapter as a bus of [`CanJoints`](joint_io::can::CanJoints) |
 //! | `socket` | SocketCAN of Linux |
 //! | [`motors`] | search for motors on a bus |
+//! | [`motor`] | a motor of any kind: its state, changes of its settings |
+//! | [`robstride_motor`] | parameters, state and settings of a RobStride motor |
+//! | [`robstride_parameter`], [`robstride_state`] | its parameters, and its state in a reply |
 //! | [`setup`] | which motor moves which joint |
 //! | [`slcan`] | adapters that speak the text protocol of Lawicel on a serial port |
 //! | [`damiao_usb`] | Damiao's own USB adapter |
@@ -24,7 +27,11 @@ pub mod damiao_usb;
 pub mod frame;
 mod gs_usb;
 pub mod host_bus;
+pub mod motor;
 pub mod motors;
+pub mod robstride_motor;
+pub mod robstride_parameter;
+pub mod robstride_state;
 mod serial_adapter;
 pub mod settings;
 pub mod setup;

@@ -9,8 +9,8 @@ use dynamics_core::drive::{Gearing, MitDrive, MitRanges, Protocol, Range, TIMEOU
 use embedded_can::Frame as _;
 use joint_io::frames::{Frames, Notice, Packet, Setting};
 use sim::with_drive_type;
-use std::io;
 use std::time::{Duration, Instant};
+use std::{fmt, io};
 
 /// Identifiers that are searched: those that a robot file can have.
 const IDS: core::ops::RangeInclusive<u8> = 1..=127;
@@ -34,11 +34,36 @@ pub struct Found {
     pub timeout_us: u32,
 }
 
+/// Times that a setting is asked for before its motor counts as silent, because a frame may be lost.
+pub(super) const TRIES: u32 = 3;
+
+/// Advice after a value was written and not stored. Another setting that is stored later would store it too.
+pub(super) const UNTIL_POWER_OFF: &str =
+    "switch the motor's power off and on before anything else, then look at it again with `motors show`";
+
+/// Value of a motor's setting.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value {
+    /// A floating-point number.
+    Float(f32),
+    /// An integer.
+    Integer(u32),
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Float(value) => value.fmt(f),
+            Self::Integer(value) => value.fmt(f),
+        }
+    }
+}
+
 /// Identifier with which this program asks RobStride motors, which reply to it.
-const HOST_ID: u16 = 0xFD;
+pub(super) const HOST_ID: u16 = 0xFD;
 
 /// A drive of which only the identifier is known. The other numbers are in no frame of this module.
-fn with_id(id: u8) -> MitDrive {
+pub(super) fn with_id(id: u8) -> MitDrive {
     let range = Range { min: -1.0, max: 1.0 };
     MitDrive {
         bus: 0,
@@ -185,24 +210,60 @@ fn frame(packet: &Packet) -> io::Result<CanFrame> {
 pub(super) fn ask<T>(
     adapter: &mut dyn Adapter,
     request: &CanFrame,
+    read: impl FnMut(&CanFrame) -> Option<T>,
+) -> io::Result<Option<T>> {
+    ask_within(ANSWER, adapter, request, read)
+}
+
+/// As [`ask`], with another time for the answer.
+pub(super) fn ask_within<T>(
+    time: Duration,
+    adapter: &mut dyn Adapter,
+    request: &CanFrame,
+    read: impl FnMut(&CanFrame) -> Option<T>,
+) -> io::Result<Option<T>> {
+    drain(adapter)?;
+    send(adapter, request)?;
+    first(time, adapter, read)
+}
+
+/// Time for which a bus is listened to before a motor counts as unused.
+const LISTENING: Duration = Duration::from_millis(200);
+
+/// Listens to the bus, and returns the first value that `read` returns for a frame.
+///
+/// # Errors
+/// The adapter is gone.
+pub(super) fn listen<T>(adapter: &mut dyn Adapter, read: impl FnMut(&CanFrame) -> Option<T>) -> io::Result<Option<T>> {
+    drain(adapter)?;
+    first(LISTENING, adapter, read)
+}
+
+/// The first value that `read` returns for a frame within this time.
+fn first<T>(
+    time: Duration,
+    adapter: &mut dyn Adapter,
     mut read: impl FnMut(&CanFrame) -> Option<T>,
 ) -> io::Result<Option<T>> {
-    // Answers to earlier requests. An adapter keeps few, and a busy bus must not hold this up.
-    for _ in 0..RECEIVED_MAX {
-        if receive(adapter)?.is_none() {
-            break;
-        }
-    }
-    send(adapter, request)?;
-    let end = Instant::now() + ANSWER;
+    let end = Instant::now() + time;
     while Instant::now() < end {
-        match receive(adapter)?.map(|answer| read(&answer)) {
+        match receive(adapter)?.map(|frame| read(&frame)) {
             Some(Some(value)) => return Ok(Some(value)),
             Some(None) => {}
             None => std::thread::sleep(Duration::from_micros(100)),
         }
     }
     Ok(None)
+}
+
+/// Drops answers to earlier requests. An adapter keeps few, and a busy bus must not hold this up.
+fn drain(adapter: &mut dyn Adapter) -> io::Result<()> {
+    for _ in 0..RECEIVED_MAX {
+        if receive(adapter)?.is_none() {
+            break;
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -3,9 +3,9 @@
 
 use super::super::adapter::Adapter;
 use super::super::damiao_motor::DamiaoMotor;
-use super::super::damiao_register::{SHOWN, TORQUE_RANGE, VELOCITY_RANGE, Value};
+use super::super::damiao_register::{SHOWN, TORQUE_RANGE, VELOCITY_RANGE};
 use super::super::frame::CanFrame;
-use super::{Found, search};
+use super::{Found, Value, search};
 use dynamics_core::drive::Protocol;
 use embedded_can::Frame as _;
 use std::collections::{BTreeMap, VecDeque};
