@@ -169,6 +169,8 @@ pub struct Period {
     pub homed: bool,
     /// True if the host is present.
     pub here: bool,
+    /// True if every drive was on in the period. A late command may switch on a drive of some kinds at its end.
+    pub all_on: bool,
 }
 
 impl<const N: usize> Judge<N> {
@@ -278,7 +280,7 @@ impl<const N: usize> Judge<N> {
 
     /// Judges a period at its end.
     pub fn judge(&mut self, setup: &Setup, world: &World<N>, period: &Period) {
-        let Period { before, after, open, homed, here } = *period;
+        let Period { before, after, open, homed, here, all_on } = *period;
         let opened = core::mem::replace(&mut self.was_open, open);
         let brakes = setup.action == SafeAction::Brake;
         let opens = brakes && open && !opened;
@@ -289,7 +291,6 @@ impl<const N: usize> Judge<N> {
                 over <= JUMP_MAX && (over >= -JUMP_MAX || drive.q <= 0.0)
             });
             // Another rule covers a drive that goes off in this period.
-            let all_on = world.axes.iter().all(|drive| drive.is_on());
             self.demand(Rule::TorqueCarriesTheArmWhenBrakesOpen, carried || !all_on);
         }
         self.judge_requests(after);

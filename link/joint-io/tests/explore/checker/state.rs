@@ -345,9 +345,9 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
         let at_once = setup.mutant == Some(Mutant::BlindToDrives) && self.machine().drives();
         let open = self.joints.brake().0 || at_once;
         let free = open || setup.action != safety::SafeAction::Brake;
-        self.world.step(self.joints.buses().0, free);
+        let all_on = self.world.step(self.joints.buses().0, free);
         let here = self.host.presence == Presence::Here;
-        let period = Period { before, after: self.machine(), open, homed: self.session.homed(), here };
+        let period = Period { before, after: self.machine(), open, homed: self.session.homed(), here, all_on };
         self.judge.judge(setup, &self.world, &period);
         self.world.end(setup);
         if period.after == safety::State::Homing && self.host.presence == Presence::Here {

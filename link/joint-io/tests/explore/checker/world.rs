@@ -243,15 +243,18 @@ impl<const N: usize> World<N> {
         }
     }
 
-    /// Simulates a control period after the board's commands: frames, power, motion. `free`: no brake holds the arm.
-    pub fn step(&mut self, wire: &mut Wire, free: bool) {
+    /// Simulates a control period after the board's commands: frames, power, motion. `free`: no brake holds the arm. Returns true if every drive was on while
+    /// it moved.
+    pub fn step(&mut self, wire: &mut Wire, free: bool) -> bool {
         let late = self.serve(wire);
         for drive in &mut self.axes {
             drive.step(free);
         }
+        let all_on = self.axes.iter().all(Drive::is_on);
         for frame in late {
             self.deliver(wire, &frame, ReplyFate::Late);
         }
+        all_on
     }
 
     /// Sends the waiting frames and returns those that arrive late.
