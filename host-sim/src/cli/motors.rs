@@ -29,8 +29,9 @@ Examples:
 
 A scan reads a setting of every identifier from 1 to 127, and neither enables nor moves anything. Motors of the kinds `mit` and `myactuator` have
 no timeout that can be read, so they are not found. `show`, `set-id`, `set-zero`, `set-timeout` and `clear` are for Damiao and RobStride motors,
-`set-limits`, `check` and `setup` for Damiao motors. A setting is changed only while its motor is off, read back, and stored. A RobStride motor stores
-with it every parameter that was changed since power-up. No other program may use the bus. Support the arm first: a motor that is off carries nothing.";
+`set-limits`, `check` and `setup` for Damiao motors. A setting is changed only while its motor is off. It is read back, and the command says
+what is stored: a RobStride motor stores with it every parameter that was changed since power-up. No other program may use
+the bus. Support the arm first: a motor that is off carries nothing.";
 
 /// Options of `motors`.
 #[derive(Clone, Debug, Args)]

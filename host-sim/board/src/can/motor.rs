@@ -41,7 +41,7 @@ pub struct NewZero {
     pub before: f64,
     /// Position afterwards, rad.
     pub after: f64,
-    /// Advice about the zero after power-up; may be empty.
+    /// Where the zero is stored, and what it is after power-up; empty if no document says it.
     pub note: &'static str,
 }
 
@@ -126,16 +126,15 @@ impl Motor for DamiaoMotor<'_> {
             ("velocity", VELOCITY_RANGE, "rad/s"),
             ("torque", TORQUE_RANGE, "N m"),
         ];
-        let of = |((name, range, unit), share): ((&'static str, _, _), f64)| {
-            let range: super::damiao_register::Register = range;
-            let value = match settings.iter().find(|it: &&Reading| it.name == range.name).and_then(|it| it.value) {
+        let mut readings = Vec::new();
+        for ((name, range, unit), share) in motion.into_iter().zip(state.shares) {
+            let value = match settings.iter().find(|it| it.name == range.name).and_then(|it| it.value) {
                 // At an end of the range, the frame cannot say more.
                 Some(Value::Float(range)) if share.abs() < 1.0 => Some(Value::Float(range * share as f32)),
                 _ => None,
             };
-            Reading { name, value, unit }
-        };
-        let mut readings: Vec<Reading> = motion.into_iter().zip(state.shares).map(of).collect();
+            readings.push(Reading { name, value, unit });
+        }
         readings.append(&mut settings);
         let [transistors, winding] = state.temperatures.map(f64::from);
         let temperatures = vec![("transistors", transistors), ("winding", winding)];
@@ -196,13 +195,14 @@ impl Motor for RobStrideMotor<'_> {
     }
 
     fn set_zero(&mut self) -> io::Result<NewZero> {
-        let (before, after, wraps) = RobStrideMotor::set_zero(self)?;
-        let note = match wraps {
-            Some(false) => "",
-            Some(true) => {
-                "after power-up, this motor shows a position just below zero as nearly a whole turn (parameter 0x7029 is 0)"
+        let range = self.read(robstride_parameter::POWER_UP_RANGE)?;
+        let (before, after) = RobStrideMotor::set_zero(self)?;
+        let note = match range {
+            Some(Value::Integer(0)) => {
+                "stored in flash; after power-up, this motor shows a position just below zero as nearly a whole turn (parameter 0x7029 is 0)"
             }
-            None => "this motor does not say what it knows of its position after power-up",
+            Some(_) => "stored in flash",
+            None => "stored in flash; this motor does not say what it knows of its position after power-up",
         };
         Ok(NewZero { before, after, note })
     }

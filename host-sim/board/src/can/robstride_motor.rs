@@ -5,13 +5,13 @@
 //! GitHub RobStride/SampleProgram, which says that old firmware has no frame of kind 22. Not tried on hardware.
 //!
 //! No frame asks for the state alone. A motor answers a written parameter by a reply, so the state is read by writing the timeout that the motor has.
-//! Before that, the bus is listened to for 0.2 s: a motor that another program uses replies to that program, and then nothing is written. The version is not read,
-//! because older firmware takes the request for it as the frame that switches the motor off.
+//! Before that, the bus is listened to for 0.2 s: a motor that another program uses replies to that program, and then nothing is written. The version
+//! is not read, because older firmware takes the request for it as the frame that switches the motor off.
 
 use super::adapter::Adapter;
 use super::frame::CanFrame;
 use super::motors::{ANSWER, HOST_ID, TRIES, UNTIL_POWER_OFF, Value, ask, ask_within, listen, with_id};
-use super::robstride_parameter::{POSITION, POWER_UP_RANGE, Parameter, TIMEOUT};
+use super::robstride_parameter::{POSITION, Parameter, TIMEOUT};
 use super::robstride_state::State;
 use dynamics_core::drive::RobStride;
 use embedded_can::Frame as _;
@@ -21,6 +21,7 @@ use std::time::Duration;
 
 const CHIP: u32 = 0;
 const COMMAND: u32 = 1;
+const ON: u32 = 3;
 const OFF: u32 = 4;
 const SET_ZERO: u32 = 6;
 const SET_ID: u32 = 7;
@@ -127,7 +128,7 @@ impl<'a> RobStrideMotor<'a> {
     /// The state in a reply to another program, if one uses the motor.
     fn state_for_others(&mut self) -> io::Result<Option<State>> {
         let own = self.id;
-        let is_to_it = |id: u32| matches!(id >> 24, COMMAND | 3 | OFF | WRITE) && id as u8 == own;
+        let is_to_it = |id: u32| matches!(id >> 24, COMMAND | ON | OFF | WRITE) && id as u8 == own;
         let mut is_used = false;
         let state = listen(self.adapter, |frame| {
             is_used |= frame.is_extended() && is_to_it(frame.raw_id());
@@ -238,17 +239,12 @@ impl<'a> RobStrideMotor<'a> {
         }
     }
 
-    /// Makes the present position the zero, and stores it in flash. Returns the position before and after, rad, and whether the motor shows a position
-    /// just below zero after power-up as nearly a whole turn; `None` if it does not say.
+    /// Makes the present position the zero, and stores it in flash. Returns the position before and after, rad.
     ///
     /// # Errors
     /// As for [`RobStrideMotor::set_id`].
-    pub fn set_zero(&mut self) -> io::Result<(f64, f64, Option<bool>)> {
+    pub fn set_zero(&mut self) -> io::Result<(f64, f64)> {
         let before = self.position()?;
-        let wraps = match self.read(POWER_UP_RANGE)? {
-            Some(Value::Integer(range)) => Some(range == 0),
-            _ => None,
-        };
         self.must_be_off()?;
         let mut set = || {
             self.change(SET_ZERO, [1, 0, 0, 0, 0, 0, 0, 0], "the zero")?;
@@ -257,7 +253,7 @@ impl<'a> RobStrideMotor<'a> {
                 return Err(io::Error::other(format!("its position is {after:.4} rad and not 0")));
             }
             self.store()?;
-            Ok((before, after, wraps))
+            Ok((before, after))
         };
         set().map_err(|why| unstored(self.id, "its zero", &why))
     }
