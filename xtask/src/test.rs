@@ -47,6 +47,18 @@ fn static_checks(tally: &mut Tally) {
     tally.step("format of the firmware templates", templates::format);
     tally.step("packages that the chip shares", for_the_chip);
     tally.step("packages for others", for_others);
+    for system in ["aarch64-apple-darwin", "x86_64-pc-windows-gnu"] {
+        tally.step(&format!("newtau checked for {system}"), || for_system(system));
+    }
+}
+
+/// Checks that the program compiles for another system. Nothing is linked or run, which would need that system.
+fn for_system(name: &str) -> Result<()> {
+    if !cores::has_targets()? {
+        return Ok(());
+    }
+    cores::target(name)?;
+    run(&mut cargo(["check", "--locked", "--quiet", "--package", "host-sim", "--target", name]))
 }
 
 /// Builds the packages that others can depend on from their packed files alone. That is what a stranger would get.

@@ -66,13 +66,13 @@ pub fn raise_priority() -> Result<(), String> {
         .map_err(|error| error.to_string())
 }
 
-#[cfg(unix)]
+#[cfg(target_os = "linux")]
 fn lock_memory() -> Result<(), String> {
     use rustix::mm::{MlockAllFlags, mlockall};
     mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE).map_err(|error| error.to_string())
 }
 
-#[cfg(not(unix))]
+#[cfg(not(target_os = "linux"))]
 fn lock_memory() -> Result<(), String> {
     Err("not on this system".into())
 }

@@ -3,15 +3,15 @@
 //! A process that is killed cannot end its children. So a shell starts the child, and a second shell reads from a pipe whose other end this program
 //! keeps open. The system closes that end even after `kill -9`; then the second shell kills the whole process group, itself included. A child that
 //! never ends is killed after a limit of processor time.
+//!
+//! Windows has no such shell: there, a child outlives a program that is killed, and has no limit.
 
-use crate::process::which;
-use rustix::process::{Pid, Signal, kill_process_group};
 use std::io;
-use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Output, Stdio};
 use std::time::Duration;
 
 /// Arguments: the limit in seconds, then the child's command line. The last command's status is the child's; 128 and a signal's number if one ended it.
+#[cfg(unix)]
 const SCRIPT: &str = r#"
 ulimit -S -t "$1" 2>/dev/null
 shift
@@ -35,31 +35,61 @@ pub struct ChildProcess {
     alive: Option<ChildStdin>,
 }
 
+/// Gives a command the environment and the folder of another one.
+fn copy_surroundings(from: &Command, to: &mut Command) {
+    for (name, value) in from.get_envs() {
+        match value {
+            Some(value) => to.env(name, value),
+            None => to.env_remove(name),
+        };
+    }
+    if let Some(folder) = from.get_current_dir() {
+        to.current_dir(folder);
+    }
+}
+
 /// Starts the shells that run a command, and returns the pipe that keeps the child alive.
+#[cfg(unix)]
 fn start(command: &Command, limit: Duration, stdout: Stdio, stderr: Stdio) -> io::Result<(Child, Option<ChildStdin>)> {
     let program = command.get_program();
-    let path = Path::new(program);
+    let path = std::path::Path::new(program);
     let has_folder = path.components().count() > 1;
-    let is_there = if has_folder { path.is_file() } else { which(&program.to_string_lossy()).is_some() };
+    let is_there = if has_folder { path.is_file() } else { crate::process::which(&program.to_string_lossy()).is_some() };
     if !is_there {
         return Err(io::ErrorKind::NotFound.into());
     }
     let mut shell = Command::new("/bin/sh");
     shell.args(["-c", SCRIPT, "sh", &limit.as_secs().max(1).to_string()]).arg(program).args(command.get_args());
-    for (name, value) in command.get_envs() {
-        match value {
-            Some(value) => shell.env(name, value),
-            None => shell.env_remove(name),
-        };
-    }
-    if let Some(folder) = command.get_current_dir() {
-        shell.current_dir(folder);
-    }
+    copy_surroundings(command, &mut shell);
     // Ctrl-C in a terminal reaches every process of its group, and a run should end in order while its child still answers.
     std::os::unix::process::CommandExt::process_group(&mut shell, 0);
     let mut child = shell.stdin(Stdio::piped()).stdout(stdout).stderr(stderr).spawn()?;
     let alive = child.stdin.take();
     Ok((child, alive))
+}
+
+/// Ends a child and everything in its group. It fails only if they have ended meanwhile.
+#[cfg(unix)]
+fn kill(child: &mut Child) {
+    use rustix::process::{Pid, Signal, kill_process_group};
+    if let Some(group) = i32::try_from(child.id()).ok().and_then(Pid::from_raw) {
+        kill_process_group(group, Signal::KILL).ok();
+    }
+}
+
+/// Starts a command itself.
+#[cfg(not(unix))]
+fn start(command: &Command, _: Duration, stdout: Stdio, stderr: Stdio) -> io::Result<(Child, Option<ChildStdin>)> {
+    let mut copy = Command::new(command.get_program());
+    copy.args(command.get_args());
+    copy_surroundings(command, &mut copy);
+    Ok((copy.stdin(Stdio::null()).stdout(stdout).stderr(stderr).spawn()?, None))
+}
+
+/// Ends a child. It fails only if it has ended meanwhile.
+#[cfg(not(unix))]
+fn kill(child: &mut Child) {
+    child.kill().ok();
 }
 
 impl ChildProcess {
@@ -97,9 +127,8 @@ impl ChildProcess {
     /// Kills the child and its group, and waits for the shell that started it. Nothing happens if it has ended.
     pub fn end(&mut self) {
         let has_ended = matches!(self.child.try_wait(), Ok(Some(_)));
-        if !has_ended && let Some(group) = i32::try_from(self.child.id()).ok().and_then(Pid::from_raw) {
-            // It fails only if the group has ended meanwhile.
-            kill_process_group(group, Signal::KILL).ok();
+        if !has_ended {
+            kill(&mut self.child);
         }
         self.alive = None;
         self.child.wait().ok();
@@ -112,7 +141,7 @@ impl Drop for ChildProcess {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, unix))]
 #[allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 mod tests {
     use super::ChildProcess;

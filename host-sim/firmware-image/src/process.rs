@@ -1,6 +1,7 @@
 //! Running of other programs, with errors that name them; lines of a source; files that only their owner can read.
 
 use anyhow::{Context as _, Result, bail};
+use std::env::consts::EXE_SUFFIX;
 use std::fs::OpenOptions;
 use std::io::{self, BufRead, Write as _};
 use std::path::{Path, PathBuf};
@@ -33,7 +34,7 @@ pub fn target_directory() -> PathBuf {
 /// Path of `program`, if it is on the `PATH`.
 pub fn which(program: &str) -> Option<PathBuf> {
     let paths = std::env::var_os("PATH")?;
-    std::env::split_paths(&paths).map(|folder| folder.join(program)).find(|path| path.is_file())
+    std::env::split_paths(&paths).map(|folder| folder.join(format!("{program}{EXE_SUFFIX}"))).find(|path| path.is_file())
 }
 
 /// Command for the cargo that runs this task, in the workspace's folder.

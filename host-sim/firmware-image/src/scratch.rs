@@ -3,10 +3,8 @@
 //! They are in a folder of this process, which is deleted with its last file. A program that is killed deletes nothing; so the first file of a later
 //! program deletes the folders of processes that are dead.
 
-use rustix::process::geteuid;
-use std::fs::{self, DirBuilder, File, OpenOptions};
+use std::fs::{self, DirBuilder, File, Metadata, OpenOptions};
 use std::io;
-use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Duration;
@@ -83,12 +81,16 @@ impl Drop for ScratchFile {
 fn own_folder() -> io::Result<Folder> {
     for number in 0..NAMES {
         let path = std::env::temp_dir().join(format!("{PREFIX}{}-{number}", std::process::id()));
-        match DirBuilder::new().mode(0o700).create(&path) {
+        let mut builder = DirBuilder::new();
+        builder.recursive(false);
+        #[cfg(unix)]
+        std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
+        match builder.create(&path) {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
             other => other?,
         }
-        let lock = OpenOptions::new().write(true).create_new(true).mode(0o600).open(path.join(LOCK));
-        if let Ok(lock) = lock
+        // The folder lets only its owner in.
+        if let Ok(lock) = OpenOptions::new().write(true).create_new(true).open(path.join(LOCK))
             && lock.try_lock().is_ok()
         {
             return Ok(Folder { path, _lock: lock, made: 0, now: 0 });
@@ -104,7 +106,7 @@ fn sweep(temporary: &Path) {
         let path = entry.path();
         let is_named = entry.file_name().to_str().is_some_and(|name| name.starts_with(PREFIX));
         let Ok(found) = fs::symlink_metadata(&path) else { continue };
-        if !is_named || !found.is_dir() || found.uid() != geteuid().as_raw() {
+        if !is_named || !found.is_dir() || !is_own(&found) {
             continue;
         }
         let is_dead = match File::open(path.join(LOCK)) {
@@ -115,6 +117,18 @@ fn sweep(temporary: &Path) {
             fs::remove_dir_all(&path).ok();
         }
     }
+}
+
+/// True if a file is this user's.
+#[cfg(unix)]
+fn is_own(found: &Metadata) -> bool {
+    std::os::unix::fs::MetadataExt::uid(found) == rustix::process::geteuid().as_raw()
+}
+
+/// Windows has a folder for temporary files per user.
+#[cfg(not(unix))]
+const fn is_own(_: &Metadata) -> bool {
+    true
 }
 
 #[cfg(test)]

@@ -22,6 +22,11 @@
 //! | `code` | memory that holds the bytes, and the one call into it |
 //! | `vectors` | the compiler's code for the same instructions |
 
+#![cfg_attr(
+    not(target_arch = "x86_64"),
+    allow(dead_code, unused_imports, unfulfilled_lint_expectations, reason = "no kernel is ever made for another processor")
+)]
+
 mod code;
 mod encoding;
 mod frame;

@@ -1,14 +1,13 @@
 //! The emulator as a child process with a socket to its serial port.
 
 use super::ChipError;
-use super::emulator_process::{KeyFile, Socket, dead, on_one_processor};
+use super::emulator_process::{KeyFile, Socket, Stream, dead, on_one_processor};
 use crate::key;
 use firmware_image::child_process::ChildProcess;
 use link::Key;
 use std::collections::VecDeque;
 use std::ffi::OsString;
 use std::io::{ErrorKind, Read as _, Write as _};
-use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::process::{ChildStderr, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -35,7 +34,7 @@ const LIMIT: Duration = Duration::from_secs(6 * 3600);
 #[derive(Debug)]
 pub struct Emulator {
     pub(super) process: ChildProcess,
-    link: UnixStream,
+    link: Stream,
     timeouts: Timeouts,
     buffer: [u8; 256],
     unread: std::ops::Range<usize>,
@@ -114,7 +113,7 @@ impl Emulator {
         command
             .args(["-M", "netduinoplus2", "-icount", "shift=0", "-display", "none", "-monitor", "none"])
             .arg("-chardev")
-            .arg(format!("socket,id=link,path={}", socket.file.path().display()))
+            .arg(format!("socket,id=link,{}", socket.address()))
             // The firmware's link is the second serial port.
             .args(["-serial", "null", "-serial", "chardev:link"])
             .args(["-semihosting-config", "enable=on,target=native", "-kernel"])

@@ -7,7 +7,6 @@ use firmware_image::scratch::ScratchFile;
 use link::{Key, key_page};
 use std::ffi::OsString;
 use std::io::{ErrorKind, Read as _};
-use std::os::unix::net::{UnixListener, UnixStream};
 use std::time::{Duration, Instant};
 
 /// Makes the error of an emulator that has closed its socket: ends the process and includes its output.
@@ -52,21 +51,60 @@ impl KeyFile {
     }
 }
 
+/// Connection to the emulated serial port.
+#[cfg(unix)]
+pub(super) type Stream = std::os::unix::net::UnixStream;
+
+/// Connection to the emulated serial port. Windows' emulator knows no sockets with a file name.
+#[cfg(not(unix))]
+pub(super) type Stream = std::net::TcpStream;
+
 /// A listening socket with a file name; the file is deleted on drop.
+#[cfg(unix)]
 pub(super) struct Socket {
-    pub(super) listener: UnixListener,
-    pub(super) file: ScratchFile,
+    listener: std::os::unix::net::UnixListener,
+    file: ScratchFile,
 }
 
+#[cfg(unix)]
 impl Socket {
     pub(super) fn new() -> Result<Self, ChipError> {
         let file = ScratchFile::new("sock")?;
-        let listener = UnixListener::bind(file.path())?;
+        let listener = std::os::unix::net::UnixListener::bind(file.path())?;
         listener.set_nonblocking(true)?;
         Ok(Self { listener, file })
     }
 
-    pub(super) fn accept(&self, process: &mut ChildProcess, timeout: Duration) -> Result<UnixStream, ChipError> {
+    /// Where the emulator connects, in its own words.
+    pub(super) fn address(&self) -> String {
+        format!("path={}", self.file.path().display())
+    }
+}
+
+/// A listening socket of this computer.
+#[cfg(not(unix))]
+pub(super) struct Socket {
+    listener: std::net::TcpListener,
+    address: std::net::SocketAddr,
+}
+
+#[cfg(not(unix))]
+impl Socket {
+    pub(super) fn new() -> Result<Self, ChipError> {
+        let listener = std::net::TcpListener::bind((std::net::Ipv4Addr::LOCALHOST, 0))?;
+        listener.set_nonblocking(true)?;
+        let address = listener.local_addr()?;
+        Ok(Self { listener, address })
+    }
+
+    /// Where the emulator connects, in its own words.
+    pub(super) fn address(&self) -> String {
+        format!("host={},port={}", self.address.ip(), self.address.port())
+    }
+}
+
+impl Socket {
+    pub(super) fn accept(&self, process: &mut ChildProcess, timeout: Duration) -> Result<Stream, ChipError> {
         const WAITING_FOR: &str = "the emulator's connection";
         let end = Instant::now() + timeout;
         loop {
