@@ -34,8 +34,10 @@ impl Worst {
         }
     }
 
-    fn from(fields: [f64; 5]) -> Self {
-        let [absolute_sin, absolute_cos, ulp_sin, ulp_cos, absolute_small] = fields;
+    /// The larger of both for each kind of error.
+    fn or(self, other: Self) -> Self {
+        let [absolute_sin, absolute_cos, ulp_sin, ulp_cos, absolute_small] =
+            core::array::from_fn(|i| self.fields()[i].max(other.fields()[i]));
         Self { absolute_sin, absolute_cos, ulp_sin, ulp_cos, absolute_small }
     }
 
@@ -141,12 +143,10 @@ fn of_either_sign(trig: &impl Trig<f32>, angle: f32) -> SinCos<f32> {
 /// of an ulp and half of one.
 const TINY: f32 = 1.0 / 4096.0;
 
-#[test]
-fn f32_angles_up_to_the_tiny_one_are_their_own_sine() {
-    // A square of at most 2^-24 vanishes compared with one, for every such angle by the same argument. A sample is enough here; the
-    // ignored test checks every angle.
+/// Asserts that every so many angles up to the tiny one are their own sine.
+fn tiny_angles_are_their_own_sine(stride: usize) {
     on_all_cores(0..=TINY.to_bits(), |bits| {
-        for bits in bits.step_by(499) {
+        for bits in bits.step_by(stride) {
             let SinCos { sin, cos } = of_either_sign(&Polynomial, f32::from_bits(bits));
             assert!(sin.to_bits() == bits && cos == 1.0, "{bits:x}");
         }
@@ -154,38 +154,42 @@ fn f32_angles_up_to_the_tiny_one_are_their_own_sine() {
 }
 
 #[test]
-fn f32_errors_over_every_other_float_up_to_a_turn_are_the_stated_ones() {
-    let (_, ranges) = STATED_F32[0];
-    let (turn, stated) = &ranges[1];
-    let parts = on_all_cores(TINY.to_bits()..=turn.to_bits(), |bits| {
+fn f32_angles_up_to_the_tiny_one_are_their_own_sine() {
+    // A square of at most 2^-24 vanishes compared with one, for every such angle by the same argument. A sample is enough here; the
+    // ignored test checks every angle.
+    tiny_angles_are_their_own_sine(499);
+}
+
+/// Largest errors of [`Polynomial`] over every float with these bits.
+fn worst_of(bits: core::ops::RangeInclusive<u32>) -> Worst {
+    let parts = on_all_cores(bits, |bits| {
         let mut worst = Worst::default();
         for bits in bits {
             see_f32(&mut worst, &Polynomial, f32::from_bits(bits));
         }
         worst
     });
-    let worst = parts.iter().fold([0.0_f64; 5], |worst, part| core::array::from_fn(|i| worst[i].max(part.fields()[i])));
-    Worst::from(worst).hold(stated, 0.99);
+    parts.into_iter().fold(Worst::default(), Worst::or)
 }
 
 #[test]
-#[ignore = "1.2e9 angles, a minute; `cargo xtask test` runs it, or cargo nextest run -p dynamics-core --run-ignored only"]
-fn f32_errors_over_every_float_are_the_stated_ones() {
+fn f32_errors_over_every_other_float_up_to_a_turn_are_the_stated_ones() {
     let (_, ranges) = STATED_F32[0];
+    let (turn, stated) = &ranges[1];
+    worst_of(TINY.to_bits()..=turn.to_bits()).hold(stated, 0.99);
+}
+
+#[test]
+#[ignore = "1.2e9 angles, half a minute; `cargo xtask test` runs it, or cargo nextest run -p dynamics-core --run-ignored only"]
+fn f32_errors_over_every_float_are_the_stated_ones() {
+    tiny_angles_are_their_own_sine(1);
     let mut worst = Worst::default();
-    let mut next = 0;
-    let mut measured = Vec::new();
-    for (end, _) in ranges {
-        // Negative angles follow from the symmetry, which another test checks.
-        for bits in next..=end.to_bits() {
-            see_f32(&mut worst, &Polynomial, f32::from_bits(bits));
-        }
+    let mut next = TINY.to_bits();
+    for (end, stated) in STATED_F32[0].1 {
+        worst = worst.or(worst_of(next..=end.to_bits()));
         next = end.to_bits() + 1;
         println!("{end}: {:?}", worst.fields().map(|error| format!("{error:.3e}")));
-        measured.push(worst);
-    }
-    for (worst, (_, stated)) in measured.iter().zip(&ranges) {
-        worst.hold(stated, 0.99);
+        worst.hold(&stated, 0.99);
     }
 }
 

@@ -6,6 +6,8 @@ use robot_compiler::emit::kernel::{Title, generic_module, module};
 use robot_compiler::kernel::{Function, Level, Precision};
 use robot_compiler::{Robot, SceneFile, with_dof};
 
+use std::collections::BTreeSet;
+
 use crate::common::{compare_output, files, rustfmt, top};
 
 fn text(file: &SceneFile, function: Function, level: Level, precision: Precision) -> String {
@@ -52,9 +54,14 @@ fn planar_arm_as_a_regrouped_kernel_for_every_scalar() {
     compare_output("planar_arm_as_a_regrouped_kernel_for_every_scalar", text);
 }
 
-/// Every shipped scene, and a copy of each with every term live.
+/// A shipped scene of each robot, and a copy of each with every term live. Tracing takes most of the time, and the other scenes of a robot have
+/// nearly the same source.
 fn scenes() -> Vec<SceneFile> {
-    let shipped: Vec<_> = files(&top("scenes"), &["toml"]).iter().map(|path| SceneFile::load(path).unwrap()).collect();
+    let mut shipped: Vec<_> =
+        files(&top("scenes"), &["toml"]).iter().map(|path| SceneFile::load(path).unwrap()).collect();
+    let mut robots = BTreeSet::new();
+    shipped.retain(|file| robots.insert(file.robot.name.clone()));
+    assert!(shipped.len() >= 8);
     let live = shipped.iter().cloned().map(|mut file| {
         file.name += "_live";
         let terms = &mut file.model;

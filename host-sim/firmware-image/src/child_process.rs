@@ -54,7 +54,8 @@ fn start(command: &Command, limit: Duration, stdout: Stdio, stderr: Stdio) -> io
     let program = command.get_program();
     let path = std::path::Path::new(program);
     let has_folder = path.components().count() > 1;
-    let is_there = if has_folder { path.is_file() } else { crate::process::which(&program.to_string_lossy()).is_some() };
+    let is_there =
+        if has_folder { path.is_file() } else { crate::process::which(&program.to_string_lossy()).is_some() };
     if !is_there {
         return Err(io::ErrorKind::NotFound.into());
     }

@@ -34,7 +34,9 @@ pub fn target_directory() -> PathBuf {
 /// Path of `program`, if it is on the `PATH`.
 pub fn which(program: &str) -> Option<PathBuf> {
     let paths = std::env::var_os("PATH")?;
-    std::env::split_paths(&paths).map(|folder| folder.join(format!("{program}{EXE_SUFFIX}"))).find(|path| path.is_file())
+    std::env::split_paths(&paths)
+        .map(|folder| folder.join(format!("{program}{EXE_SUFFIX}")))
+        .find(|path| path.is_file())
 }
 
 /// Command for the cargo that runs this task, in the workspace's folder.

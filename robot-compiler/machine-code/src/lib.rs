@@ -24,7 +24,12 @@
 
 #![cfg_attr(
     not(target_arch = "x86_64"),
-    allow(dead_code, unused_imports, unfulfilled_lint_expectations, reason = "no kernel is ever made for another processor")
+    allow(
+        dead_code,
+        unused_imports,
+        unfulfilled_lint_expectations,
+        reason = "no kernel is ever made for another processor"
+    )
 )]
 
 mod code;
