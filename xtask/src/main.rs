@@ -28,7 +28,7 @@ mod workspace;
 
 use clap::{Parser, Subcommand};
 use firmware_image::board::SCENE_DEFAULT;
-use firmware_image::{BadInput, Board, Build, Trust, process, scene_keys, toolchain};
+use firmware_image::{BadInput, Board, Build, Trust, process, toolchain};
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;

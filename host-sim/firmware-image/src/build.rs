@@ -4,7 +4,6 @@ use crate::bad_input::BadInput;
 use crate::board::{Board, Trust};
 use crate::can_buses::{self, Schedule};
 use crate::emitted;
-use crate::scene_keys::SceneKeys;
 use crate::toolchain::{self, Toolchain};
 use anyhow::{Context as _, Result};
 use robot_compiler::SceneFile;
@@ -79,9 +78,9 @@ impl<'a> Build<'a> {
 /// Rejects a bench-only scene on a real board, because such a scene has no limits on late ticks.
 ///
 /// # Errors
-/// [`BadInput`]: `safety.bench_only = true` and a board other than the emulated one.
+/// [`BadInput`]: a wrong scene, or `safety.bench_only = true`, and a board other than the emulated one.
 fn for_the_bench(scene: &Path, board: Board) -> Result<()> {
-    if board != Board::Netduinoplus2 && SceneKeys::read(scene)?.bench_only() {
+    if board != Board::Netduinoplus2 && load(scene)?.safety.bench_only {
         let problem = format!(
             "{}: safety.bench_only: its bounds on old measurements are lifted, which no arm may be driven with; expected the emulated \
              board {}, or `bench_only = false`",
@@ -101,8 +100,11 @@ pub fn schedules(scene: &Path, board: Board) -> Result<Vec<Schedule>> {
     if board.can_buses().is_none() {
         return Ok(Vec::new());
     }
-    let file = SceneFile::load(scene).map_err(|error| BadInput::from(&error))?;
-    Ok(can_buses::schedules(&file, scene, board).map_err(BadInput)?)
+    Ok(can_buses::schedules(&load(scene)?, scene, board).map_err(BadInput)?)
+}
+
+fn load(scene: &Path) -> Result<SceneFile, BadInput> {
+    SceneFile::load(scene).map_err(|error| BadInput::from(&error))
 }
 
 /// Locks build and copy against other processes, because two test processes may request two scenes at once.
@@ -122,4 +124,28 @@ pub fn keep(text: &[u8], copy: PathBuf) -> Result<PathBuf> {
         std::fs::rename(&fresh, &copy)?;
     }
     Ok(copy)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
+
+    use super::for_the_bench;
+    use crate::board::Board;
+    use crate::process::root;
+    use crate::scratch::ScratchFile;
+
+    #[test]
+    fn a_scene_for_the_bench_is_built_for_the_emulated_board_alone() {
+        let robots = root().join("robots");
+        let text = std::fs::read_to_string(root().join("scenes/planar2r_swing.toml")).unwrap();
+        let text = text.replace("../robots", robots.to_str().unwrap());
+        let scene = ScratchFile::new("bench.toml").unwrap();
+        for (bench_only, board, is_built) in
+            [(true, Board::F405Can, false), (true, Board::Netduinoplus2, true), (false, Board::F405Can, true)]
+        {
+            std::fs::write(scene.path(), format!("{text}\n[safety]\nbench_only = {bench_only}\n")).unwrap();
+            assert_eq!(for_the_bench(scene.path(), board).is_ok(), is_built, "{bench_only} {board}");
+        }
+    }
 }

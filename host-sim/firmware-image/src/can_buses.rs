@@ -4,7 +4,6 @@
 //! the error, before the compiler starts.
 
 use crate::board::Board;
-use crate::scene_keys::SceneKeys;
 use dynamics_core::drive::bus_time::{BusLoad, LEAD_US, TURNAROUND_US};
 use robot_compiler::SceneFile;
 use std::fmt;
@@ -51,8 +50,7 @@ pub fn schedules(file: &SceneFile, scene: &Path, board: Board) -> Result<Vec<Sch
     let drives = file.mit_drives();
     for (index, drive) in drives.iter().enumerate() {
         let wrong = |key: &str, found: u32, expected: String| {
-            let robot = SceneKeys::read(scene).and_then(|keys| keys.robot()).unwrap_or_default();
-            let at = place(&robot, |document| document.get("joint")?.get(index)?.get("drive")?.get(key));
+            let at = place(&file.robot.path, |document| document.get("joint")?.get(index)?.get("drive")?.get(key));
             let name = file.robot.joints.get(index).map_or("", |joint| joint.name.as_str());
             Err(format!("{at}: joint {} ({name}).drive.{key}: found {found}, expected {expected}", index + 1))
         };

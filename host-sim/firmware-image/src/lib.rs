@@ -11,7 +11,6 @@
 //! | [`install`] | installation of the emulator and other missing packages |
 //! | [`log_strings`] | check that the log of a program can be decoded |
 //! | [`process`] | finding and running other programs, with errors that name them |
-//! | [`scene_keys`] | keys of a scene file that are needed before its robot is compiled |
 //! | [`scratch`] | files that live as long as the program |
 //! | [`toolchain`] | the compiler for the chip |
 #![forbid(unsafe_code)]
@@ -26,7 +25,6 @@ pub mod flash;
 pub mod install;
 pub mod log_strings;
 pub mod process;
-pub mod scene_keys;
 pub mod scratch;
 pub mod toolchain;
 

@@ -1,13 +1,13 @@
 //! `check`: checks a robot file for impossible, placeholder and missing values
 
 use crate::cli::chain::ChainArgs;
-use crate::cli::gravity::GravityArgs;
 use clap::Args;
 use robot_compiler::check::{Draft, Severity};
 use sim::failure::{FAULT, Failure};
 use sim::terminal::{json, print};
 use std::path::PathBuf;
 use studies::check::answer_in;
+use studies::options::GravityArgs;
 use studies::robot_or_scene::scene_about;
 
 const EXAMPLE: &str = "Example:\n  newtau check robots/ur5.toml";

@@ -1,16 +1,18 @@
 //! `emit`: writes code for programs of other people.
 
 use crate::cli::force::ForceArgs;
-use crate::cli::names::{Language, named};
 use clap::{Args, Subcommand};
 use robot_compiler::SceneFile;
 use robot_compiler::emit::arm_crate;
 use robot_compiler::emit::c::c_library;
+use robot_compiler::emit::kernel_file::Language;
+use robot_compiler::names::name;
 use robot_compiler::scene::ScalarChoice;
 use sim::failure::{Failure, in_file};
 use sim::terminal::print;
 use std::fs;
 use std::path::{Path, PathBuf};
+use studies::options::named;
 
 const EXAMPLE: &str = "Example:\n  newtau emit arm scenes/puma560_pick.toml --out out/arm";
 
@@ -53,7 +55,7 @@ pub struct ArmArgs {
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
     /// Programming language.
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_parser = named::<Language>(), default_value = name(Language::Rust))]
     pub language: Language,
     /// Floating-point type. Without it, the scene's.
     #[arg(long, value_parser = named::<ScalarChoice>())]

@@ -10,7 +10,6 @@ pub mod emit;
 pub mod explain;
 pub mod firmware;
 pub mod force;
-pub mod gravity;
 pub mod identify;
 pub mod import;
 pub mod model;
@@ -109,7 +108,7 @@ pub enum Command {
     /// Check a robot file for wrong, doubtful and missing values.
     Check(check::CheckArgs),
     /// Identify an arm from logs: masses, inertias, friction, payload.
-    Identify(identify::IdentifyCommand),
+    Identify(Box<identify::IdentifyCommand>),
     /// Simulate a scene in closed loop: table, CSV log, and a report for a browser.
     Run(run::RunArgs),
     /// Run a study: many runs of a scene with keys that vary from run to run.

@@ -1,7 +1,7 @@
 //! `run`: runs the closed loop of a scene, and prints and writes the result.
 
 use crate::cli::force::ForceArgs;
-use crate::cli::names::{Target, named};
+use crate::cli::names::Target;
 use crate::cli::output::files;
 use clap::Args;
 use dynamics_core::control::{ControlLaw, SpringOwner};
@@ -20,6 +20,7 @@ use sim::run::simulation;
 use sim::terminal::{json, print, progress_bar};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use studies::options::named;
 use studies::robot_or_scene::say_mounting;
 
 const EXAMPLE: &str = "Example:\n  newtau run scenes/yam_split.toml";

@@ -1,6 +1,8 @@
 //! The wrench at the tip from the reading of a sensor in the base; or that reading from a known wrench at the tip.
 
 use super::numbers::{finite, wrench};
+use super::options::GravityArgs;
+use clap::{ArgGroup, Args};
 use dynamics_core::chapter::contact::{base_wrench, contact_wrench};
 use dynamics_core::chapter::global::{Assembled, residuals, weights};
 use dynamics_core::chapter::posture::Chain;
@@ -13,28 +15,28 @@ use sim::run::joint_label::JointLabel;
 use sim::run::numbers::engineering;
 use sim::table::table;
 
-/// The known wrench, N and N m.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Known {
-    /// The base's wrench on the arm, about the base's origin in base axes: the sensor's reading.
-    Base(Vec<f64>),
-    /// The environment's wrench on the arm, about the tip's origin in tip axes.
-    Tip(Vec<f64>),
-}
-
 /// A state of an arm, and the known wrench at one of its ends.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Args)]
+#[command(group = ArgGroup::new("known").required(true).args(["base_wrench", "tip_wrench"]))]
 pub struct ContactRequest {
-    /// Joint position, rad or m.
+    /// Joint positions, rad or m.
+    #[arg(long, value_name = "Q1,Q2,..", value_delimiter = ',', allow_hyphen_values = true, required = true)]
     pub q: Vec<f64>,
-    /// Joint velocity, rad/s or m/s; zero if `None`.
+    /// Joint velocities, rad/s or m/s; zero if not given.
+    #[arg(long, value_name = "QD1,QD2,..", value_delimiter = ',', allow_hyphen_values = true)]
     pub qd: Option<Vec<f64>>,
-    /// Joint acceleration, rad/s^2 or m/s^2; zero if `None`.
+    /// Joint accelerations, rad/s^2 or m/s^2; zero if not given.
+    #[arg(long, value_name = "QDD1,QDD2,..", value_delimiter = ',', allow_hyphen_values = true)]
     pub qdd: Option<Vec<f64>>,
-    /// Gravitational acceleration in the base frame, m/s^2.
-    pub gravity: Vec<f64>,
-    /// The known wrench.
-    pub known: Known,
+    /// Gravity.
+    #[command(flatten)]
+    pub gravity: GravityArgs,
+    /// Reading of a sensor in the base, N and N m.
+    #[arg(long, value_name = "FX,FY,FZ,MX,MY,MZ", value_delimiter = ',', allow_hyphen_values = true)]
+    pub base_wrench: Option<Vec<f64>>,
+    /// Wrench of the environment on the arm at the tip, N and N m.
+    #[arg(long, value_name = "FX,FY,FZ,MX,MY,MZ", value_delimiter = ',', allow_hyphen_values = true)]
+    pub tip_wrench: Option<Vec<f64>>,
 }
 
 /// The wrenches at both ends and at every joint; force (N), then moment (N m).
@@ -69,17 +71,17 @@ fn answer_for<const N: usize>(robot: &Robot, question: &ContactRequest) -> Resul
     };
     let q = finite::<N>("--q", &question.q, "one for each joint")?;
     let (qd, qdd) = (list("--qd", &question.qd)?, list("--qdd", &question.qdd)?);
-    let gravity = Vector3::from(finite::<3>("--gravity", &question.gravity, "x, y, z")?);
+    let gravity = Vector3::from(finite::<3>("--gravity", &question.gravity.of(robot), "x, y, z")?);
     let (turn, live) = (Libm.sin_cos_all(&q), Live::zero());
     // A rotor spins between motor and link, so its torque is part of no joint wrench.
     let scene = Scene { rotor: Term::Absent, ..Scene::with_gravity(gravity, &model) };
-    let (base, tip) = match &question.known {
-        Known::Base(values) => {
+    let (base, tip) = match (&question.base_wrench, &question.tip_wrench) {
+        (Some(values), _) => {
             let base = wrench("--base-wrench", values)?;
             (base, contact_wrench(&Dynamics::new(model, scene), &turn, &q, &qd, &qdd, &base, &live))
         }
-        Known::Tip(values) => {
-            let tip = wrench("--tip-wrench", values)?;
+        (None, values) => {
+            let tip = wrench("--tip-wrench", values.as_deref().unwrap_or_default())?;
             let touched = Dynamics::new(model, Scene { tip_wrench: Term::Constant(tip), ..scene });
             (base_wrench(&touched, &turn, &q, &qd, &qdd, &live), tip)
         }

@@ -2,8 +2,10 @@
 
 mod judge;
 mod motion;
+mod request;
 mod surroundings;
 
+pub use request::{ExciteRequest, Kind};
 pub use surroundings::Surroundings;
 
 use dynamics_core::control::trajectory::{FourierSpec, MotionError};
@@ -14,7 +16,7 @@ use identification::excite::{FourierSeries, Room, SearchSettings, Subject, excit
 use judge::Watched;
 use motion::{QuinticPoint, fastest_ramp, quintic, rests, sweeps};
 use nalgebra::Vector3;
-use robot_compiler::{SceneFile, with_dof};
+use robot_compiler::{Ends, SceneFile, with_dof};
 use serde_json::{Value, json};
 use sim::failure::Failure;
 
@@ -24,48 +26,6 @@ const MARGIN: f64 = 0.05;
 const TORQUE: f64 = 100.0;
 /// Assumed speed limit of a joint without one, rad/s or m/s.
 const SPEED: f64 = 1.0;
-
-/// Kind of motion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// A Fourier series per joint.
-    Series,
-    /// Slow sweeps at steady speeds.
-    Friction,
-    /// Postures with a rest in each.
-    Static,
-}
-
-/// Options of `excite`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Wishes {
-    /// Kind of motion.
-    pub kind: Kind,
-    /// Centre of the motion, rad or m.
-    pub centre: Option<Vec<f64>>,
-    /// Largest amplitude in each direction, rad or m.
-    pub swing: f64,
-    /// Share of the speed limits that may be used.
-    pub speed: f64,
-    /// Largest acceleration, rad/s^2 or m/s^2.
-    pub acceleration: Option<f64>,
-    /// Share of the torque limits that may be used.
-    pub torque: f64,
-    /// Obstacles around the arm.
-    pub around: Surroundings,
-    /// Period of a series, s.
-    pub period: f64,
-    /// Number of periods.
-    pub periods: u32,
-    /// Number of harmonics.
-    pub harmonics: usize,
-    /// Standard deviation of the torque noise, as a share of the torque limits.
-    pub noise: f64,
-    /// Number of motions to try.
-    pub tries: usize,
-    /// Seed of the search.
-    pub seed: u64,
-}
 
 /// A designed motion as a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,16 +38,27 @@ pub struct Designed {
     pub json: Value,
 }
 
-/// Designs a motion for the scene's arm; `tick` is called after every try.
+/// Designs a motion for the scene's arm, whose chain in a URDF robot has these ends; `tick` is called after every try.
 ///
 /// # Errors
 /// [`Failure::Input`]: a centre outside the limits or without clearance, shapes that cannot be read, or no motion found that keeps limits and
 /// clearance.
-pub fn design(scene: &SceneFile, wishes: &Wishes, tick: &dyn Fn()) -> Result<Designed, Failure> {
-    with_dof!(scene.robot.dof(), N => design_for::<N>(scene, wishes, tick))
+pub fn design(
+    scene: &SceneFile,
+    request: &ExciteRequest,
+    ends: Ends<'_>,
+    tick: &dyn Fn(),
+) -> Result<Designed, Failure> {
+    with_dof!(scene.robot.dof(), N => design_for::<N>(scene, request, ends, tick))
 }
 
-fn design_for<const N: usize>(scene: &SceneFile, wishes: &Wishes, tick: &dyn Fn()) -> Result<Designed, Failure> {
+fn design_for<const N: usize>(
+    scene: &SceneFile,
+    request: &ExciteRequest,
+    ends: Ends<'_>,
+    tick: &dyn Fn(),
+) -> Result<Designed, Failure> {
+    let around = &request.surroundings;
     let wrong = |expected: &str, found: String| {
         Failure::Input(miette::miette!(help = format!("expected {expected}"), "{found}"))
     };
@@ -96,11 +67,10 @@ fn design_for<const N: usize>(scene: &SceneFile, wishes: &Wishes, tick: &dyn Fn(
         Term::Constant(gravity) => gravity,
         Term::Absent | Term::Live => scene.plant.gravity,
     };
-    let room = room(&model, wishes).map_err(|found| wrong("a centre for each joint, inside its limits", found))?;
+    let room = room(&model, request).map_err(|found| wrong("a centre for each joint, inside its limits", found))?;
     let up = if gravity.norm() > 0.0 { -gravity.normalize() } else { Vector3::z() };
-    let judged = surroundings::judged(scene, &model, &up, &wishes.around)?;
-    let watched =
-        Watched { model: &model, judged: &judged, around: &wishes.around, centre: &room.centre, period: wishes.period };
+    let judged = surroundings::judged(scene, &model, &up, around, ends)?;
+    let watched = Watched { model: &model, judged: &judged, around, centre: &room.centre, period: request.period };
     watched.check_start()?;
     let chain = Chain::new(model, gravity);
     let base = Base::of(&chain);
@@ -113,31 +83,31 @@ fn design_for<const N: usize>(scene: &SceneFile, wishes: &Wishes, tick: &dyn Fn(
         )
     };
     let no_motion = |error: MotionError| wrong("a longer --period or less --speed", error.to_string());
-    let (motion, mut designed) = match wishes.kind {
+    let (motion, mut designed) = match request.kind() {
         Kind::Series => {
             let search = SearchSettings {
-                harmonics: wishes.harmonics,
-                period: wishes.period,
-                tries: wishes.tries,
-                seed: wishes.seed,
+                harmonics: request.harmonics,
+                period: request.period,
+                tries: request.tries,
+                seed: request.seed,
             };
             let series = excite(&subject, &room, &search, tick).ok_or_else(nothing)?;
             let (motion, spec) =
-                fastest_ramp(&model, &room.centre, wishes.period, wishes.periods, [&series.sine, &series.cosine])
+                fastest_ramp(&model, &room.centre, request.period, request.periods, [&series.sine, &series.cosine])
                     .map_err(no_motion)?;
-            (motion, file(&base, wishes, &series, &spec))
+            (motion, file(&base, request, &series, &spec))
         }
         Kind::Friction => {
             let tried = (0..20).map(|k| sweeps(&room, 0.6 * 0.85_f64.powi(k)));
             let clear = |points: &Vec<QuinticPoint>| {
-                quintic::<N>(points).is_ok_and(|motion| judged.cell.keeps(&motion, wishes.around.clearance))
+                quintic::<N>(points).is_ok_and(|motion| judged.cell.keeps(&motion, around.clearance))
             };
             let points = tried.into_iter().find(clear).ok_or_else(nothing)?;
             let line = "Friction: slow sweeps of all joints at two steady speeds";
             (quintic(&points).map_err(no_motion)?, through(line, &points))
         }
         Kind::Static => {
-            let found = postures(&subject, &room, 15, wishes.seed, tick);
+            let found = postures(&subject, &room, 15, request.seed, tick);
             if found.len() < 4 {
                 return Err(nothing());
             }
@@ -152,11 +122,11 @@ fn design_for<const N: usize>(scene: &SceneFile, wishes: &Wishes, tick: &dyn Fn(
     Ok(designed)
 }
 
-fn room<const N: usize>(model: &Model<f64, N>, wishes: &Wishes) -> Result<Room, String> {
+fn room<const N: usize>(model: &Model<f64, N>, request: &ExciteRequest) -> Result<Room, String> {
     let limits: Vec<_> = model.links().iter().map(|link| link.limits).collect();
     let middle =
         |(lo, hi): (f64, f64)| if lo.is_finite() && hi.is_finite() { 0.5 * (lo + hi) } else { 0.0_f64.clamp(lo, hi) };
-    let centre = wishes.centre.clone().unwrap_or_else(|| limits.iter().map(|l| middle(l.position)).collect());
+    let centre = request.centre.clone().unwrap_or_else(|| limits.iter().map(|l| middle(l.position)).collect());
     if centre.len() != N {
         return Err(format!("--centre: {} numbers for {N} joints", centre.len()));
     }
@@ -164,21 +134,21 @@ fn room<const N: usize>(model: &Model<f64, N>, wishes: &Wishes) -> Result<Room, 
     for (joint, (limits, q)) in limits.iter().zip(&centre).enumerate() {
         let (lo, hi) = limits.position;
         let free = if limits.range().is_finite() { MARGIN * limits.range() } else { 0.0 };
-        let inside = ((lo + free).max(q - wishes.swing), (hi - free).min(q + wishes.swing));
+        let inside = ((lo + free).max(q - request.swing), (hi - free).min(q + request.swing));
         if !(inside.0 < *q && *q < inside.1) {
             return Err(format!("--centre: joint {} at {q}, with limits {lo} to {hi}", joint + 1));
         }
         position.push(inside);
     }
     let finite = |x: f64, otherwise: f64| if x.is_finite() { x } else { otherwise };
-    let velocity: Vec<f64> = limits.iter().map(|l| wishes.speed * finite(l.velocity, SPEED)).collect();
+    let velocity: Vec<f64> = limits.iter().map(|l| request.speed * finite(l.velocity, SPEED)).collect();
     Ok(Room {
         centre,
         position,
-        acceleration: velocity.iter().map(|v| wishes.acceleration.unwrap_or(v / wishes.speed / 0.4)).collect(),
+        acceleration: velocity.iter().map(|v| request.acceleration.unwrap_or(v / request.speed / 0.4)).collect(),
         velocity,
-        torque: limits.iter().map(|l| wishes.torque * l.torque).collect(),
-        noise: limits.iter().map(|l| wishes.noise * finite(l.torque, TORQUE)).collect(),
+        torque: limits.iter().map(|l| request.torque * l.torque).collect(),
+        noise: limits.iter().map(|l| request.noise * finite(l.torque, TORQUE)).collect(),
     })
 }
 
@@ -187,20 +157,25 @@ fn list(numbers: &[f64]) -> String {
     format!("[{}]", texts.join(", "))
 }
 
-fn file<const N: usize>(base: &Base, wishes: &Wishes, series: &FourierSeries, spec: &FourierSpec<f64, N>) -> Designed {
+fn file<const N: usize>(
+    base: &Base,
+    request: &ExciteRequest,
+    series: &FourierSeries,
+    spec: &FourierSpec<f64, N>,
+) -> Designed {
     let line = format!(
         "Excitation: {} harmonics of {:.3} Hz, {:.1} s, condition {:.1}, seed {}.",
-        wishes.harmonics,
-        wishes.period.recip(),
+        request.harmonics,
+        request.period.recip(),
         spec.duration,
         series.condition,
-        wishes.seed
+        request.seed
     );
-    let often = f64::from(wishes.periods).sqrt();
+    let often = f64::from(request.periods).sqrt();
     let deviations: Vec<f64> = series.deviations.iter().map(|d| d / often).collect();
     let notes: Vec<String> = (0..base.len()).map(|k| format!("#   {:.1e}  {}", deviations[k], base.name(k))).collect();
     let block = |name: &str, all: &[[f64; N]]| {
-        let rows: Vec<String> = all[..wishes.harmonics].iter().map(|a| format!("    {},\n", list(a))).collect();
+        let rows: Vec<String> = all[..request.harmonics].iter().map(|a| format!("    {},\n", list(a))).collect();
         format!("{name} = [\n{}]\n", rows.concat())
     };
     let toml = format!(

@@ -15,6 +15,7 @@ pub mod kernel;
 pub mod linkage;
 pub mod margins;
 mod numbers;
+pub mod options;
 pub mod path_work;
 pub mod posture_search;
 mod ranked;

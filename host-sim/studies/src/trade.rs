@@ -102,7 +102,7 @@ fn of_arm<const N: usize>(
         let mut torque = courses.iter().map(|course| course.torque_of_limit);
         let tracking = courses.iter().flat_map(|course| &course.tracking.max).fold(0.0, |most, x| f64::max(most, *x));
         TradePoint {
-            choice: candidate.choice.named(),
+            choice: candidate.choice,
             command: report::command(named, &candidate.choice),
             cost,
             interrupt: surroundings.around(&cost, candidate.choice.rate),
@@ -111,7 +111,6 @@ fn of_arm<const N: usize>(
             courses,
             on_torque_front: false,
             on_tracking_front: false,
-            chosen: candidate.choice,
         }
     });
     let mut points: Vec<TradePoint> = points.collect();
@@ -123,7 +122,7 @@ fn of_arm<const N: usize>(
         joints: base.file.robot.joints.iter().map(|joint| joint.name.clone()).collect(),
         drives: drive_steps(&base.file, &model),
         courses: courses.iter().map(|course| course.report(&base.file, &model)).collect(),
-        own: base.own().named(),
+        own: base.own(),
         surroundings,
         points,
         simulator: simulator::methods(&base.file, shop.stop)?,

@@ -15,6 +15,7 @@ use sim::run::simulation;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use studies::dynamics::{DynamicsRequest, DynamicsResult, answer};
+use studies::options::GravityArgs;
 use studies::statics;
 
 const G: f64 = 9.81;
@@ -233,14 +234,11 @@ fn the_greatest_base_load_of_the_shuttles_arm_is_that_of_the_level_arm() {
     let load = |q: &[f64]| {
         let question = statics::StaticsRequest {
             q: Some(q.to_vec()),
-            gravity: vec![0.0, 0.0, -G],
+            gravity: GravityArgs { gravity: Some(vec![0.0, 0.0, -G]) },
             load: Some(vec![24.0]),
-            tip_wrench: None,
-            minimise: None,
-            hold: vec![],
-            axes: statics::WrenchFrame::Base,
+            ..statics::StaticsRequest::default()
         };
-        let first = statics::answer(&robot, &question).unwrap().joints[0].clone();
+        let first = statics::answer(&robot, &question, statics::WrenchFrame::Base).unwrap().joints[0].clone();
         let size = |v: [f64; 3]| Vector3::from(v).norm();
         [size(first.force), size(first.moment)]
     };

@@ -3,9 +3,8 @@
 use crate::drive::{FIRST, drive, file, scene};
 use crate::program::{at_the_top, told};
 use board::session::local::client::Client;
-use board::session::local::message::{Answer, Ask};
+use board::session::local::message::{Answer, Ask, Snapshot};
 use board::session::local::session_file::{SessionFile, running};
-use board::session::local::snapshot::Snapshot;
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};

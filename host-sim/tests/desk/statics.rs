@@ -12,6 +12,7 @@ use robot_compiler::{Robot, with_dof};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use studies::dynamics;
+use studies::options::GravityArgs;
 use studies::statics::WrenchFrame;
 use studies::statics::{StaticLoads, StaticsRequest, answer};
 
@@ -22,19 +23,15 @@ fn here(path: &str) -> PathBuf {
 }
 
 fn at(q: &[f64]) -> StaticsRequest {
-    StaticsRequest {
-        q: Some(q.to_vec()),
-        gravity: vec![0.0, -9.81, 0.0],
-        load: None,
-        tip_wrench: None,
-        minimise: None,
-        hold: vec![],
-        axes: WrenchFrame::Link,
-    }
+    StaticsRequest { q: Some(q.to_vec()), gravity: towards([0.0, -9.81, 0.0]), ..StaticsRequest::default() }
+}
+
+fn towards(gravity: [f64; 3]) -> GravityArgs {
+    GravityArgs { gravity: Some(gravity.into()) }
 }
 
 fn ask(robot: &Robot, question: &StaticsRequest) -> StaticLoads {
-    answer(robot, question).unwrap()
+    answer(robot, question, WrenchFrame::Link).unwrap()
 }
 
 fn planar(question: &StaticsRequest) -> StaticLoads {
@@ -49,7 +46,7 @@ fn torques(robot: &Robot, question: &StaticsRequest) -> Vec<f64> {
         qdd: None,
         tau: None,
         wrench_tip: question.tip_wrench.clone(),
-        gravity: Some(question.gravity.clone()),
+        gravity: question.gravity.gravity.clone(),
     };
     with_dof!(robot.dof(), N => dynamics::answer::<f64, N>(&robot.model::<N>().unwrap(), &[0.0, 0.0, -9.81], &same))
         .unwrap()
@@ -65,7 +62,7 @@ fn holding_torques_are_those_of_dynamics_at_rest() {
             let inside = |(low, high): (f64, f64)| low + part * (high - low);
             let q: Vec<f64> = robot.joints.iter().map(|joint| inside(joint.spec.limits.position)).collect();
             let tip_wrench = Some(vec![5.0, -8.0, 11.0, 0.4, 0.9, -0.7]);
-            let question = StaticsRequest { tip_wrench, gravity: vec![1.0, 2.0, -9.5], ..at(&q) };
+            let question = StaticsRequest { tip_wrench, gravity: towards([1.0, 2.0, -9.5]), ..at(&q) };
             worst = worst.max(relative(&ask(&robot, &question).tau, &torques(&robot, &question)));
         }
     }
@@ -77,7 +74,7 @@ fn holding_torques_are_those_of_dynamics_at_rest() {
 fn a_load_is_a_tip_wrench_of_its_weight_and_in_base_axes_the_base_carries_it_all() {
     let robot = Robot::load(&here("../robots/puma560.toml")).unwrap();
     let q = [0.3, 0.9, -1.6, 0.4, 0.5, 0.2];
-    let floor = StaticsRequest { gravity: vec![0.0, 0.0, -9.81], ..at(&q) };
+    let floor = StaticsRequest { gravity: towards([0.0, 0.0, -9.81]), ..at(&q) };
     let place = Vector3::new(0.02, -0.05, 0.1);
     let loaded = StaticsRequest { load: Some(vec![2.0, place.x, place.y, place.z]), ..floor.clone() };
     let model: Model<f64, 6> = robot.model().unwrap();
@@ -90,7 +87,7 @@ fn a_load_is_a_tip_wrench_of_its_weight_and_in_base_axes_the_base_carries_it_all
     };
     assert!(relative(&ask(&robot, &loaded).tau, &ask(&robot, &pushed).tau) < 1e-14);
 
-    let base = ask(&robot, &StaticsRequest { axes: WrenchFrame::Base, ..loaded.clone() });
+    let base = answer(&robot, &loaded, WrenchFrame::Base).unwrap();
     let mass: f64 = robot.joints.iter().map(|joint| joint.spec.body.mass).sum::<f64>() + robot.tool.body.mass + 2.0;
     assert!(relative(&base.joints[0].force, &[0.0, 0.0, 9.81 * mass]) < 1e-14, "{:?}", base.joints[0]);
     for (a, b) in base.joints.iter().zip(&ask(&robot, &loaded).joints) {
@@ -150,7 +147,7 @@ fn a_free_search_finds_the_hanging_arm_and_the_same_one_every_time() {
 
     // Held straight up or straight down, a Puma needs no torque, except in its wrist, whose masses almost balance.
     let puma = Robot::load(&here("../robots/puma560.toml")).unwrap();
-    let floor = StaticsRequest { gravity: vec![0.0, 0.0, -9.81], ..free("total") };
+    let floor = StaticsRequest { gravity: towards([0.0, 0.0, -9.81]), ..free("total") };
     let found = ask(&puma, &floor);
     assert!(found.minimised.unwrap().value < 1e-6, "{:?}", found.tau);
     for (q, joint) in found.q.iter().zip(&puma.joints) {
@@ -172,7 +169,7 @@ com = [0.0, 0.0, 0.1]
 "#;
     let robot = Robot::from_toml_str(text, "slider.toml").unwrap();
     let search = StaticsRequest { minimise: Some("potential".to_owned()), ..at(&[0.0]) };
-    let report = answer(&robot, &search).unwrap_err().report().to_string();
+    let report = answer(&robot, &search, WrenchFrame::Link).unwrap_err().report().to_string();
     assert!(report.contains("joint 1, rail, slides without limits"), "{report}");
     let held = StaticsRequest { hold: vec!["rail".to_owned()], ..search };
     assert!(ask(&robot, &held).q == [0.0]);

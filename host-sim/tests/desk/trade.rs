@@ -117,7 +117,10 @@ pub(crate) fn measured_where(scene: &Path, folder: &Path, fresh: bool, wanted: f
 }
 
 fn point<'a>(trade: &'a Trade, scalar: &str, terms: &str, kernel: &str) -> &'a TradePoint {
-    let of = |p: &&TradePoint| p.choice.scalar == scalar && p.choice.terms == terms && p.choice.kernel == kernel;
+    let of = |p: &&TradePoint| {
+        let [of_scalar, _, of_terms, _, _, _, of_kernel, _] = p.choice.cells();
+        of_scalar == scalar && of_terms == terms && of_kernel == kernel
+    };
     trade.points.iter().find(of).unwrap()
 }
 

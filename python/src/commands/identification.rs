@@ -1,15 +1,14 @@
 //! Identification of an arm from logs.
 
-use crate::errors::{failure, file_error, internal};
+use crate::errors::{failure, file_error};
 use identification::identify::Settings;
 use identification::log::{ColumnNames, Log};
-use identification::verdict::{Grade, Reason, Verdict};
+use identification::verdict::Grade;
 use nalgebra::Vector3;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use robot_compiler::{Ends, Robot};
 use serde_json::{Value, json};
-use sim::failure::Failure;
 use std::path::PathBuf;
 use studies::identify::{LogOptions, Outcome, Subject, verdict};
 
@@ -52,7 +51,7 @@ fn identified(request: &Request) -> PyResult<Value> {
     let columns = request.columns.as_deref().map(ColumnNames::parse).transpose();
     let options = LogOptions {
         degrees: request.degrees,
-        per_ampere: request.torque_per_ampere.clone(),
+        torque_per_ampere: request.torque_per_ampere.clone(),
         columns: columns.map_err(|problem| PyValueError::new_err(format!("columns: {problem}")))?,
         ..LogOptions::default()
     };
@@ -62,7 +61,10 @@ fn identified(request: &Request) -> PyResult<Value> {
         match subject.log(path, &options, &mut notes) {
             Ok(log) => logs.push(log),
             // The log contains motions that the arm cannot make. A wrong sign or scale may be the reason.
-            Err(error) => return refused(&subject, path, &options, error),
+            Err(error) => {
+                let refused = subject.explained(path, &options).ok_or_else(|| failure(error))?;
+                return Ok(json!({ "robot": subject.robot.name, "verdict": verdict::json(&refused, &subject) }));
+            }
         }
     }
     let resting = LogOptions { may_rest: true, ..options };
@@ -85,16 +87,4 @@ fn identified(request: &Request) -> PyResult<Value> {
     all["robot_file"] = json!(text.transpose().map_err(failure)?);
     all["notes"] = notes.into();
     Ok(all)
-}
-
-/// The verdict on a log that the arm cannot have made, if a fault of the log explains it; otherwise the error.
-fn refused(subject: &Subject, path: &std::path::Path, options: &LogOptions, error: Failure) -> PyResult<Value> {
-    let Some(findings) = subject.explained(path, options) else { return Err(failure(error)) };
-    let refused = Verdict { grade: Grade::Refused, reasons: vec![Reason::Explained(findings.explanations)] };
-    let verdict = verdict::json(&refused, subject);
-    let robot = &subject.robot.name;
-    if verdict.is_null() {
-        return Err(internal("no verdict"));
-    }
-    Ok(json!({ "robot": robot, "verdict": verdict }))
 }

@@ -1,24 +1,11 @@
 //! Source of a kernel in Rust or C, with a head that names arm and scene.
 
 use super::c::kernel_source;
+pub use super::kernel::writer::Language;
 use super::kernel::{Title, module};
 use crate::describe::scene::SceneFile;
 use crate::kernel::{Function, Level, Precision, compile};
-use crate::names::Named;
 use dynamics_core::Model;
-
-/// Programming language of a kernel's source.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Language {
-    /// `no_std` Rust: [`module`].
-    Rust,
-    /// C99: [`kernel_source`].
-    C,
-}
-
-impl Named for Language {
-    const NAMES: &'static [(&'static str, &'static str, Self)] = &[("rust", "", Self::Rust), ("c", "", Self::C)];
-}
 
 /// Source of a function of an arm in a scene, with a head that names both. `newtau model kernel` and Python's `Arm.kernel` print it.
 #[must_use]

@@ -4,10 +4,10 @@ use super::bounds::Budget;
 use super::measure::chip_budget;
 use super::row::{EMULATED, Field, stem};
 use crate::process::root;
-use crate::scene_keys::SceneKeys;
 use crate::table::thousands;
 use anyhow::{Context as _, Result, bail};
 use firmware_image::{BadInput, Board, flash};
+use robot_compiler::SceneFile;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -127,7 +127,7 @@ impl BoardCycles<'_> {
         let range = |range: Option<(u64, u64)>| range.map(|(min, max)| json!({ "min": min, "max": max }));
         let [most, mean] = ["/cycles_per_tick/max", "/cycles_per_tick/mean"].map(|path| self.number(path));
         let all = json!({
-            "robot": stem(&SceneKeys::read(&self.scene)?.robot()?),
+            "robot": stem(&SceneFile::load(&self.scene)?.robot.path),
             "scene": stem(&self.scene),
             "board": self.asked.board.name(),
             "port": self.asked.port,

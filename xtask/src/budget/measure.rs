@@ -4,12 +4,13 @@ use super::image::Image;
 use super::row::{BudgetRow, EMULATED, Field};
 use super::variant;
 use crate::process::root;
-use crate::scene_keys::SceneKeys;
 use crate::trials;
 use anyhow::{Context as _, Result, bail};
 use chip_image::costs::{Late, Ways};
 use firmware_image::child_process::ChildProcess;
 use firmware_image::{Board, Build};
+use robot_compiler::SceneFile;
+use robot_compiler::scene::KernelChoice;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -54,7 +55,7 @@ pub(crate) fn row(scene: &Path, extent: Extent) -> Result<BudgetRow> {
     let mut row = BudgetRow::sizes(&scene, EMULATED, &Image::measure(&elf)?);
     let mut command = chip_budget("ticks", &scene);
     command.arg("--elf").arg(&elf).args(["--ticks", &extent.ticks.to_string(), "--traced", &extent.traced.to_string()]);
-    if extent.sram && SceneKeys::read(&scene)?.has_a_kernel() {
+    if extent.sram && SceneFile::load(&scene)?.control.kernel != KernelChoice::Generic {
         let variant = variant::write(&scene, "sram", &[("kernel_memory", "\"sram\"")])?;
         command.arg("--sram").arg(build(&variant, EMULATED)?);
     }

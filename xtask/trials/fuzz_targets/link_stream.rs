@@ -1,10 +1,4 @@
 //! [`trials::fuzz::link_stream`] under libFuzzer; without it, on the files named as arguments.
 #![cfg_attr(fuzzing, no_main)]
 
-#[cfg(fuzzing)]
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| trials::fuzz::link_stream::check(bytes));
-
-#[cfg(not(fuzzing))]
-fn main() -> std::io::Result<()> {
-    trials::fuzz::replay(trials::fuzz::link_stream::check)
-}
+trials::fuzz_program!(link_stream);

@@ -63,3 +63,17 @@ pub fn replay(check: fn(&[u8])) -> std::io::Result<()> {
     }
     Ok(())
 }
+
+/// Defines the program of a fuzz target. `cargo fuzz` builds it for libFuzzer; without it, the program is [`replay`](fuzz::replay).
+#[macro_export]
+macro_rules! fuzz_program {
+    ($target:ident) => {
+        #[cfg(fuzzing)]
+        libfuzzer_sys::fuzz_target!(|bytes: &[u8]| $crate::fuzz::$target::check(bytes));
+
+        #[cfg(not(fuzzing))]
+        fn main() -> std::io::Result<()> {
+            $crate::fuzz::replay($crate::fuzz::$target::check)
+        }
+    };
+}

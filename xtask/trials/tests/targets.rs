@@ -36,44 +36,25 @@ fn hold_all(target: &FuzzTarget, damaged: usize) {
     }
 }
 
-#[test]
-fn link_channel() {
-    hold_all(&fuzz::link_channel::TARGET, 2_000);
+/// Defines the test of each target, with a number of damaged examples.
+macro_rules! tests {
+    ($($target:ident: $damaged:literal,)*) => {$(
+        #[test]
+        fn $target() {
+            hold_all(&fuzz::$target::TARGET, $damaged);
+        }
+    )*};
 }
 
-#[test]
-fn link_decoder() {
-    hold_all(&fuzz::link_decoder::TARGET, 20_000);
-}
-
-#[test]
-fn link_stream() {
-    hold_all(&fuzz::link_stream::TARGET, 3_000);
-}
-
-#[test]
-fn session() {
-    hold_all(&fuzz::session::TARGET, 1_500);
-}
-
-#[test]
-fn robot_file() {
-    hold_all(&fuzz::robot_file::TARGET, 3_000);
-}
-
-#[test]
-fn urdf_file() {
-    hold_all(&fuzz::urdf_file::TARGET, 2_000);
-}
-
-#[test]
-fn scene_file() {
-    hold_all(&fuzz::scene_file::TARGET, 2_000);
-}
-
-#[test]
-fn json_lines() {
-    hold_all(&fuzz::json_lines::TARGET, 4_000);
+tests! {
+    link_channel: 2_000,
+    link_decoder: 20_000,
+    link_stream: 3_000,
+    session: 1_500,
+    robot_file: 3_000,
+    urdf_file: 2_000,
+    scene_file: 2_000,
+    json_lines: 4_000,
 }
 
 #[test]
@@ -105,6 +86,6 @@ fn examples_of_sessions_come_to_every_state() {
 fn every_target_has_its_test() {
     let tests = include_str!("targets.rs");
     for target in fuzz::TARGETS {
-        assert!(tests.contains(&format!("fn {}()", target.name)), "{}", target.name);
+        assert!(tests.contains(&format!("    {}: ", target.name)), "{}", target.name);
     }
 }

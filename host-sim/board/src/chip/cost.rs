@@ -26,29 +26,38 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Number of scenes that are built and run at once. Between batches, `stop` is checked and the progress is shown.
 const BATCH: usize = 8;
 
-/// Instructions of the ticks that drive; all zero if no tick drives.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Instructions {
-    /// Fewest in a tick.
-    pub min: u64,
-    /// Most in a tick.
-    pub max: u64,
-    /// Mean over the ticks.
-    pub mean: f64,
+/// Cost of a control tick on the chip, over the ticks after the run-up that did not brake; instructions and cycles are zero if all braked.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cost {
+    /// Mean number of instructions per tick.
+    pub instructions: f64,
+    /// Greatest number of instructions per tick.
+    pub instructions_max: u64,
+    /// Mean number of cycles per tick from flash: an estimate. The core's caches are as the earlier ticks left them.
+    pub cycles: f64,
+    /// Greatest number of cycles per tick from flash: an estimate.
+    pub cycles_max: f64,
+    /// Bytes of the tick, its callees and the constants that they read. A part that several scenes share counts in full for each.
+    pub flash: u64,
+    /// Bytes of the controller and, if the kernel runs from RAM, of its kernel.
+    pub ram: u64,
+    /// True if every command equals the desk's, bit by bit.
+    pub matches_desk: bool,
 }
 
-/// Estimated cycles of the ticks after the run-up that did not brake, by `cargo xtask firmware cost`. The core's caches are as the earlier
-/// ticks left them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Cycles {
-    /// Most in a tick.
-    pub max: f64,
-    /// Mean over the ticks.
-    pub mean: f64,
+/// Result of the measurement of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasuredCost {
+    /// Cost of a tick.
+    pub cost: Cost,
+    /// Fewest instructions in a tick.
+    pub instructions_min: u64,
+    /// The first tick that braked, if one did.
+    pub fault: Option<Braked>,
 }
 
 /// A tick that braked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Braked {
     /// The first such tick, counted from 0 with the run-up.
     pub tick: usize,
@@ -66,46 +75,13 @@ impl Braked {
     }
 }
 
-/// Location of the tick's function in the measuring program.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Tick {
-    /// The function's symbol. A tick begins at the function's first instruction and ends at its return address.
-    pub symbol: String,
-    /// Address of its first instruction.
-    pub address: u64,
-    /// Length of the function alone, bytes.
-    pub bytes: u64,
-    /// Path of the program.
-    pub program: PathBuf,
-}
-
-/// Cost of a control tick of a scene.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Cost {
-    /// Instructions, over the counted ticks.
-    pub instructions: Instructions,
-    /// Cycles from flash, over the ticks after the run-up that did not brake: an estimate.
-    pub cycles: Cycles,
-    /// Bytes of the tick, its callees and the constants that they read. A part that several scenes share counts in full
-    /// for each.
-    pub flash_bytes: u64,
-    /// Bytes of the controller and, if the kernel runs from RAM, of its kernel.
-    pub ram_bytes: u64,
-    /// True if every command equals the desk's, bit by bit.
-    pub matches_desk: bool,
-    /// The first tick that braked, if one did. Ticks that braked count in neither `instructions` nor `cycles`.
-    pub fault: Option<Braked>,
-    /// Location of the tick's function.
-    pub tick: Tick,
-}
-
 /// Measures a tick of each scene. The results are in the order of the files.
 ///
 /// # Errors
 /// [`Failure::Input`] for a scene that cannot be read or moved, with its file and line. Also for scenes that differ in
 /// robot, rate, motion, duration or sensors, because their costs are not comparable. [`Failure::Target`], with the
 /// scene, if a program cannot be built or run. [`Failure::Interrupted`] if `stop` is set meanwhile.
-pub fn measure(scenes: &[PathBuf], stop: &AtomicBool, progress: &ProgressBar) -> Result<Vec<Cost>, Failure> {
+pub fn measure(scenes: &[PathBuf], stop: &AtomicBool, progress: &ProgressBar) -> Result<Vec<MeasuredCost>, Failure> {
     let absolute = |path: &PathBuf| path.canonicalize().unwrap_or_else(|_| path.clone());
     let files: Vec<SceneFile> =
         scenes.iter().map(|path| SceneFile::load(&absolute(path)).map_err(Failure::input)).collect::<Result<_, _>>()?;
@@ -148,7 +124,7 @@ fn list(scenes: &[SceneFile]) -> std::io::Result<ScratchFile> {
     Ok(file)
 }
 
-fn measure_batch(scenes: &[SceneFile]) -> Result<Vec<Cost>, Failure> {
+fn measure_batch(scenes: &[SceneFile]) -> Result<Vec<MeasuredCost>, Failure> {
     let desk: Vec<Vec<String>> =
         scenes.iter().map(|scene| with_dof!(scene.robot.dof(), N => commands::<N>(scene))).collect::<Result<_, _>>()?;
     let list = list(scenes).map_err(Failure::Output)?;
@@ -207,7 +183,6 @@ fn words<S: Real, const N: usize>(command: &Command<S, N>) -> String {
 /// The answer of `cargo xtask firmware cost` for a scene.
 #[derive(Debug, Deserialize)]
 struct Measured {
-    tick: Tick,
     controller_bytes: u64,
     flash_bytes: u64,
     sram_bytes: u64,
@@ -223,8 +198,8 @@ struct Ticked {
 }
 
 /// Cost from the measured ticks; `desk` holds the desk's commands.
-fn cost(measured: Measured, desk: &[String]) -> miette::Result<Cost> {
-    let Measured { tick, controller_bytes, flash_bytes, sram_bytes, ticks } = measured;
+fn cost(measured: Measured, desk: &[String]) -> miette::Result<MeasuredCost> {
+    let Measured { controller_bytes, flash_bytes, sram_bytes, ticks } = measured;
     if ticks.len() != desk.len() {
         return Err(miette::miette!("{} ticks were measured; expected {}", ticks.len(), desk.len()));
     }
@@ -239,18 +214,18 @@ fn cost(measured: Measured, desk: &[String]) -> miette::Result<Cost> {
         }
     }
     let mean = |all: &[u64]| all.iter().sum::<u64>() as f64 / all.len().max(1) as f64;
-    Ok(Cost {
-        instructions: Instructions {
-            min: counts.iter().copied().min().unwrap_or_default(),
-            max: counts.iter().copied().max().unwrap_or_default(),
-            mean: mean(&counts),
+    Ok(MeasuredCost {
+        cost: Cost {
+            instructions: mean(&counts),
+            instructions_max: counts.iter().copied().max().unwrap_or_default(),
+            cycles: mean(&cycles),
+            cycles_max: cycles.iter().copied().max().unwrap_or_default() as f64,
+            flash: flash_bytes,
+            ram: controller_bytes + sram_bytes,
+            matches_desk: ticks.iter().zip(desk).all(|(ticked, desk)| ticked.command == *desk),
         },
-        cycles: Cycles { max: cycles.iter().copied().max().unwrap_or_default() as f64, mean: mean(&cycles) },
-        flash_bytes,
-        ram_bytes: controller_bytes + sram_bytes,
-        matches_desk: ticks.iter().zip(desk).all(|(ticked, desk)| ticked.command == *desk),
+        instructions_min: counts.iter().copied().min().unwrap_or_default(),
         fault,
-        tick,
     })
 }
 

@@ -24,18 +24,16 @@
 //! | `operator_state` | questions about the session and its arm: moving, driven, in a fault |
 //! | `obey` | execution of a command, and its files |
 //! | `requests` | repetition of requests until they are answered, and lost frames |
-//! | `moment` | the time of a stop |
 //! | `stop`, `stop_demands` | the stop key, the command `stop`, and stops of other programs |
 //! | `ending` | the end of torque: consent, parking |
 //! | `sinking` | joints that sink when the torque ends |
 //! | `arm`, `scene_arm` | data of the scene's arm; the operations that depend on the number of its joints |
-//! | `step` | passing of time: points are sent, frames received |
+//! | `step` | passing of time: points are sent, frames received, with their effects |
 //! | `planned_motion` | a motion of an arm with any number of joints |
 //! | [`motion_queue`] | motions as points that wait to be sent |
 //! | `moves` | motions from the arm's present position |
 //! | [`follower`] | targets of another program as a smooth reference |
-//! | `follow`, `following` | other programs: the state for them, and their targets |
-//! | `receive` | frames of the board, and their effects |
+//! | `follow` | other programs: the state for them, and their targets |
 //! | `session` | time and requests of a session: reporting interval, waiting, arming, disarming |
 //! | [`parameters`] | parameters by name: reading and changing them |
 //! | `observed` | observations of the arm since homing |
@@ -75,12 +73,10 @@ mod ending;
 mod feel;
 mod first_motion;
 mod follow;
-mod following;
 mod greeting;
 mod guiding;
 mod heat;
 mod keys;
-mod moment;
 mod motor_heat;
 mod moves;
 mod obey;
@@ -88,7 +84,6 @@ mod observed;
 mod operator_state;
 mod planned_motion;
 mod reason;
-mod receive;
 mod rejection;
 mod requests;
 mod samples;
@@ -107,11 +102,10 @@ use crate::session::local::shared::Shared;
 use arm::Arm;
 use dead_man::DeadMan;
 use device::Device;
-use following::Following;
+use follower::Following;
 use heat::MotorHeat;
 pub use keys::Presses;
 use link::{Lines, Refusal, Status, Value, Verdict};
-use moment::Moment;
 use motion_queue::MotionQueue;
 use observed::FirstMotion;
 pub use reason::Stop;
@@ -123,7 +117,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
-use stop_demands::StopDemands;
+use stop_demands::{Moment, StopDemands};
 
 /// An operator at a board.
 pub struct Operator {

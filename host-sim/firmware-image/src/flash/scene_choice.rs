@@ -4,12 +4,12 @@ use crate::bad_input::BadInput;
 use crate::board::Board;
 use crate::can_buses;
 use crate::process::{root, shown};
-use crate::scene_keys::SceneKeys;
 use anyhow::Result;
 use robot_compiler::SceneFile;
 use robot_compiler::drive::JointDrive;
 use std::fmt;
 use std::path::{Path, PathBuf};
+use toml_edit::{DocumentMut, Item};
 
 /// The user's choice.
 pub(super) enum Wanted {
@@ -147,10 +147,13 @@ fn toml_files(folder: &Path, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
     Ok(())
 }
 
-/// True if the path in a scene's key `robot`, relative to the scene, is this file.
+/// True if the path in a scene's key `robot`, relative to the scene, is this file. The rest of the scene may be wrong.
 fn names_robot(scene: &Path, robot: &Path) -> bool {
-    let named = SceneKeys::read(scene).and_then(|keys| keys.robot());
-    named.is_ok_and(|named| named.canonicalize().is_ok_and(|there| there == robot))
+    let text = std::fs::read_to_string(scene).unwrap_or_default();
+    let document = text.parse::<DocumentMut>().unwrap_or_default();
+    let named = document.get("robot").and_then(Item::as_str);
+    let there = named.zip(scene.parent()).and_then(|(named, folder)| folder.join(named).canonicalize().ok());
+    there.is_some_and(|there| there == robot)
 }
 
 /// The line in which a scene refers to its robot, counted from 1.

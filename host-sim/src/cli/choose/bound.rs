@@ -1,9 +1,7 @@
 //! `choose bound`: error of the torques in single precision, as the largest error found and a proven upper bound.
 
 use crate::cli::chain::ChainArgs;
-use crate::cli::names::named;
 use clap::Args;
-use robot_compiler::kernel::Level;
 use sim::failure::Failure;
 use sim::pages;
 use sim::terminal::{print, progress_bar};
@@ -46,24 +44,9 @@ pub struct BoundArgs {
     /// The chain of every URDF robot.
     #[command(flatten)]
     pub chain: ChainArgs,
-    /// Difference allowed from the operations of the recursion.
-    #[arg(long, value_parser = named::<Level>(), default_value = Level::Exact.name())]
-    pub level: Level,
-    /// Number of random states for the largest error found; a tenth of them for the bound of single states.
-    #[arg(long, value_name = "COUNT", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(1..))]
-    pub samples: u32,
-    /// Number of boxes of states for each joint's bound.
-    #[arg(long, value_name = "COUNT", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..))]
-    pub boxes: u32,
-    /// Seed of the random states and climbs.
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
-    /// Greatest joint speeds, rad/s or m/s, one for each joint. Without it, the robot file's.
-    #[arg(long, value_name = "QD1,QD2,..", value_delimiter = ',')]
-    pub velocity: Option<Vec<f64>>,
-    /// Greatest joint accelerations, rad/s^2 or m/s^2, one for each joint. Without it, the speed limit in 0.2 s.
-    #[arg(long, value_name = "QDD1,QDD2,..", value_delimiter = ',')]
-    pub acceleration: Option<Vec<f64>>,
+    /// Bound to compute.
+    #[command(flatten)]
+    pub request: BoundRequest,
     /// Print JSON, and nothing else: an object for each file, one per line.
     #[arg(long)]
     pub json: bool,
@@ -79,20 +62,12 @@ pub struct BoundArgs {
 pub fn run(args: &BoundArgs) -> Result<(), Failure> {
     let files: Vec<RobotOrScene> =
         args.files.iter().map(|path| load(path, args.chain.ends())).collect::<Result<_, _>>()?;
-    let question = BoundRequest {
-        level: args.level,
-        samples: args.samples as usize,
-        boxes: args.boxes as usize,
-        seed: args.seed,
-        velocity: args.velocity.clone(),
-        acceleration: args.acceleration.clone(),
-    };
-    let steps: u64 = files.iter().map(|file| work(file.file.robot.dof(), &question)).sum();
+    let steps: u64 = files.iter().map(|file| work(file.file.robot.dof(), &args.request)).sum();
     let page = pages::document(args.write.as_deref(), &["bound"])?;
     let progress = progress_bar(Some(steps), "");
     let mut answers = Vec::new();
     for subject in &files {
-        answers.push(answer(&question, subject, &progress)?);
+        answers.push(answer(&args.request, subject, &progress)?);
     }
     progress.finish_and_clear();
     if let Some(page) = page {

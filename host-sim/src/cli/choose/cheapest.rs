@@ -1,6 +1,6 @@
 //! `choose`: the cheapest choice that meets a request, as a scene.
 
-use super::trade::{AxisArgs, folder, measured};
+use super::trade::{folder, measured};
 use crate::cli::chain::ChainArgs;
 use crate::cli::force::ForceArgs;
 use clap::Args;
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use studies::trade::baseline::Baseline;
 use studies::trade::chip::Chip;
-use studies::trade::product::choices;
+use studies::trade::product::{TradeAxes, choices};
 use studies::trade::request::{Budget, Percentage, Request};
 
 const EXAMPLE: &str =
@@ -49,7 +49,7 @@ pub struct ChooseArgs {
     pub clock: f64,
     /// Choices to combine.
     #[command(flatten)]
-    pub axes: AxisArgs,
+    pub axes: TradeAxes,
     /// File for the scene. Without it, out/trade/NAME/chosen.toml.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
@@ -81,7 +81,7 @@ pub fn run(args: &ChooseArgs, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), 
     // An error here is better before the measurements than after them.
     output.file(&path)?;
     let rate = args.budget.map(|budget| budget.rate);
-    let trade = measured(&base, &args.scene, &choices(&args.axes.axes(), &base, rate)?, chip, &work, args.fresh, stop)?;
+    let trade = measured(&base, &args.scene, &choices(&args.axes, &base, rate)?, chip, &work, args.fresh, stop)?;
     let request = Request {
         torque: args.max_torque_error.map(|share| share.0),
         tracking: args.max_tracking_error,
@@ -98,7 +98,7 @@ pub fn run(args: &ChooseArgs, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), 
     };
     let home = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let name = path.file_stem().map_or_else(|| base.file.name.clone(), |stem| stem.to_string_lossy().into_owned());
-    fs::write(&path, base.with_in(&chosen.chosen, &name, home)).map_err(|error| in_file(&path, &error))?;
+    fs::write(&path, base.with_in(&chosen.choice, &name, home)).map_err(|error| in_file(&path, &error))?;
     output.written(std::slice::from_ref(&path))?;
     if args.json {
         let text = serde_json::json!({ "scene": path, "point": chosen, "cpu_share": request.share_of(chosen) });

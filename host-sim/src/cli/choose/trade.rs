@@ -2,11 +2,7 @@
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::force::ForceArgs;
-use crate::cli::names::named;
-use clap::{Args, ValueEnum};
-use dynamics_core::trig::Method;
-use robot_compiler::kernel::Level;
-use robot_compiler::scene::ScalarChoice;
+use clap::Args;
 use sim::failure::Failure;
 use sim::output::Output;
 use sim::pages;
@@ -16,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use studies::trade::baseline::Baseline;
 use studies::trade::chip::Chip;
-use studies::trade::choice::{Choice, Every, TermSet};
+use studies::trade::choice::Choice;
 use studies::trade::product::{TradeAxes, choices};
 use studies::trade::{Trade, Workshop, trade};
 
@@ -68,7 +64,7 @@ pub struct TradeArgs {
     pub chain: ChainArgs,
     /// Choices to combine.
     #[command(flatten)]
-    pub axes: AxisArgs,
+    pub axes: TradeAxes,
     /// Folder for the files.
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
@@ -87,70 +83,6 @@ pub struct TradeArgs {
     pub json: bool,
 }
 
-/// Choices to combine.
-#[derive(Clone, Debug, Args)]
-pub struct AxisArgs {
-    /// Floating-point types.
-    #[arg(long, value_parser = named::<ScalarChoice>(), value_delimiter = ',', default_values = ["f32"])]
-    pub scalar: Vec<ScalarChoice>,
-    /// Sines and cosines.
-    #[arg(
-        long,
-        value_parser = named::<Method>(),
-        value_delimiter = ',',
-        default_values = ["polynomial", "polynomial-3", "table"]
-    )]
-    pub trig: Vec<Method>,
-    /// Sets of terms.
-    #[arg(long, value_enum, value_delimiter = ',', default_values = ["full", "no-coriolis", "diagonal", "gravity", "none"])]
-    pub terms: Vec<TermSet>,
-    /// Friction feedforward, if the scene has it.
-    #[arg(long, value_enum, value_delimiter = ',', default_values = ["on"])]
-    pub friction: Vec<Switch>,
-    /// Rotors in the model, if the scene has them.
-    #[arg(long, value_enum, value_delimiter = ',', default_values = ["on"])]
-    pub rotors: Vec<Switch>,
-    /// Ticks in which the model is evaluated.
-    #[arg(long, value_delimiter = ',', default_values = ["1", "4:extrapolate"], value_name = "TICKS[:BETWEEN]")]
-    pub every: Vec<Every>,
-    /// Levels of the arm's kernel.
-    #[arg(long, value_parser = named::<Level>(), value_delimiter = ',', default_values = ["regrouped"])]
-    pub kernel: Vec<Level>,
-    /// Control rates, Hz. Without it, the scene's.
-    #[arg(long, value_delimiter = ',', value_name = "HZ")]
-    pub rate: Vec<f64>,
-    /// Only the combinations of the given options, without the scene's own settings and their single changes.
-    #[arg(long)]
-    pub alone: bool,
-}
-
-/// Inclusion of a term.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Switch {
-    /// It counts.
-    On,
-    /// It is left out.
-    Off,
-}
-
-impl AxisArgs {
-    /// The axes in the form that the study uses.
-    pub(super) fn axes(&self) -> TradeAxes {
-        let on = |switches: &[Switch]| switches.iter().map(|switch| *switch == Switch::On).collect();
-        TradeAxes {
-            scalar: self.scalar.clone(),
-            trig: self.trig.clone(),
-            terms: self.terms.clone(),
-            friction: on(&self.friction),
-            rotors: on(&self.rotors),
-            every: self.every.clone(),
-            kernel: self.kernel.clone(),
-            rate: self.rate.clone(),
-            alone: self.alone,
-        }
-    }
-}
-
 /// Measures a trade-off, and prints and writes it.
 ///
 /// # Errors
@@ -161,8 +93,7 @@ pub fn run(args: &TradeArgs, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), F
     let page = pages::document(args.write.as_deref(), &[&place])?;
     let mut output = args.force.output().reads(&args.scene);
     let folder = folder(args.out.as_deref(), &base, &mut output)?;
-    let trade =
-        measured(&base, &args.scene, &choices(&args.axes.axes(), &base, None)?, chip, &folder, args.fresh, stop)?;
+    let trade = measured(&base, &args.scene, &choices(&args.axes, &base, None)?, chip, &folder, args.fresh, stop)?;
     let csv = folder.join("trade.csv");
     trade.write_csv(&csv)?;
     let report = folder.join("report.html");

@@ -3,17 +3,17 @@
 use super::corrections::CorrectionArgs;
 use crate::cli::chain::ChainArgs;
 use crate::cli::force::ForceArgs;
-use crate::cli::gravity::GravityArgs;
 use clap::Args;
 use identification::identify::Settings;
-use identification::log::{ColumnNames, Log};
-use identification::verdict::{Grade, Reason, Verdict};
+use identification::log::Log;
+use identification::verdict::Grade;
 use nalgebra::Vector3;
 use robot_compiler::Robot;
 use sim::failure::{FAULT, Failure, in_file};
 use sim::terminal::{json, print};
 use std::path::PathBuf;
 use studies::identify::{LogOptions, Outcome, Subject, held, prediction, report, verdict};
+use studies::options::GravityArgs;
 use studies::robot_or_scene::say_mounting;
 
 const EXAMPLE: &str = "Example:\n  newtau identify robots/planar2r.toml --log out/planar2r_swing/log.csv";
@@ -77,18 +77,9 @@ pub struct IdentifyArgs {
     /// Overwriting.
     #[command(flatten)]
     pub force: ForceArgs,
-    /// Torque per ampere of each joint, or one for all, N m/A.
-    #[arg(long, value_name = "K1,K2,..", value_delimiter = ',')]
-    pub torque_per_ampere: Option<Vec<f64>>,
-    /// The log's angles are in degrees and its velocities in degrees/s.
-    #[arg(long)]
-    pub degrees: bool,
-    /// Names of the logs' columns. KEY is t, q, qd, tau or i (current). NAME is a list, or a pattern in which {} is the joint's number or name.
-    #[arg(long, value_name = "KEY=NAME,..", value_parser = ColumnNames::parse)]
-    pub columns: Option<ColumnNames>,
-    /// Ticks a second, for a log that counts time in ticks.
-    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
-    pub tick_rate: Option<f64>,
+    /// Units and columns of the logs.
+    #[command(flatten)]
+    pub reading: LogOptions,
     /// Cut-off frequency of the torque filter, Hz. Default: 8, or a fifth of the log's rate if that is less.
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub cutoff: Option<f64>,
@@ -153,12 +144,8 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Failure> {
     // Masses scale with the square of the coordinates' scale, so the coordinates have half the standard deviation.
     let subject = Subject::load(&args.robot, args.chain.ends(), gravity, 0.5 * args.trust)?;
     let options = LogOptions {
-        degrees: args.degrees,
-        per_ampere: args.torque_per_ampere.clone(),
-        tick_rate: args.tick_rate,
-        may_rest: false,
-        columns: args.columns.clone(),
         correction: Some(args.corrections.correction(subject.robot.dof())?).filter(|correction| !correction.is_none()),
+        ..args.reading.clone()
     };
     let mut notes = Vec::new();
     let mut logs: Vec<Log> = Vec::new();
@@ -171,8 +158,7 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Failure> {
             Err(failure) => failure,
         };
         // The log contains motions that the arm cannot make. A wrong sign or scale may be the reason.
-        let Some(findings) = subject.explained(path, &options) else { return Err(failure) };
-        let refused = Verdict { grade: Grade::Refused, reasons: vec![Reason::Explained(findings.explanations)] };
+        let Some(refused) = subject.explained(path, &options) else { return Err(failure) };
         if args.json {
             print(&(json(&serde_json::json!({ "verdict": verdict::json(&refused, &subject) }))? + "\n"))?;
         } else {

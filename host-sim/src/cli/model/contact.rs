@@ -1,13 +1,12 @@
 //! `model contact`: the wrench at the tip from a wrench measured in the base, or the reverse.
 
 use crate::cli::chain::ChainArgs;
-use crate::cli::gravity::GravityArgs;
 use clap::Args;
 use robot_compiler::Robot;
 use sim::failure::Failure;
 use sim::terminal::{json, print};
 use std::path::PathBuf;
-use studies::contact::{ContactRequest, Known, answer};
+use studies::contact::{ContactRequest, answer};
 use studies::robot_or_scene::say_mounting;
 
 const EXAMPLE: &str =
@@ -29,31 +28,15 @@ wrench that of the environment on the arm, about the tip's origin and in tip axe
 /// Options of `contact`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLE, after_long_help = EXAMPLES)]
-#[command(group = clap::ArgGroup::new("known").required(true).args(["base_wrench", "tip_wrench"]))]
 pub struct ContactArgs {
     /// The robot file (TOML or URDF).
     pub robot: PathBuf,
     /// The chain of a URDF robot.
     #[command(flatten)]
     pub chain: ChainArgs,
-    /// Joint positions, rad or m.
-    #[arg(long, value_name = "Q1,Q2,..", value_delimiter = ',', allow_hyphen_values = true, required = true)]
-    pub q: Vec<f64>,
-    /// Joint velocities, rad/s or m/s; zero if not given.
-    #[arg(long, value_name = "QD1,QD2,..", value_delimiter = ',', allow_hyphen_values = true)]
-    pub qd: Option<Vec<f64>>,
-    /// Joint accelerations, rad/s^2 or m/s^2; zero if not given.
-    #[arg(long, value_name = "QDD1,QDD2,..", value_delimiter = ',', allow_hyphen_values = true)]
-    pub qdd: Option<Vec<f64>>,
-    /// Gravity.
+    /// State and known wrench.
     #[command(flatten)]
-    pub gravity: GravityArgs,
-    /// Reading of a sensor in the base, N and N m.
-    #[arg(long, value_name = "FX,FY,FZ,MX,MY,MZ", value_delimiter = ',', allow_hyphen_values = true)]
-    pub base_wrench: Option<Vec<f64>>,
-    /// Wrench of the environment on the arm at the tip, N and N m.
-    #[arg(long, value_name = "FX,FY,FZ,MX,MY,MZ", value_delimiter = ',', allow_hyphen_values = true)]
-    pub tip_wrench: Option<Vec<f64>>,
+    pub request: ContactRequest,
     /// Print JSON, and nothing else.
     #[arg(long)]
     pub json: bool,
@@ -66,18 +49,7 @@ pub struct ContactArgs {
 pub fn run(args: &ContactArgs) -> Result<(), Failure> {
     let robot = Robot::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
     say_mounting(&robot);
-    let known = match (&args.base_wrench, &args.tip_wrench) {
-        (Some(base), _) => Known::Base(base.clone()),
-        (None, tip) => Known::Tip(tip.clone().unwrap_or_default()),
-    };
-    let question = ContactRequest {
-        q: args.q.clone(),
-        qd: args.qd.clone(),
-        qdd: args.qdd.clone(),
-        gravity: args.gravity.of(&robot),
-        known,
-    };
     let wrong = |problem| Failure::Input(miette::miette!(help = "see `newtau help model contact`", "{problem}"));
-    let answer = answer(&robot, &question).map_err(wrong)?;
+    let answer = answer(&robot, &args.request).map_err(wrong)?;
     print(&if args.json { json(&answer)? + "\n" } else { answer.table() })
 }

@@ -1,7 +1,7 @@
 //! `model dynamics`: inverse and forward dynamics of states given as JSON lines.
 
 use crate::cli::chain::ChainArgs;
-use crate::cli::names::{Presence, named};
+use crate::cli::names::Presence;
 use clap::Args;
 use robot_compiler::Robot;
 use robot_compiler::names::name;
@@ -11,6 +11,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, BufWriter, Write, stdin, stdout};
 use std::path::{Path, PathBuf};
 use studies::dynamics::{Computation, answer_lines};
+use studies::options::named;
 use studies::robot_or_scene::say_mounting;
 
 const EXAMPLE: &str = "Example:\n  newtau model dynamics robots/ur5.toml --input scenes/example_states.jsonl";

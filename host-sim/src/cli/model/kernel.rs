@@ -1,15 +1,14 @@
 //! `model kernel`: the arm's dynamics as straight-line Rust or C, and the savings by each rewrite and each term of the scene.
 
 use crate::cli::chain::ChainArgs;
-use crate::cli::names::{self, named};
 use clap::Args;
 use robot_compiler::emit::kernel_file::Language;
-use robot_compiler::kernel::{Function, Level};
-use robot_compiler::scene::ScalarChoice;
+use robot_compiler::names::name;
 use sim::failure::Failure;
 use sim::terminal::print;
 use std::path::PathBuf;
-use studies::kernel::{Asked, Form, text};
+use studies::kernel::{Form, KernelRequest, text};
+use studies::options::named;
 use studies::robot_or_scene::scene_about;
 
 const EXAMPLE: &str = "Example:\n  newtau model kernel robots/ur5.toml --table";
@@ -42,18 +41,12 @@ pub struct KernelArgs {
     /// A scene of this robot, for the terms of its model.
     #[arg(long)]
     pub scene: Option<PathBuf>,
-    /// Difference allowed from the operations of the recursion. Default: exact.
-    #[arg(long, value_parser = named::<Level>())]
-    pub level: Option<Level>,
-    /// Function to compute. Default: inverse-dynamics.
-    #[arg(long, value_parser = named::<Function>())]
-    pub function: Option<Function>,
-    /// Floating-point type. Without it, the scene's.
-    #[arg(long, value_parser = named::<ScalarChoice>())]
-    pub scalar: Option<ScalarChoice>,
+    /// Kernels to compile.
+    #[command(flatten)]
+    pub request: KernelRequest,
     /// Programming language of the source.
-    #[arg(long, value_enum, default_value_t, conflicts_with_all = ["json", "table"])]
-    pub language: names::Language,
+    #[arg(long, value_parser = named::<Language>(), default_value = name(Language::Rust), conflicts_with_all = ["json", "table"])]
+    pub language: Language,
     /// Print operation counts as JSON instead of the source.
     #[arg(long, conflicts_with = "table")]
     pub json: bool,
@@ -68,15 +61,10 @@ pub struct KernelArgs {
 /// A wrong robot or scene file, or a scene with another robot.
 pub fn run(args: &KernelArgs) -> Result<(), Failure> {
     let file = scene_about(&args.robot, args.chain.ends(), args.scene.as_deref())?;
-    let asked =
-        Asked { precision: args.scalar.map(ScalarChoice::precision), function: args.function, level: args.level };
     let form = match (args.json, args.table) {
         (true, _) => Form::Counts,
         (false, true) => Form::Tables,
-        (false, false) => Form::Source(match args.language {
-            names::Language::Rust => Language::Rust,
-            names::Language::C => Language::C,
-        }),
+        (false, false) => Form::Source(args.language),
     };
-    print(&text(&asked, &file, form)?)
+    print(&text(&args.request, &file, form)?)
 }

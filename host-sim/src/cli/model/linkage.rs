@@ -1,7 +1,6 @@
 //! `model linkage`: a closed loop whose crank is driven through a turn, or simulated under a moment.
 
 use crate::cli::force::ForceArgs;
-use crate::cli::names::named;
 use crate::cli::output::files;
 use clap::Args;
 use dynamics_core::linkage::{Branch, Linkage, LinkageError};
@@ -16,6 +15,7 @@ use studies::linkage::files::{write_run, write_turn};
 use studies::linkage::report::{describe_range, run_table, turn_table};
 use studies::linkage::run::{self as free, Start};
 use studies::linkage::turn::{self, Range};
+use studies::options::named;
 
 const EXAMPLE: &str = "Example:\n  newtau model linkage robots/chapter12/four_bar.toml";
 

@@ -2,7 +2,6 @@
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::force::ForceArgs;
-use crate::cli::gravity::GravityArgs;
 use crate::cli::output::files;
 use clap::Args;
 use robot_compiler::Robot;
@@ -50,30 +49,9 @@ pub struct StaticsArgs {
     /// The chain of a URDF robot.
     #[command(flatten)]
     pub chain: ChainArgs,
-    /// Joint positions, rad or m. With --minimise they are the start of the search and may be left out.
-    #[arg(
-        long,
-        value_name = "Q1,Q2,..",
-        value_delimiter = ',',
-        allow_hyphen_values = true,
-        required_unless_present = "minimise"
-    )]
-    pub q: Option<Vec<f64>>,
-    /// Gravity.
+    /// Posture and loads.
     #[command(flatten)]
-    pub gravity: GravityArgs,
-    /// A point mass at the tip: kg, and its position in the tip frame, m (the origin if left out).
-    #[arg(long, value_name = "MASS[,X,Y,Z]", value_delimiter = ',', allow_hyphen_values = true)]
-    pub load: Option<Vec<f64>>,
-    /// Wrench of the environment on the arm at the tip, in tip axes, N and N m.
-    #[arg(long, value_name = "FX,FY,FZ,MX,MY,MZ", value_delimiter = ',', allow_hyphen_values = true)]
-    pub tip_wrench: Option<Vec<f64>>,
-    /// Find the posture with the least torque of a joint (its name or number), sum of squared torques (total), or potential energy (potential).
-    #[arg(long, value_name = "JOINT|total|potential")]
-    pub minimise: Option<String>,
-    /// Joints (names or numbers) that stay at their --q during the search.
-    #[arg(long, value_name = "JOINT,..", value_delimiter = ',', requires_all = ["q", "minimise"])]
-    pub hold: Vec<String>,
+    pub request: StaticsRequest,
     /// Torques and potential energy over the range of a joint (its name or number), with the others at their --q; drawn in report.html.
     #[arg(long, value_name = "JOINT", requires = "q", conflicts_with = "minimise")]
     pub sweep: Option<String>,
@@ -98,26 +76,17 @@ pub struct StaticsArgs {
 pub fn run(args: &StaticsArgs) -> Result<(), Failure> {
     let robot = Robot::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
     say_mounting(&robot);
-    let question = StaticsRequest {
-        q: args.q.clone(),
-        gravity: args.gravity.of(&robot),
-        load: args.load.clone(),
-        tip_wrench: args.tip_wrench.clone(),
-        minimise: args.minimise.clone(),
-        hold: args.hold.clone(),
-        axes: args.axes,
-    };
     if let Some(joint) = &args.sweep {
-        return swept(args, &robot, &question, joint);
+        return swept(args, &robot, joint);
     }
-    let answer = answer(&robot, &question)?;
+    let answer = answer(&robot, &args.request, args.axes)?;
     let text = if args.json { json(&answer)? } else { answer.table() };
     print(&format!("{text}\n"))
 }
 
 /// Prints a sweep, and draws it into a report.
-fn swept(args: &StaticsArgs, robot: &Robot, question: &StaticsRequest, joint: &str) -> Result<(), Failure> {
-    let found = sweep(robot, question, joint)?;
+fn swept(args: &StaticsArgs, robot: &Robot, joint: &str) -> Result<(), Failure> {
+    let found = sweep(robot, &args.request, joint)?;
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(file_name(&robot.name)));
     let mut output = args.force.output().reads(&args.robot);
     output.folder(&folder, &["report.html"])?;

@@ -1,7 +1,6 @@
 //! `sweep`: the runs of a study, or a part of them.
 
 use crate::cli::force::ForceArgs;
-use crate::cli::names::named;
 use crate::cli::output::files;
 use clap::Args;
 use indicatif::ProgressBar;
@@ -14,6 +13,7 @@ use sim::terminal::{json, print, progress_bar};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use studies::options::named;
 use studies::sweep::Prepared;
 use studies::sweep::replay::{Replayed, replay};
 use studies::sweep::results::{FILES, Results};

@@ -2,12 +2,15 @@
 
 use super::{Effort, LargestError, Region, State, TorqueError, search};
 use crate::numbers::numbers;
+use crate::options::named;
 use crate::posture_search::positions;
 use crate::robot_or_scene::RobotOrScene;
+use clap::Args;
 use dynamics_core::trig::Method;
 use dynamics_core::{Limits, Model};
 use indicatif::ProgressBar;
 use robot_compiler::kernel::Level;
+use robot_compiler::names;
 use robot_compiler::{Ends, Robot, with_dof};
 use serde::Serialize;
 use sim::failure::Failure;
@@ -21,19 +24,25 @@ const CLIMBS: (usize, usize) = (32, 3000);
 const LESS: usize = 10;
 
 /// Input of an error bound.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Args)]
 pub struct BoundRequest {
-    /// Level of the kernel; it determines how the operations differ from the recursion's.
+    /// Difference allowed from the operations of the recursion.
+    #[arg(long, value_parser = named::<Level>(), default_value = names::name(Level::Exact))]
     pub level: Level,
-    /// Number of random states. The search for the bound of a single state uses a tenth of this number in addition.
-    pub samples: usize,
-    /// Number of boxes to evaluate for each joint.
-    pub boxes: usize,
-    /// Seed of all random numbers.
+    /// Number of random states for the largest error found; a tenth of them for the bound of single states.
+    #[arg(long, value_name = "COUNT", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(1..))]
+    pub samples: u32,
+    /// Number of boxes of states for each joint's bound.
+    #[arg(long, value_name = "COUNT", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..))]
+    pub boxes: u32,
+    /// Seed of the random states and climbs.
+    #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Greatest joint speeds, rad/s or m/s; by default those of the robot file.
+    /// Greatest joint speeds, rad/s or m/s, one for each joint. Without it, the robot file's.
+    #[arg(long, value_name = "QD1,QD2,..", value_delimiter = ',')]
     pub velocity: Option<Vec<f64>>,
-    /// Greatest joint accelerations, rad/s^2 or m/s^2; by default five times the speed limit per second.
+    /// Greatest joint accelerations, rad/s^2 or m/s^2, one for each joint. Without it, the speed limit in 0.2 s.
+    #[arg(long, value_name = "QDD1,QDD2,..", value_delimiter = ',')]
     pub acceleration: Option<Vec<f64>>,
 }
 
@@ -102,7 +111,7 @@ pub fn load(path: &Path, ends: Ends<'_>) -> Result<RobotOrScene, Failure> {
 }
 
 fn effort(asked: &BoundRequest) -> Effort {
-    Effort { samples: asked.samples, climbs: CLIMBS.0, steps: CLIMBS.1, seed: asked.seed }
+    Effort { samples: asked.samples as usize, climbs: CLIMBS.0, steps: CLIMBS.1, seed: asked.seed }
 }
 
 fn less(effort: &Effort) -> Effort {
@@ -114,7 +123,7 @@ pub fn work(joints: usize, asked: &BoundRequest) -> u64 {
     let effort = effort(asked);
     let states: usize =
         [effort, less(&effort)].iter().map(|effort| effort.samples + joints * effort.climbs * effort.steps).sum();
-    (states + joints * asked.boxes) as u64
+    (states + joints * asked.boxes as usize) as u64
 }
 
 /// Computes the torque errors of an arm in a scene.
@@ -144,7 +153,7 @@ fn answer_for<const N: usize>(
     let found = search(&region, &effort, &|state| arm.error(state), progress);
     let at_one = |state: &State<N>| bounds.over(&Region::of(state));
     let one_state = search(&region, &less(&effort), &at_one, progress);
-    let proven = bounds.everywhere(&region, asked.boxes, progress);
+    let proven = bounds.everywhere(&region, asked.boxes as usize, progress);
     let one_box = bounds.over(&region);
     if let Some(i) = proven.iter().position(|x| !x.is_finite()) {
         return Err(Failure::Input(miette::miette!(
@@ -177,7 +186,7 @@ fn answer_for<const N: usize>(
         scene: subject.scene.clone(),
         level: level.name(),
         samples: effort.samples,
-        boxes: asked.boxes,
+        boxes: asked.boxes as usize,
         seed: effort.seed,
         joints: joints.collect(),
     })

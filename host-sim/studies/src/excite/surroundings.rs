@@ -4,6 +4,7 @@ use crate::clearance::arm::{capsules, length, usual_radius};
 use crate::clearance::cell::{Cell, Part};
 use crate::clearance::mesh::points;
 use crate::clearance::shape::Shape;
+use clap::Args;
 use dynamics_core::Model;
 use dynamics_core::joint::JointKind;
 use nalgebra::{Matrix3, Vector3};
@@ -15,20 +16,46 @@ use std::path::{Path, PathBuf};
 const TOO_LONG: f64 = 10.0;
 
 /// Obstacles around an arm, and the clearance to keep.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Args)]
 pub struct Surroundings {
-    /// Height of the floor, measured against gravity in the base frame, m.
+    /// Height of a floor against gravity, in the base frame, m.
+    #[arg(long, value_name = "HEIGHT", allow_hyphen_values = true)]
     pub floor: Option<f64>,
-    /// Boxes along the axes of the base frame: centre and edges, m.
-    pub boxes: Vec<[f64; 6]>,
-    /// Radius of links without shapes, m: one for all or one for each; empty for the default.
-    pub radius: Vec<f64>,
-    /// Smallest allowed clearance, m.
+    /// A box along the axes of the base frame: its centre and its edges, m. May be given several times.
+    #[arg(long = "box", value_name = "X,Y,Z,DX,DY,DZ", allow_hyphen_values = true)]
+    pub boxes: Vec<String>,
+    /// Smallest distance from the floor, from boxes, and between links, m.
+    #[arg(long, value_name = "DISTANCE", default_value_t = 0.02, allow_hyphen_values = true)]
     pub clearance: f64,
-    /// Link of a URDF robot that is its base.
-    pub base: Option<String>,
-    /// Link of a URDF robot that is its tip.
-    pub tip: Option<String>,
+    /// Radius of links without collision shapes, one for all or one for each, m. Without it, 6 % of the arm's length.
+    #[arg(long, value_name = "R1,R2,..", value_delimiter = ',')]
+    pub radius: Vec<f64>,
+}
+
+impl Surroundings {
+    /// Checks the numbers that need no robot.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        if let Some(radius) = self.radius.iter().find(|radius| !(**radius > 0.0 && radius.is_finite())) {
+            return Err(wrong("radii above zero, m", format!("--radius {radius}")));
+        }
+        if !(self.clearance >= 0.0 && self.clearance.is_finite()) {
+            return Err(wrong("a distance of zero or more, m", format!("--clearance {}", self.clearance)));
+        }
+        if let Some(height) = self.floor.filter(|height| !height.is_finite()) {
+            return Err(wrong("a finite height, m", format!("--floor {height}")));
+        }
+        self.boxes().map(|_| ())
+    }
+
+    /// Centre and edges of each box, m.
+    fn boxes(&self) -> Result<Vec<[f64; 6]>, Failure> {
+        let numbers = |text: &String| {
+            let found: Option<Vec<f64>> = text.split(',').map(|word| word.trim().parse().ok()).collect();
+            let six = found.and_then(|found| <[f64; 6]>::try_from(found).ok());
+            six.ok_or_else(|| wrong("six numbers X,Y,Z,DX,DY,DZ: centre and edges, m", format!("--box {text}")))
+        };
+        self.boxes.iter().map(numbers).collect()
+    }
 }
 
 /// An arm with its surroundings, and remarks on the shapes.
@@ -54,6 +81,7 @@ pub(super) fn judged<const N: usize>(
     model: &Model<f64, N>,
     up: &Vector3<f64>,
     around: &Surroundings,
+    ends: Ends<'_>,
 ) -> Result<JudgedSurroundings<N>, Failure> {
     let slides = |(_, joint): &(usize, &robot_compiler::RobotJoint)| {
         joint.spec.kind == JointKind::Prismatic && !joint.spec.limits.range().is_finite()
@@ -73,7 +101,7 @@ pub(super) fn judged<const N: usize>(
             return Err(wrong("one radius for all links, or one for each", found));
         }
     };
-    let Described { mut parts, mut notes, incomplete } = described(scene, model, around)?;
+    let Described { mut parts, mut notes, incomplete } = described(scene, model, ends)?;
     let mut lines = Vec::new();
     for frame in 0..=N {
         let name = link_name(scene, frame);
@@ -98,7 +126,7 @@ pub(super) fn judged<const N: usize>(
     if let Some(height) = around.floor {
         parts.push(Part::floor(up, height));
     }
-    for (index, [x, y, z, dx, dy, dz]) in around.boxes.iter().enumerate() {
+    for (index, [x, y, z, dx, dy, dz]) in around.boxes()?.iter().enumerate() {
         let (centre, edges) = (Vector3::new(*x, *y, *z), Vector3::new(*dx, *dy, *dz));
         let shape = edges.iter().all(|edge| *edge > 0.0).then(|| Shape::cuboid(&Matrix3::identity(), &centre, &edges));
         let Some(shape) = shape.flatten() else {
@@ -134,17 +162,13 @@ struct Described {
 }
 
 /// Reads the collision shapes of a URDF robot, with remarks.
-fn described<const N: usize>(
-    scene: &SceneFile,
-    model: &Model<f64, N>,
-    around: &Surroundings,
-) -> Result<Described, Failure> {
+fn described<const N: usize>(scene: &SceneFile, model: &Model<f64, N>, given: Ends<'_>) -> Result<Described, Failure> {
     let file = &scene.robot.path;
     // A robot without a file, as in tests, has no shapes.
     if !file.is_file() {
         return Ok(Described::default());
     }
-    let (base, tip) = ends(scene, around);
+    let (base, tip) = ends(scene, given);
     let shapes = LinkShape::load(file, Ends { base: base.as_deref(), tip: tip.as_deref() }).map_err(Failure::input)?;
     let folder = file.parent().unwrap_or(Path::new("."));
     let (mut found, mut meshes) = (Described::default(), 0);
@@ -181,9 +205,9 @@ fn described<const N: usize>(
 }
 
 /// Ends of a URDF robot's chain: from the command line, or from the scene.
-fn ends(scene: &SceneFile, around: &Surroundings) -> (Option<String>, Option<String>) {
-    if around.base.is_some() || around.tip.is_some() {
-        return (around.base.clone(), around.tip.clone());
+fn ends(scene: &SceneFile, given: Ends<'_>) -> (Option<String>, Option<String>) {
+    if given.base.is_some() || given.tip.is_some() {
+        return (given.base.map(str::to_owned), given.tip.map(str::to_owned));
     }
     let text = std::fs::read_to_string(&scene.path).unwrap_or_default();
     let document = text.parse::<toml_edit::DocumentMut>().unwrap_or_default();

@@ -2,12 +2,14 @@
 
 use super::record;
 use board::session::frame_log::is_record;
+use clap::Args;
 use dynamics_core::{Inertia, JointKind};
 use identification::arm::{Arm, Chain};
 use identification::consistent::Maker;
 use identification::correction::Correction;
-use identification::hypotheses::{Fault, Findings, explain};
+use identification::hypotheses::{Fault, explain};
 use identification::log::{ColumnNames, Log, Reading};
+use identification::verdict::{Grade, Reason, Verdict};
 use nalgebra::Vector3;
 use robot_compiler::drive::JointDrive;
 use robot_compiler::{Ends, JointFriction, Robot, with_dof};
@@ -30,19 +32,25 @@ pub struct Subject {
 }
 
 /// Options for reading logs.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Args)]
 pub struct LogOptions {
-    /// True if angles are in degrees.
+    /// Torque per ampere of each joint, or one for all, N m/A.
+    #[arg(long, value_name = "K1,K2,..", value_delimiter = ',')]
+    pub torque_per_ampere: Option<Vec<f64>>,
+    /// The log's angles are in degrees and its velocities in degrees/s.
+    #[arg(long)]
     pub degrees: bool,
-    /// Torque per ampere of every joint, or one number for all, N m/A.
-    pub per_ampere: Option<Vec<f64>>,
-    /// Ticks per second, if time is counted in ticks.
+    /// Names of the logs' columns. KEY is t, q, qd, tau or i (current). NAME is a list, or a pattern in which {} is the joint's number or name.
+    #[arg(long, value_name = "KEY=NAME,..", value_parser = ColumnNames::parse)]
+    pub columns: Option<ColumnNames>,
+    /// Ticks a second, for a log that counts time in ticks.
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub tick_rate: Option<f64>,
     /// Accept a log in which a joint never moves.
+    #[arg(skip)]
     pub may_rest: bool,
-    /// Columns that the user has named.
-    pub columns: Option<ColumnNames>,
     /// Correction of signs, scales, order and delay of the columns.
+    #[arg(skip)]
     pub correction: Option<Correction>,
 }
 
@@ -101,23 +109,23 @@ impl Subject {
         Ok(log)
     }
 
-    /// Searches for faults that explain a log with positions or torques that the arm cannot reach. `None` if there are none, or if the fault is the
-    /// unit of angles, because the message about the range names it.
+    /// Searches for faults that explain a log with positions or torques that the arm cannot reach, and refuses the log with them. `None` if there are
+    /// none, or if the fault is the unit of angles, because the message about the range names it.
     #[must_use]
-    pub fn explained(&self, path: &Path, options: &LogOptions) -> Option<Findings> {
+    pub fn explained(&self, path: &Path, options: &LogOptions) -> Option<Verdict> {
         // If the user has given corrections, the range is theirs.
         let log = self.read(path, options, false, &mut Vec::new()).ok().filter(|_| options.correction.is_none())?;
         let findings = explain(self.arm.as_ref(), &self.maker, &[log]);
         let degrees = |fault: &Fault| matches!(fault, Fault::PositionScales(_));
         findings.explanations.first().filter(|one| !one.faults.iter().any(degrees))?;
-        Some(findings)
+        Some(Verdict { grade: Grade::Refused, reasons: vec![Reason::Explained(findings.explanations)] })
     }
 
     /// Reads a log, with or without the arm's limits.
     fn read(&self, path: &Path, options: &LogOptions, limited: bool, notes: &mut Vec<String>) -> Result<Log, Failure> {
         let joints = &self.robot.joints;
         let n = joints.len();
-        let per_ampere = match &options.per_ampere {
+        let per_ampere = match &options.torque_per_ampere {
             Some(one) if one.len() == 1 => Some(vec![one[0]; n]),
             Some(all) if all.len() == n => Some(all.clone()),
             Some(other) => {
@@ -139,7 +147,7 @@ impl Subject {
             per_ampere,
             tick_rate: options.tick_rate,
             may_rest: options.may_rest,
-            currents_meant: options.per_ampere.is_some(),
+            currents_meant: options.torque_per_ampere.is_some(),
             columns: options.columns.clone(),
         };
         let text =

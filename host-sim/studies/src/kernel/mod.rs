@@ -2,25 +2,32 @@
 
 mod tables;
 
+use crate::options::named;
+use clap::Args;
 use dynamics_core::{Model, Scene};
 use robot_compiler::emit::kernel_file::{Language, source};
 use robot_compiler::kernel::functions::Springs;
 use robot_compiler::kernel::inputs::live_inputs;
 use robot_compiler::kernel::{Function, Level, Precision, Program, compile};
 use robot_compiler::names::Named as _;
+use robot_compiler::scene::ScalarChoice;
 use robot_compiler::{SceneFile, with_dof};
 use serde::Serialize;
 use sim::failure::Failure;
 use sim::terminal::json;
 
-/// Options of the command.
-pub struct Asked {
-    /// Floating-point type; by default the scene's.
-    pub precision: Option<Precision>,
-    /// Function to compute; by default inverse dynamics for the source, and all functions for the counts.
-    pub function: Option<Function>,
-    /// Level of simplification; by default `exact` for the source, and all levels for the counts.
+/// Kernels to compile. Without a function or a level, counts are of all of them.
+#[derive(Clone, Debug, PartialEq, Args)]
+pub struct KernelRequest {
+    /// Difference allowed from the operations of the recursion. Default: exact.
+    #[arg(long, value_parser = named::<Level>())]
     pub level: Option<Level>,
+    /// Function to compute. Default: inverse-dynamics.
+    #[arg(long, value_parser = named::<Function>())]
+    pub function: Option<Function>,
+    /// Floating-point type. Without it, the scene's.
+    #[arg(long, value_parser = named::<ScalarChoice>())]
+    pub scalar: Option<ScalarChoice>,
 }
 
 /// Form of the answer.
@@ -38,12 +45,12 @@ pub enum Form {
 ///
 /// # Errors
 /// [`Failure::Input`] for a robot that is not possible.
-pub fn text(asked: &Asked, file: &SceneFile, form: Form) -> Result<String, Failure> {
+pub fn text(request: &KernelRequest, file: &SceneFile, form: Form) -> Result<String, Failure> {
     with_dof!(file.robot.dof(), N => {
         let model = file.robot.model::<N>().map_err(Failure::input)?;
-        let kernels = Kernels::new(asked, file, &model);
+        let kernels = Kernels::new(request, file, &model);
         Ok(match form {
-            Form::Source(language) => kernels.source(asked, file, language),
+            Form::Source(language) => kernels.source(request, file, language),
             Form::Counts => json(&kernels.counts())? + "\n",
             Form::Tables => kernels.tables(),
         })
@@ -102,22 +109,22 @@ pub struct Kernels<'a, const N: usize> {
 
 impl<'a, const N: usize> Kernels<'a, N> {
     /// Selects the requested kernels of an arm in a scene; all of them by default.
-    pub fn new(asked: &Asked, file: &SceneFile, model: &'a Model<f64, N>) -> Self {
+    pub fn new(request: &KernelRequest, file: &SceneFile, model: &'a Model<f64, N>) -> Self {
         let springs = Springs::new(&file.controller_config(model).gains);
         let every = || Function::NAMES.iter().map(|(.., function)| function.with(springs)).collect();
         Self {
             model,
             scene: file.scene(model),
-            precision: asked.precision.unwrap_or(file.control.scalar.precision()),
-            functions: asked.function.map_or_else(every, |function| vec![function.with(springs)]),
-            levels: asked.level.map_or_else(|| Level::ALL.to_vec(), |level| vec![level]),
+            precision: request.scalar.unwrap_or(file.control.scalar).precision(),
+            functions: request.function.map_or_else(every, |function| vec![function.with(springs)]),
+            levels: request.level.map_or_else(|| Level::ALL.to_vec(), |level| vec![level]),
         }
     }
 
     /// Source of one kernel.
-    pub fn source(&self, asked: &Asked, file: &SceneFile, language: Language) -> String {
-        let function = asked.function.map_or(Function::InverseDynamics, |_| self.functions[0]);
-        let level = asked.level.unwrap_or(Level::Exact);
+    pub fn source(&self, request: &KernelRequest, file: &SceneFile, language: Language) -> String {
+        let function = request.function.map_or(Function::InverseDynamics, |_| self.functions[0]);
+        let level = request.level.unwrap_or(Level::Exact);
         source(language, file, self.model, function, level, self.precision)
     }
 

@@ -65,16 +65,20 @@ pub struct JointLoad {
     label: JointLabel,
 }
 
-/// Computes the torques that hold the arm, after a search for the posture if requested.
+/// Computes the torques that hold the arm, after a search for the posture if requested. Wrenches are in these axes.
 ///
 /// # Errors
 /// [`Failure::Input`]: a list of the wrong length, a posture outside the limits, an unknown joint, a search without
 /// bounds.
-pub fn answer(robot: &Robot, question: &StaticsRequest) -> Result<StaticLoads, Failure> {
-    with_dof!(robot.dof(), N => answer_for::<N>(robot, question))
+pub fn answer(robot: &Robot, question: &StaticsRequest, axes: WrenchFrame) -> Result<StaticLoads, Failure> {
+    with_dof!(robot.dof(), N => answer_for::<N>(robot, question, axes))
 }
 
-fn answer_for<const N: usize>(robot: &Robot, question: &StaticsRequest) -> Result<StaticLoads, Failure> {
+fn answer_for<const N: usize>(
+    robot: &Robot,
+    question: &StaticsRequest,
+    axes: WrenchFrame,
+) -> Result<StaticLoads, Failure> {
     let model = robot.model::<N>().map_err(Failure::input)?;
     let still = Still::<N>::new(robot, question)?;
     let limits = model.links().map(|link| link.limits);
@@ -88,7 +92,7 @@ fn answer_for<const N: usize>(robot: &Robot, question: &StaticsRequest) -> Resul
         (None, Some(q)) => (q, None),
         (None, None) => return Err(wrong(format!("no posture: expected --q with {N} numbers"))),
     };
-    let (potential, reactions) = (still.potential(&q), still.reactions(&q, question.axes));
+    let (potential, reactions) = (still.potential(&q), still.reactions(&q, axes));
     let joints = robot.joints.iter().zip(&reactions).map(|(joint, reaction)| {
         let load = reaction.bearing_load();
         let turns = joint.spec.kind == JointKind::Revolute;
@@ -110,7 +114,7 @@ fn answer_for<const N: usize>(robot: &Robot, question: &StaticsRequest) -> Resul
         q: q.to_vec(),
         tau: reactions.iter().map(|reaction| reaction.actuator).collect(),
         potential,
-        axes: match question.axes {
+        axes: match axes {
             WrenchFrame::Link => "link",
             WrenchFrame::Base => "base",
         },

@@ -1,7 +1,8 @@
 //! An arm at rest with its loads.
 
 use crate::numbers::{finite, finite_entries, wrench};
-use clap::ValueEnum;
+use crate::options::GravityArgs;
+use clap::{Args, ValueEnum};
 use dynamics_core::chapter::posture::{Chain, Posture};
 use dynamics_core::chapter::reactions::Reaction;
 use dynamics_core::chapter::statics::{backward, holding_torque};
@@ -21,22 +22,32 @@ pub enum WrenchFrame {
 }
 
 /// Input of a statics computation.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Args)]
 pub struct StaticsRequest {
-    /// Joint position, rad or m; `None` with [`StaticsRequest::minimise`] means the middle of the limits.
+    /// Joint positions, rad or m. With --minimise they are the start of the search and may be left out.
+    #[arg(
+        long,
+        value_name = "Q1,Q2,..",
+        value_delimiter = ',',
+        allow_hyphen_values = true,
+        required_unless_present = "minimise"
+    )]
     pub q: Option<Vec<f64>>,
-    /// Gravitational acceleration in the base frame, m/s^2.
-    pub gravity: Vec<f64>,
-    /// Mass of a point load at the tip (kg) and, if given, its position in the tip frame (m).
+    /// Gravity.
+    #[command(flatten)]
+    pub gravity: GravityArgs,
+    /// A point mass at the tip: kg, and its position in the tip frame, m (the origin if left out).
+    #[arg(long, value_name = "MASS[,X,Y,Z]", value_delimiter = ',', allow_hyphen_values = true)]
     pub load: Option<Vec<f64>>,
-    /// Force (N) and moment (N m) of the environment on the arm at the tip's origin, in tip axes.
+    /// Wrench of the environment on the arm at the tip, in tip axes, N and N m.
+    #[arg(long, value_name = "FX,FY,FZ,MX,MY,MZ", value_delimiter = ',', allow_hyphen_values = true)]
     pub tip_wrench: Option<Vec<f64>>,
-    /// Quantity to minimise: a joint's name or number, `total` or `potential`.
+    /// Find the posture with the least torque of a joint (its name or number), sum of squared torques (total), or potential energy (potential).
+    #[arg(long, value_name = "JOINT|total|potential")]
     pub minimise: Option<String>,
-    /// Joints that stay fixed in the search.
+    /// Joints (names or numbers) that stay at their --q during the search.
+    #[arg(long, value_name = "JOINT,..", value_delimiter = ',', requires_all = ["q", "minimise"])]
     pub hold: Vec<String>,
-    /// Axes of the wrenches.
-    pub axes: WrenchFrame,
 }
 
 /// An arm with its loads.
@@ -53,7 +64,7 @@ impl<const N: usize> Still<N> {
         let held = load(question.load.as_deref()).map_err(wrong)?;
         Ok(Self {
             chain: Chain::new(&model, &held),
-            gravity: finite::<3>("--gravity", &question.gravity, "gx, gy, gz").map_err(wrong)?.into(),
+            gravity: finite::<3>("--gravity", &question.gravity.of(robot), "gx, gy, gz").map_err(wrong)?.into(),
             push: wrench("--tip-wrench", question.tip_wrench.as_deref().unwrap_or(&[0.0; 6])).map_err(wrong)?,
         })
     }

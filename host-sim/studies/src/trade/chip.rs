@@ -11,7 +11,8 @@
 //! `host-sim/tests/chip/interrupt.rs` compares the sum with the interrupt of the choice's own firmware. The firmware computes in `f32`, so for an
 //! `f64` choice the sum cannot be checked against a firmware.
 
-use board::chip::cost;
+pub use board::chip::cost::Cost;
+use board::chip::cost::{self, MeasuredCost};
 use board::chip::interrupt::{self, Interrupt};
 use indicatif::ProgressBar;
 use serde::{Deserialize, Serialize};
@@ -21,40 +22,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Clock of the chip, Hz.
 pub const CLOCK: f64 = 168e6;
-
-/// Cost of the controller's tick on the chip.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Cost {
-    /// Mean number of instructions per tick.
-    pub instructions: f64,
-    /// Greatest number of instructions per tick.
-    pub instructions_max: u64,
-    /// Mean number of cycles per tick from flash: an estimate.
-    pub cycles: f64,
-    /// Greatest number of cycles per tick from flash: an estimate.
-    pub cycles_max: f64,
-    /// Code size of the tick and of everything it calls, bytes.
-    pub flash: u64,
-    /// State of the controller, bytes.
-    pub ram: u64,
-    /// True if the chip's torques equal the desk's to the last bit.
-    pub matches_desk: bool,
-}
-
-impl From<cost::Cost> for Cost {
-    fn from(cost: cost::Cost) -> Self {
-        let cost::Cost { instructions, cycles, flash_bytes, ram_bytes, matches_desk, .. } = cost;
-        Self {
-            instructions: instructions.mean,
-            instructions_max: instructions.max,
-            cycles: cycles.mean,
-            cycles_max: cycles.max,
-            flash: flash_bytes,
-            ram: ram_bytes,
-            matches_desk,
-        }
-    }
-}
 
 /// Cost of the interrupt of a tick on the chip, and its share of the processor.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -134,8 +101,8 @@ impl Chip for EmulatedChip {
     /// would be meaningless.
     fn controllers(&self, scenes: &[PathBuf], stop: &AtomicBool) -> Result<Vec<Cost>, Failure> {
         let costs = cost::measure(scenes, stop, &ProgressBar::hidden())?;
-        for (path, cost) in scenes.iter().zip(&costs) {
-            if let Some(braked) = cost.fault {
+        for (path, MeasuredCost { cost, fault, .. }) in scenes.iter().zip(&costs) {
+            if let Some(braked) = fault {
                 let fault = braked.fault().map_or_else(|| format!("fault {}", braked.code), |fault| fault.to_string());
                 return Err(Failure::Target(miette::miette!(
                     "{}: tick {} braked: {fault}",
@@ -150,7 +117,7 @@ impl Chip for EmulatedChip {
                 )));
             }
         }
-        Ok(costs.into_iter().map(Cost::from).collect())
+        Ok(costs.into_iter().map(|found| found.cost).collect())
     }
 
     fn interrupt(&self, scene: &Path, stop: &AtomicBool) -> Result<Interrupt, Failure> {

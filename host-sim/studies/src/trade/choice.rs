@@ -1,18 +1,17 @@
 //! Choices, and their representation in scene files.
 
-use clap::ValueEnum;
 use core::fmt;
 use core::str::FromStr;
 use dynamics_core::control::{Between, ControlLaw};
 use dynamics_core::trig::Method;
 use robot_compiler::kernel::Level;
-use robot_compiler::names;
+use robot_compiler::names::{self, Named};
 use robot_compiler::scene::ScalarChoice;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use toml_edit::{DocumentMut, Item, Table, value};
 
 /// Set of terms in the model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum TermSet {
     /// Everything that the scene's model names.
     Full,
@@ -24,6 +23,20 @@ pub enum TermSet {
     Gravity,
     /// Feedback alone.
     None,
+}
+
+impl Named for TermSet {
+    const NAMES: &'static [(&'static str, &'static str, Self)] = &[
+        ("full", "Everything that the scene's model names", Self::Full),
+        ("no-coriolis", "Everything but centrifugal and Coriolis terms", Self::NoCoriolis),
+        (
+            "diagonal",
+            "Gravity as it is, inertia as the constant diagonal of the mass matrix at the start of the motion",
+            Self::Diagonal,
+        ),
+        ("gravity", "Gravity, and feedback", Self::Gravity),
+        ("none", "Feedback alone", Self::None),
+    ];
 }
 
 impl TermSet {
@@ -39,7 +52,7 @@ impl TermSet {
 
     /// The largest set of terms for a law; [`TermSet::Gravity`] for a law without a set.
     pub(super) fn of(law: ControlLaw) -> Self {
-        Self::value_variants().iter().copied().find(|terms| terms.law() == law).unwrap_or(Self::Gravity)
+        Self::NAMES.iter().map(|(.., terms)| *terms).find(|terms| terms.law() == law).unwrap_or(Self::Gravity)
     }
 }
 
@@ -79,84 +92,64 @@ impl fmt::Display for Every {
     }
 }
 
-/// One choice: a value on every axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// One choice: a value on every axis. In JSON, the values have the names of the command line.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Choice {
     /// Floating-point type.
+    #[serde(serialize_with = "by_name")]
     pub scalar: ScalarChoice,
     /// Method for sine and cosine.
+    #[serde(serialize_with = "by_name")]
     pub trig: Method,
     /// Terms of the model.
+    #[serde(serialize_with = "by_name")]
     pub terms: TermSet,
     /// True to feed friction forward, if the scene does so.
+    #[serde(serialize_with = "as_switch")]
     pub friction: bool,
     /// True to include rotors, if the scene does so.
+    #[serde(serialize_with = "as_switch")]
     pub rotors: bool,
     /// Evaluation schedule of the model.
+    #[serde(serialize_with = "as_text")]
     pub every: Every,
     /// Level of the arm's kernel.
+    #[serde(serialize_with = "by_name")]
     pub kernel: Level,
     /// Control rate, Hz.
     pub rate: f64,
 }
 
-/// Name of a value on the command line.
-pub(crate) fn name(of: impl ValueEnum) -> String {
-    of.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+fn by_name<T: Named, S: Serializer>(value: &T, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_str(names::name(*value))
 }
 
-/// A choice with the names of the command line, for tables and JSON.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Named {
-    /// Floating-point type.
-    pub scalar: String,
-    /// Method for sine and cosine.
-    pub trig: String,
-    /// Terms of the model.
-    pub terms: String,
-    /// `on` or `off`.
-    pub friction: &'static str,
-    /// `on` or `off`.
-    pub rotors: &'static str,
-    /// Evaluation schedule of the model.
-    pub every: String,
-    /// Level of the arm's kernel.
-    pub kernel: String,
-    /// Control rate, Hz.
-    pub rate: f64,
+fn as_switch<S: Serializer>(is_on: &bool, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_str(switch(*is_on))
 }
 
-impl Named {
-    /// The names as cells of a table, in the order of the fields.
-    pub(super) fn cells(&self) -> [String; 8] {
-        [
-            self.scalar.clone(),
-            self.trig.clone(),
-            self.terms.clone(),
-            self.friction.to_owned(),
-            self.rotors.to_owned(),
-            self.every.clone(),
-            self.kernel.clone(),
-            self.rate.to_string(),
-        ]
-    }
+fn as_text<S: Serializer>(value: &Every, to: S) -> Result<S::Ok, S::Error> {
+    to.collect_str(value)
+}
+
+const fn switch(is_on: bool) -> &'static str {
+    if is_on { "on" } else { "off" }
 }
 
 impl Choice {
-    /// The choice with names instead of values.
+    /// The names of the values as cells of a table, in the order of the fields.
     #[must_use]
-    pub fn named(&self) -> Named {
-        let switch = |on: bool| if on { "on" } else { "off" };
-        Named {
-            scalar: names::name(self.scalar).to_owned(),
-            trig: names::name(self.trig).to_owned(),
-            terms: name(self.terms),
-            friction: switch(self.friction),
-            rotors: switch(self.rotors),
-            every: self.every.to_string(),
-            kernel: self.kernel.name().to_owned(),
-            rate: self.rate,
-        }
+    pub fn cells(&self) -> [String; 8] {
+        [
+            names::name(self.scalar).to_owned(),
+            names::name(self.trig).to_owned(),
+            names::name(self.terms).to_owned(),
+            switch(self.friction).to_owned(),
+            switch(self.rotors).to_owned(),
+            self.every.to_string(),
+            names::name(self.kernel).to_owned(),
+            self.rate.to_string(),
+        ]
     }
 
     /// The choice with every ineffective axis at its simplest value: without model terms, evaluation settings have no effect.
@@ -170,10 +163,12 @@ impl Choice {
 
     /// Writes the choice into a scene file with the rate `rate` (Hz).
     pub(crate) fn write(&self, scene: &mut DocumentMut, rate: f64) {
-        let named = self.named();
-        let law = names::name(self.terms.law());
-        for (key, choice) in [("law", law), ("scalar", &named.scalar), ("trig", &named.trig), ("kernel", &named.kernel)]
-        {
+        for (key, choice) in [
+            ("law", names::name(self.terms.law())),
+            ("scalar", names::name(self.scalar)),
+            ("trig", names::name(self.trig)),
+            ("kernel", names::name(self.kernel)),
+        ] {
             put(scene, "control", key, value(choice));
         }
         #[allow(clippy::float_cmp, reason = "the very number of the file stays as it was written")]

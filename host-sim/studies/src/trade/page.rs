@@ -1,8 +1,9 @@
 //! A trade-off as a page: the choices on the Pareto front are named, and every point has the command that measures it again.
 
-use super::choice::{TermSet, name};
+use super::choice::TermSet;
 use super::{Trade, TradePoint};
 use report::{Block, Cell, Figure, Page, Scale, Series, Table};
+use robot_compiler::names::{self, Named as _};
 
 impl Trade {
     /// Creates the page.
@@ -57,13 +58,13 @@ impl Trade {
         };
         let mut figure =
             Figure::new(caption, "cycles of the controller, estimate", ordinate).scaled(Scale::Log, Scale::Log);
-        for set in [TermSet::Full, TermSet::NoCoriolis, TermSet::Diagonal, TermSet::Gravity, TermSet::None] {
+        for &(.., set) in TermSet::NAMES {
             let of_set: Vec<report::Point> =
-                self.points.iter().filter(|p| p.chosen.terms == set).filter_map(point).collect();
+                self.points.iter().filter(|p| p.choice.terms == set).filter_map(point).collect();
             if of_set.is_empty() {
                 continue;
             }
-            figure = figure.with(Series::points(format!("terms {}", name(set)), of_set));
+            figure = figure.with(Series::points(format!("terms {}", names::name(set)), of_set));
         }
         figure.with(Series::steps("front", self.points.iter().filter(|p| on_front(p)).filter_map(point).collect()))
     }

@@ -1,7 +1,7 @@
 //! Choices with their measurements.
 
 use super::chip::{Cost, InterruptCost, Load};
-use super::choice::{Choice, Named};
+use super::choice::Choice;
 use super::drive_step::DriveStep;
 use super::measure::OnMotion;
 use super::simulator::MethodReport;
@@ -11,8 +11,8 @@ use serde::Serialize;
 /// A choice and its measurements.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TradePoint {
-    /// The choice, with the names of the command line.
-    pub choice: Named,
+    /// The choice.
+    pub choice: Choice,
     /// Command that repeats the measurement of this point.
     pub command: String,
     /// Cost of the controller on the chip.
@@ -29,9 +29,6 @@ pub struct TradePoint {
     pub on_torque_front: bool,
     /// True if on the Pareto front of cycles and tracking error: no other point needs fewer cycles with a smaller tracking error.
     pub on_tracking_front: bool,
-    /// The choice as values.
-    #[serde(skip)]
-    pub chosen: Choice,
 }
 
 /// Result of a trade-off.
@@ -49,7 +46,7 @@ pub struct Trade {
     /// The test motions.
     pub courses: Vec<TestMotionReport>,
     /// The choice in the scene's own file.
-    pub own: Named,
+    pub own: Choice,
     /// Cost of the interrupt around the controller, the same for every choice.
     pub surroundings: InterruptCost,
     /// Every choice, sorted by cycles, the fewest first.

@@ -2,7 +2,9 @@
 
 use super::baseline::Baseline;
 use super::choice::{Choice, Every, TermSet};
-use clap::ValueEnum;
+use crate::options::named;
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use dynamics_core::control::Between;
 use dynamics_core::trig::Method;
 use robot_compiler::kernel::Level;
@@ -11,26 +13,46 @@ use robot_compiler::scene::ScalarChoice;
 use sim::failure::Failure;
 
 /// Values to combine on each axis.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Args)]
 pub struct TradeAxes {
     /// Floating-point types.
+    #[arg(long, value_parser = named::<ScalarChoice>(), value_delimiter = ',', default_values = ["f32"])]
     pub scalar: Vec<ScalarChoice>,
-    /// Methods for sine and cosine.
+    /// Sines and cosines.
+    #[arg(
+        long,
+        value_parser = named::<Method>(),
+        value_delimiter = ',',
+        default_values = ["polynomial", "polynomial-3", "table"]
+    )]
     pub trig: Vec<Method>,
     /// Sets of terms.
+    #[arg(long, value_parser = named::<TermSet>(), value_delimiter = ',', default_values = ["full", "no-coriolis", "diagonal", "gravity", "none"])]
     pub terms: Vec<TermSet>,
-    /// Values for friction; true feeds it forward, if the scene does so.
+    /// Friction feedforward, if the scene has it.
+    #[arg(long, value_parser = switch(), value_delimiter = ',', default_values = ["on"])]
     pub friction: Vec<bool>,
-    /// Values for rotors; true includes them, if the scene has them.
+    /// Rotors in the model, if the scene has them.
+    #[arg(long, value_parser = switch(), value_delimiter = ',', default_values = ["on"])]
     pub rotors: Vec<bool>,
-    /// Evaluation schedules of the model.
+    /// Ticks in which the model is evaluated.
+    #[arg(long, value_delimiter = ',', default_values = ["1", "4:extrapolate"], value_name = "TICKS[:BETWEEN]")]
     pub every: Vec<Every>,
     /// Levels of the arm's kernel.
+    #[arg(long, value_parser = named::<Level>(), value_delimiter = ',', default_values = ["regrouped"])]
     pub kernel: Vec<Level>,
-    /// Control rates, Hz; if empty, the scene's.
+    /// Control rates, Hz. Without it, the scene's.
+    #[arg(long, value_delimiter = ',', value_name = "HZ")]
     pub rate: Vec<f64>,
-    /// Measure only the product, without the scene's own choice and its variations in one axis.
+    /// Only the combinations of the given options, without the scene's own settings and their single changes.
+    #[arg(long)]
     pub alone: bool,
+}
+
+/// Parser of `on` and `off`.
+fn switch() -> impl TypedValueParser<Value = bool> {
+    let values = [PossibleValue::new("on").help("It counts"), PossibleValue::new("off").help("It is left out")];
+    PossibleValuesParser::new(values).map(|name| name == "on")
 }
 
 /// Other evaluation schedules to compare with the scene's own.
@@ -70,7 +92,7 @@ pub fn choices(axes: &TradeAxes, base: &Baseline, rate: Option<f64>) -> Result<V
         product.push(own);
         product.extend(ScalarChoice::NAMES.iter().map(|&(.., scalar)| Choice { scalar, ..own }));
         product.extend(Method::NAMES.iter().map(|&(.., trig)| Choice { trig, ..own }));
-        product.extend(TermSet::value_variants().iter().map(|&terms| Choice { terms, ..own }));
+        product.extend(TermSet::NAMES.iter().map(|&(.., terms)| Choice { terms, ..own }));
         product.extend(with_friction.then_some(Choice { friction: false, ..own }));
         product.extend(turns.then_some(Choice { rotors: false, ..own }));
         product.extend(OTHER_TICKS.map(|every| Choice { every, ..own }));

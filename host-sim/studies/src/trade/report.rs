@@ -11,7 +11,7 @@ use std::path::Path;
 /// Command that measures one choice.
 #[must_use]
 pub fn command(scene: &Path, choice: &Choice) -> String {
-    let options = CHOICES.iter().zip(choice.named().cells()).map(|(axis, value)| format!(" --{axis} {value}"));
+    let options = CHOICES.iter().zip(choice.cells()).map(|(axis, value)| format!(" --{axis} {value}"));
     format!("newtau choose trade {}{} --alone", shell_word(scene), options.collect::<String>())
 }
 

@@ -101,20 +101,13 @@ impl Request {
     }
 
     fn line(&self, point: &TradePoint) -> String {
-        let n = &point.choice;
+        let [scalar, trig, terms, friction, rotors, every, kernel, rate] = point.choice.cells();
         let torque = point.torque_of_limit.map_or("fault".to_owned(), percent);
         let tracking = point.tracking.map_or("fault".to_owned(), |x| engineering(x, "rad"));
         format!(
-            "{}, {} trig, terms {}, friction {}, rotors {}, model every {}, {}: {} of the processor at {} Hz, torque error {torque}, tracking error {tracking}",
-            n.scalar,
-            n.trig,
-            n.terms,
-            n.friction,
-            n.rotors,
-            n.every,
-            n.kernel,
+            "{scalar}, {trig} trig, terms {terms}, friction {friction}, rotors {rotors}, model every {every}, {kernel}: {} of the processor at {rate} Hz, \
+             torque error {torque}, tracking error {tracking}",
             percent(self.share_of(point)),
-            n.rate
         )
     }
 
@@ -155,17 +148,12 @@ fn most_accurate<'a>(points: impl Iterator<Item = &'a TradePoint>) -> Option<&'a
 
 /// Differences between two points' choices.
 fn differences(best: &TradePoint, chosen: &TradePoint) -> String {
-    let (a, b) = (&best.choice, &chosen.choice);
-    let pairs = [
-        ("scalar", &a.scalar, &b.scalar),
-        ("trig", &a.trig, &b.trig),
-        ("terms", &a.terms, &b.terms),
-        ("model every", &a.every, &b.every),
-        ("kernel", &a.kernel, &b.kernel),
-    ];
-    let mut all: Vec<String> =
-        pairs.iter().filter(|(_, a, b)| a != b).map(|(what, a, b)| format!("{what} {b} in place of {a}")).collect();
-    let switches = [("friction", a.friction, b.friction), ("rotors", a.rotors, b.rotors)];
-    all.extend(switches.iter().filter(|(_, a, b)| a != b).map(|(what, _, b)| format!("{what} {b}")));
+    let (a, b) = (best.choice.cells(), chosen.choice.cells());
+    let [scalar, trig, terms, friction, rotors, every, kernel, _] = core::array::from_fn(|i| (&a[i], &b[i]));
+    let axes = [("scalar", scalar), ("trig", trig), ("terms", terms), ("model every", every), ("kernel", kernel)];
+    let switches = [("friction", friction), ("rotors", rotors)];
+    let axes = axes.iter().filter(|(_, (a, b))| a != b).map(|(what, (a, b))| format!("{what} {b} in place of {a}"));
+    let switches = switches.iter().filter(|(_, (a, b))| a != b).map(|(what, (_, b))| format!("{what} {b}"));
+    let all: Vec<String> = axes.chain(switches).collect();
     all.join("; ")
 }

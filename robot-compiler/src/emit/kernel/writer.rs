@@ -1,17 +1,23 @@
 //! The statements of a program as Rust or C.
 
 use crate::kernel::inputs::input_name;
-use crate::kernel::{Precision, Program};
-
 use crate::kernel::tape::{Expr, Node};
+use crate::kernel::{Precision, Program};
+use crate::names::Named;
 use std::collections::{HashMap, HashSet};
 
-/// Language of the statements.
+/// Programming language of a kernel's source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::emit) enum Language {
+pub enum Language {
+    /// `no_std` Rust.
     Rust,
     /// C99. Live inputs and the reference are pointers.
     C,
+}
+
+impl Named for Language {
+    const NAMES: &'static [(&'static str, &'static str, Self)] =
+        &[("rust", "`no_std` Rust", Self::Rust), ("c", "C99, with a header for C++", Self::C)];
 }
 
 /// Names for the values of a program.

@@ -1,9 +1,8 @@
 //! The other end of a connection to a session.
 
-use super::message::{Answer, Ask};
+use super::message::{Answer, Ask, Greeting};
 use super::service::STOP_WAIT;
 use super::session_file::SessionFile;
-use super::snapshot::Greeting;
 use std::io::{self, BufRead as _, BufReader, Write as _};
 use std::net::TcpStream;
 use std::time::Duration;

@@ -12,8 +12,7 @@
 //! | [`session_file`] | the files by which other programs find the sessions that run |
 //! | [`shared`] | state, targets and stops, between the operator and the connections |
 //! | [`targets`] | targets of another program |
-//! | [`snapshot`] | the state of a session for other programs |
-//! | [`message`] | the lines of a connection |
+//! | [`message`] | the lines of a connection, the state of a session among them |
 //! | [`listener`] | connections to a socket, each on a thread of its own |
 //! | [`service`] | the socket and its connections |
 //! | [`page`] | a page for a browser, and its server |
@@ -26,5 +25,4 @@ pub mod page;
 pub mod service;
 pub mod session_file;
 pub mod shared;
-pub mod snapshot;
 pub mod targets;

@@ -1,10 +1,9 @@
 //! The socket of a session, and its connections.
 
 use super::listener::listen;
-use super::message::{Answer, Ask};
+use super::message::{Answer, Ask, Greeting};
 use super::session_file::{Announced, SessionFile, folder};
 use super::shared::{Shared, StopOutcome};
-use super::snapshot::Greeting;
 use super::targets::Over;
 use crate::key;
 use std::io::{self, BufRead as _, BufReader, Read as _, Write as _};

@@ -1,6 +1,6 @@
 //! State, targets and stops, between the operator and the connections. No side ever waits long for the other.
 
-use super::snapshot::Snapshot;
+use super::message::Snapshot;
 use super::targets::{Over, Received, Targets};
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

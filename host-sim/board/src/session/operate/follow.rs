@@ -4,13 +4,12 @@
 //! program stalls, the points at the board run out, and the board stops and holds the arm (cause "the trajectory ended in motion").
 
 use super::command::Command;
-use super::follower::{Follower, JointBounds};
-use super::following::Following;
+use super::follower::{Follower, Following, JointBounds};
 use super::heat::Heat;
 use super::motion_queue::SPEED_SHARE;
 use super::{Operator, Stop};
+use crate::session::local::message::{Greeting, Snapshot};
 use crate::session::local::shared::Shared;
-use crate::session::local::snapshot::{Greeting, Snapshot};
 use crate::session::local::targets::Over;
 use ::session::trajectory::WAYS;
 use link::{Actuation, Point, Sensed, StateCode};

@@ -192,5 +192,14 @@ impl Follower {
     }
 }
 
+/// A motion along targets.
+#[derive(Clone, Debug)]
+pub(super) struct Following {
+    /// The reference.
+    pub(super) follower: Follower,
+    /// Longest time between two targets, s.
+    pub(super) patience: f64,
+}
+
 #[cfg(test)]
 mod tests;

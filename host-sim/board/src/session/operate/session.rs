@@ -1,9 +1,9 @@
 //! Time and requests of a session: the interval of the board's reports, waiting, arming and disarming.
 
 use super::device::{DeviceError, SILENCE};
-use super::receive::has_taken;
 use super::rejection::Rejection;
 use super::requests::name_of;
+use super::step::has_taken;
 use super::{Operator, Stop};
 use crate::chip::ChipError;
 use dynamics_core::safety::HoldCause;

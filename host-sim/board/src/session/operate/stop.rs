@@ -2,9 +2,8 @@
 
 use super::dead_man::DeadMan;
 use super::keys::Presses;
-use super::moment::Moment;
 use super::rejection::Rejection;
-use super::stop_demands::StopDemands;
+use super::stop_demands::{Moment, StopDemands};
 use super::{Operator, Stop, messages};
 use crate::session::local::shared::Demanded;
 use link::{Request, StateCode};
