@@ -76,8 +76,8 @@ fn differing(product: &Table, bench: &Table, product_lock: &Table, bench_lock: &
     for (name, profile) in product["profile"].as_table().unwrap() {
         let level = profile.get("opt-level").and_then(Value::as_integer).unwrap_or(3);
         let mut wanted = moved(profile.as_table().unwrap(), level, &there, &ours);
-        if name == "dev" {
-            // No measurement uses this profile, and what is tested with the robot compiler takes seconds.
+        if ["dev", "release"].contains(&name.as_str()) {
+            // What is measured is not the robot compiler's code, but for one command, which optimises it.
             let not_optimised = Value::Integer(0);
             wanted["package"]["robot-compiler"]["opt-level"] = not_optimised.clone();
             wanted["build-override"]["opt-level"] = not_optimised;

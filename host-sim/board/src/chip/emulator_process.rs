@@ -55,7 +55,7 @@ impl KeyFile {
 #[cfg(unix)]
 pub(super) type Stream = std::os::unix::net::UnixStream;
 
-/// Connection to the emulated serial port. Windows' emulator knows no sockets with a file name.
+/// Connection to the emulated serial port. The emulator for Windows has no sockets with a file name.
 #[cfg(not(unix))]
 pub(super) type Stream = std::net::TcpStream;
 
@@ -75,7 +75,7 @@ impl Socket {
         Ok(Self { listener, file })
     }
 
-    /// Where the emulator connects, in its own words.
+    /// The address, as an option of the emulator.
     pub(super) fn address(&self) -> String {
         format!("path={}", self.file.path().display())
     }
@@ -97,7 +97,7 @@ impl Socket {
         Ok(Self { listener, address })
     }
 
-    /// Where the emulator connects, in its own words.
+    /// The address, as an option of the emulator.
     pub(super) fn address(&self) -> String {
         format!("host={},port={}", self.address.ip(), self.address.port())
     }

@@ -106,8 +106,6 @@ fn executable(path: &Path) -> io::Result<()> {
         use std::os::unix::fs::PermissionsExt as _;
         fs::set_permissions(path, fs::Permissions::from_mode(0o755))?;
     }
-    #[cfg(not(unix))]
-    let _ = path;
     Ok(())
 }
 
