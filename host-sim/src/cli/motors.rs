@@ -28,8 +28,8 @@ Examples:
   newtau motors check scenes/yam_one_bus.toml --can can0
 
 A scan reads a setting of every identifier from 1 to 127, and neither enables nor moves anything. Motors of the kinds `mit` and `myactuator` have
-no timeout that can be read, so they are not found. `show`, `set-id`, `set-zero`, `set-timeout` and `clear` are for Damiao and RobStride motors,
-`set-limits`, `check` and `setup` for Damiao motors. A setting is changed only while its motor is off. It is read back, and the command says
+no timeout that can be read, so they are not found. `show`, `set-id`, `set-zero`, `set-timeout`, `clear` and `setup` are for Damiao and RobStride
+motors, `set-limits` and `check` for Damiao motors. A setting is changed only while its motor is off. It is read back, and the command says
 what is stored: a RobStride motor stores with it every parameter that was changed since power-up. No other program may use
 the bus. Support the arm first: a motor that is off carries nothing.";
 
@@ -43,7 +43,7 @@ pub struct MotorsArgs {
     /// The CAN adapter: can0, slcan:PORT, damiao:PORT or gs_usb:SERIAL.
     #[arg(long, value_name = "ADAPTER", global = true)]
     pub can: Option<AdapterName>,
-    /// Kind of the motor, if two kinds have its identifier.
+    /// Kind of the motor, if two kinds have its identifier; for `setup`, of the arm's motors.
     #[arg(long, global = true)]
     pub kind: Option<MotorKind>,
     /// Print JSON.
@@ -162,7 +162,7 @@ pub fn run(args: &MotorsArgs) -> Result<u8, Failure> {
             "--can: missing; expected can0, slcan:PORT, damiao:PORT or gs_usb:SERIAL"
         ))
     })?;
-    let is_for_damiao = matches!(args.task, Task::SetLimits { .. } | Task::Check(_) | Task::Setup(_));
+    let is_for_damiao = matches!(args.task, Task::SetLimits { .. } | Task::Check(_));
     if is_for_damiao && args.kind == Some(MotorKind::Robstride) {
         return Err(Failure::Input(miette::miette!("--kind robstride: found a task for Damiao motors only")));
     }
@@ -190,7 +190,7 @@ pub fn run(args: &MotorsArgs) -> Result<u8, Failure> {
         }
         Task::Check(args) => return check::run(args, adapter, name, is_json, failed),
         Task::Setup(args) => {
-            return setup::run(args, adapter, failed).and_then(|text| terminal::print(&text)).map(|()| 0);
+            return setup::run(args, kind, adapter, failed).and_then(|text| terminal::print(&text)).map(|()| 0);
         }
         &Task::SetZero { id } => motor_with(adapter, id, kind).and_then(|mut motor| {
             let NewZero { before, after, note } = motor.set_zero()?;

@@ -27,14 +27,19 @@ impl Kind {
                 let end = bytes.iter().position(|&byte| byte == b'\r')?;
                 let line: Vec<u8> = bytes.drain(..=end).collect();
                 let text = String::from_utf8(line[..end].to_vec()).unwrap();
-                let Some(rest) = text.strip_prefix('t') else {
-                    assert!(["", "C", "S8", "O"].contains(&text.as_str()), "{text}");
-                    return Some(None);
+                let (digits, rest) = match text.split_at_checked(1) {
+                    Some(("t", rest)) => (3, rest),
+                    Some(("T", rest)) => (8, rest),
+                    _ => {
+                        assert!(["", "C", "S8", "O"].contains(&text.as_str()), "{text}");
+                        return Some(None);
+                    }
                 };
                 let number = |digits: &str| u32::from_str_radix(digits, 16).unwrap();
-                let data: Vec<u8> = (4..rest.len()).step_by(2).map(|at| number(&rest[at..at + 2]) as u8).collect();
-                assert_eq!(data.len(), number(&rest[3..4]) as usize, "{text}");
-                Some(CanFrame::of(number(&rest[..3]), false, &data))
+                let data: Vec<u8> =
+                    (digits + 1..rest.len()).step_by(2).map(|at| number(&rest[at..at + 2]) as u8).collect();
+                assert_eq!(data.len(), number(&rest[digits..=digits]) as usize, "{text}");
+                Some(CanFrame::of(number(&rest[..digits]), digits == 8, &data))
             }
             Self::Damiao => {
                 if bytes.len() < 30 {
@@ -53,7 +58,8 @@ impl Kind {
         match self {
             Self::Slcan => {
                 let data: String = frame.data().iter().map(|byte| format!("{byte:02X}")).collect();
-                format!("t{:03X}{}{data}\r", frame.raw_id(), frame.dlc()).into_bytes()
+                let (kind, digits) = if frame.is_extended() { ('T', 8) } else { ('t', 3) };
+                format!("{kind}{:0digits$X}{}{data}\r", frame.raw_id(), frame.dlc()).into_bytes()
             }
             Self::Damiao => {
                 let mut bytes = vec![0xAA, 0x11, frame.dlc() as u8];

@@ -9,7 +9,7 @@ use robot_compiler::Robot;
 use serialport::{SerialPort as _, TTYPort};
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::path::Path;
-use std::process::{ChildStdin, Stdio};
+use std::process::{Child, ChildStdin, ChildStdout, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
@@ -20,7 +20,7 @@ const RANGE: f32 = 12.5;
 
 /// Motors that are off, written from the maker's documents: shaft positions (rad) of the motors 1 to 6.
 #[derive(Clone, Default)]
-struct Motors {
+pub(crate) struct Motors {
     shafts: Arc<Mutex<[f32; 6]>>,
     /// True if a frame came that could move a motor.
     commanded: Arc<AtomicBool>,
@@ -31,8 +31,12 @@ impl Motors {
         self.shafts.lock().unwrap()[motor - 1] += by;
     }
 
-    fn answer(&self, frame: &CanFrame) -> Option<CanFrame> {
+    pub(crate) fn answer(&self, frame: &CanFrame) -> Option<CanFrame> {
         let data: [u8; 8] = frame.data().try_into().ok()?;
+        // The search for RobStride motors.
+        if frame.is_extended() && frame.raw_id() >> 24 == 17 {
+            return None;
+        }
         if frame.raw_id() != 0x7FF {
             self.commanded.store(true, Ordering::Relaxed);
             return None;
@@ -66,86 +70,139 @@ impl Motors {
     }
 }
 
-/// Serves the motors at a pseudo-terminal. Returns its name and the end of the service.
-fn served(motors: &Motors) -> (String, Arc<AtomicBool>) {
-    let (mut board, host) = TTYPort::pair().unwrap();
-    board.set_timeout(Duration::from_millis(1)).unwrap();
-    let name = format!("slcan:{}", host.name().unwrap());
-    let ends = Arc::new(AtomicBool::new(false));
-    let (motors, its_end) = (motors.clone(), Arc::clone(&ends));
-    thread::spawn(move || {
-        let _host = host;
-        let (mut bytes, mut buffer) = (Vec::new(), [0; 512]);
-        while !its_end.load(Ordering::Relaxed) {
-            let Ok(count) = board.read(&mut buffer) else { continue };
-            bytes.extend(&buffer[..count]);
-            while let Some(command) = Kind::Slcan.command(&mut bytes) {
-                let reply = command.and_then(|frame| motors.answer(&frame));
-                if let Some(reply) = reply {
-                    board.write_all(&Kind::Slcan.report(&reply)).unwrap();
-                }
-            }
-        }
-    });
-    (name, ends)
+/// Serves motors at a pseudo-terminal until it is dropped. `answers` gets each frame, and `None` every millisecond or so.
+pub(crate) struct Served {
+    pub(crate) name: String,
+    ends: Arc<AtomicBool>,
 }
 
-fn line(input: &mut ChildStdin, text: &str) {
-    writeln!(input, "{text}").unwrap();
+impl Served {
+    pub(crate) fn new(answers: impl Fn(Option<&CanFrame>) -> Vec<CanFrame> + Send + 'static) -> Self {
+        let (mut board, host) = TTYPort::pair().unwrap();
+        board.set_timeout(Duration::from_millis(1)).unwrap();
+        let name = format!("slcan:{}", host.name().unwrap());
+        let ends = Arc::new(AtomicBool::new(false));
+        let its_end = Arc::clone(&ends);
+        thread::spawn(move || {
+            let _host = host;
+            let (mut bytes, mut buffer) = (Vec::new(), [0; 512]);
+            while !its_end.load(Ordering::Relaxed) {
+                let count = board.read(&mut buffer).unwrap_or(0);
+                bytes.extend(&buffer[..count]);
+                let mut frames = answers(None);
+                while let Some(command) = Kind::Slcan.command(&mut bytes) {
+                    frames.extend(command.iter().flat_map(|frame| answers(Some(frame))));
+                }
+                for frame in frames {
+                    board.write_all(&Kind::Slcan.report(&frame)).unwrap();
+                }
+            }
+        });
+        Self { name, ends }
+    }
+
+    fn of(motors: &Motors) -> Self {
+        let motors = motors.clone();
+        Self::new(move |frame| frame.and_then(|frame| motors.answer(frame)).into_iter().collect())
+    }
+
+    /// Exit code, output and error of a setup without a person.
+    pub(crate) fn alone(&self, robot: &Path, out: &Path, more: &[&str]) -> (i32, String, String) {
+        let mut program = at_the_top();
+        program.args(["motors", "setup"]).arg(robot).args(["--can", &self.name, "--out"]).arg(out).args(more);
+        told(program.stdin(Stdio::null()).output().unwrap())
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        self.ends.store(true, Ordering::Relaxed);
+    }
+}
+
+/// A setup with a person who types.
+pub(crate) struct Session {
+    child: Child,
+    input: ChildStdin,
+    output: BufReader<ChildStdout>,
+    pub(crate) said: String,
+}
+
+impl Session {
+    pub(crate) fn new(robot: &Path, served: &Served, out: &Path) -> Self {
+        new(out);
+        let mut program = at_the_top();
+        program.args(["motors", "setup"]).arg(robot).args(["--can", &served.name, "--out"]).arg(out);
+        let mut child = program.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let (input, output) = (child.stdin.take().unwrap(), BufReader::new(child.stdout.take().unwrap()));
+        Self { child, input, output, said: String::new() }
+    }
+
+    /// Reads on until a line with this text.
+    pub(crate) fn until(&mut self, what: &str) {
+        let mut line = String::new();
+        while !line.contains(what) {
+            line.clear();
+            if self.output.read_line(&mut line).unwrap() == 0 {
+                let mut error = String::new();
+                self.child.stderr.take().unwrap().read_to_string(&mut error).unwrap();
+                panic!("{what}: the program ended: {}{error}", self.said);
+            }
+            self.said.push_str(&line);
+        }
+    }
+
+    pub(crate) fn line(&mut self, text: &str) {
+        writeln!(self.input, "{text}").unwrap();
+    }
+
+    /// Ends the input. Returns the exit code, everything that was printed, and the error.
+    pub(crate) fn end(self) -> (i32, String, String) {
+        let Self { child, input, mut output, mut said } = self;
+        drop(input);
+        output.read_to_string(&mut said).unwrap();
+        let (code, _, error) = told(child.wait_with_output().unwrap());
+        (code, said, error)
+    }
 }
 
 #[test]
 fn moving_the_joints_by_hand_gives_each_its_motor_its_direction_and_its_zero() {
     let (motors, out) = (Motors::default(), file("motors_setup.toml"));
-    let (name, ends) = served(&motors);
-    new(&out);
-    let mut program = at_the_top();
-    program.args(["motors", "setup", "robots/yam.toml", "--can", &name, "--out"]).arg(&out);
-    let mut child = program.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    let mut input = child.stdin.take().unwrap();
-    let mut output = BufReader::new(child.stdout.take().unwrap());
-    let mut said = String::new();
-    let mut until = |what: &str, said: &mut String| {
-        let mut line = String::new();
-        while !line.contains(what) {
-            line.clear();
-            assert!(output.read_line(&mut line).unwrap() > 0, "{what}: the program ended: {said}");
-            said.push_str(&line);
-        }
-    };
+    let served = Served::of(&motors);
+    let mut session = Session::new(Path::new("robots/yam.toml"), &served, &out);
     // Motors are at the joints in reverse order; the third joint's turns against it.
     for joint in 1..=6_usize {
         let turn = if joint == 3 { -0.4 } else { 0.4 };
-        until(&format!("joint {joint} of 6"), &mut said);
+        session.until(&format!("joint {joint} of 6"));
         if joint == 2 {
             // Nothing moves, and then two at a time.
-            line(&mut input, "");
-            until("no motor moved", &mut said);
-            until("joint 2 of 6", &mut said);
+            session.line("");
+            session.until("no motor moved");
+            session.until("joint 2 of 6");
             motors.turn(5, 0.3);
             motors.turn(6, 0.3);
-            line(&mut input, "");
-            until("moved: motors 5, 6", &mut said);
-            until("joint 2 of 6", &mut said);
+            session.line("");
+            session.until("moved: motors 5, 6");
+            session.until("joint 2 of 6");
         }
         motors.turn(7 - joint, turn);
-        line(&mut input, "");
+        session.line("");
     }
-    until("a pose that is known", &mut said);
+    session.until("a pose that is known");
     let known = *motors.shafts.lock().unwrap();
-    line(&mut input, "z");
-    until("to both of its ends", &mut said);
-    thread::sleep(Duration::from_millis(200));
-    motors.turn(6, -9.0);
+    session.line("z");
+    session.until("to both of its ends");
+    for _ in 0..10 {
+        thread::sleep(Duration::from_millis(50));
+        motors.turn(6, -0.5);
+    }
     thread::sleep(Duration::from_millis(300));
-    line(&mut input, "");
-    until("BEYOND", &mut said);
-    drop(input);
-    let mut rest = String::new();
-    output.read_to_string(&mut rest).unwrap();
-    let (code, _, error) = told(child.wait_with_output().unwrap());
-    ends.store(true, Ordering::Relaxed);
-    assert_eq!((code, error.as_str()), (0, ""), "{said}{rest}");
+    session.line("");
+    session.until("BEYOND");
+    let (code, said, error) = session.end();
+    assert_eq!((code, error.as_str()), (0, ""), "{said}");
+    assert!(!said.contains("model") && !said.contains("power-up"), "Damiao motors say their ranges: {said}");
     assert!(!motors.commanded.load(Ordering::Relaxed), "nothing but settings and states was asked for");
     let robot = Robot::load(&out).unwrap();
     for (joint, its) in robot.joints.iter().enumerate() {
@@ -159,21 +216,38 @@ fn moving_the_joints_by_hand_gives_each_its_motor_its_direction_and_its_zero() {
 }
 
 #[test]
-fn a_setup_that_ends_early_writes_nothing_and_too_few_motors_are_named() {
+fn a_setup_that_ends_early_or_cannot_read_a_position_writes_nothing() {
     let motors = Motors::default();
-    let (name, ends) = served(&motors);
-    let out = file("motors_setup_early.toml");
+    let served = Served::of(&motors);
+    let (robot, out) = (Path::new("robots/yam.toml"), file("motors_setup_early.toml"));
     new(&out);
-    let mut program = at_the_top();
-    program.args(["motors", "setup", "robots/yam.toml", "--can", &name, "--out"]).arg(&out).stdin(Stdio::null());
-    let (code, _, error) = told(program.output().unwrap());
-    assert!(code == 2 && error.contains("nothing was written") && !Path::new(&out).exists(), "{code}: {error}");
-    // An input is never overwritten.
-    let mut program = at_the_top();
-    program
-        .args(["motors", "setup", "robots/yam.toml", "--can", &name, "--out", "robots/yam.toml", "--force"])
-        .stdin(Stdio::null());
-    let (code, _, error) = told(program.output().unwrap());
+    let (code, _, error) = served.alone(robot, &out, &[]);
+    assert!(code == 2 && error.contains("nothing was written") && !out.exists(), "{code}: {error}");
+    let (code, _, error) = served.alone(robot, robot, &["--force"]);
     assert_eq!(code, 2, "{error}");
-    ends.store(true, Ordering::Relaxed);
+    motors.turn(2, 13.0);
+    let (code, said, error) = served.alone(robot, &out, &[]);
+    assert!(code != 0 && error.contains("motor 2 is at the end of the position range"), "{code}: {said}{error}");
+}
+
+#[test]
+fn a_position_that_jumps_while_the_ends_are_looked_for_ends_the_setup() {
+    let (motors, out) = (Motors::default(), file("motors_setup_jump.toml"));
+    let served = Served::of(&motors);
+    let mut session = Session::new(Path::new("robots/yam.toml"), &served, &out);
+    for joint in 1..=6_usize {
+        session.until(&format!("joint {joint} of 6"));
+        motors.turn(joint, 0.4);
+        session.line("");
+    }
+    session.until("a pose that is known");
+    session.line("z");
+    session.until("to both of its ends");
+    thread::sleep(Duration::from_millis(200));
+    // It was without power, and shows another turn.
+    motors.turn(4, std::f32::consts::TAU);
+    thread::sleep(Duration::from_millis(300));
+    let (code, said, error) = session.end();
+    assert!(code != 0 && error.contains("motor 4: its position jumped"), "{code}: {said}{error}");
+    assert!(!out.exists());
 }

@@ -10,9 +10,9 @@
 
 use super::adapter::Adapter;
 use super::frame::CanFrame;
-use super::motors::{ANSWER, HOST_ID, TRIES, UNTIL_POWER_OFF, Value, ask, ask_within, listen, with_id};
+use super::motors::{ANSWER, HOST_ID, TRIES, UNTIL_POWER_OFF, Value, ask, ask_within, with_id};
 use super::robstride_parameter::{POSITION, Parameter, TIMEOUT};
-use super::robstride_state::State;
+use super::robstride_state::{OFF, State, WRITE, state_for_others};
 use dynamics_core::drive::RobStride;
 use embedded_can::Frame as _;
 use joint_io::frames::Frames as _;
@@ -20,13 +20,9 @@ use std::io;
 use std::time::Duration;
 
 const CHIP: u32 = 0;
-const COMMAND: u32 = 1;
-const ON: u32 = 3;
-const OFF: u32 = 4;
 const SET_ZERO: u32 = 6;
 const SET_ID: u32 = 7;
 const READ: u32 = 17;
-const WRITE: u32 = 18;
 const STORE: u32 = 22;
 
 /// Largest timeout, in units of 50 us.
@@ -116,29 +112,17 @@ impl<'a> RobStrideMotor<'a> {
     /// # Errors
     /// As [`RobStrideMotor::read`].
     pub fn state(&mut self) -> io::Result<Option<State>> {
-        if let Some(state) = self.state_for_others()? {
-            return Ok(Some(State { is_in_use: true, ..state }));
-        }
-        match self.timeout()? {
-            Some(units) => self.command(WRITE, timeout_data(units)),
-            None => Ok(None),
+        match state_for_others(self.adapter, &[self.id])? {
+            Some((_, state)) => Ok(Some(state)),
+            None => self.state_while_unused(),
         }
     }
 
-    /// The state in a reply to another program, if one uses the motor.
-    fn state_for_others(&mut self) -> io::Result<Option<State>> {
-        let own = self.id;
-        let is_to_it = |id: u32| matches!(id >> 24, COMMAND | ON | OFF | WRITE) && id as u8 == own;
-        let mut is_used = false;
-        let state = listen(self.adapter, |frame| {
-            is_used |= frame.is_extended() && is_to_it(frame.raw_id());
-            State::of(frame, own)
-        })?;
-        match state {
-            None if is_used => Err(io::Error::other(format!(
-                "motor {own}: another program sends frames to it, and no reply was seen: nothing was changed"
-            ))),
-            state => Ok(state),
+    /// The state, without listening. This writes, so [`state_for_others`] must have found no other program just before.
+    pub(super) fn state_while_unused(&mut self) -> io::Result<Option<State>> {
+        match self.timeout()? {
+            Some(units) => self.command(WRITE, timeout_data(units)),
+            None => Ok(None),
         }
     }
 
@@ -158,7 +142,7 @@ impl<'a> RobStrideMotor<'a> {
     }
 
     /// The number of the motor's chip. Two motors with one identifier would both take a change, so it is asked for several times.
-    fn chip(&mut self) -> io::Result<[u8; 8]> {
+    pub(super) fn chip(&mut self) -> io::Result<[u8; 8]> {
         let (frame, own) = (self.frame(CHIP, 0, [0; 8])?, self.id);
         let mut found: Vec<[u8; 8]> = Vec::new();
         for _ in 0..TRIES {
@@ -232,7 +216,8 @@ impl<'a> RobStrideMotor<'a> {
         set().map_err(|why| unstored(old, "its identifier", &why))
     }
 
-    fn position(&mut self) -> io::Result<f64> {
+    /// The position, rad. Writes nothing.
+    pub(super) fn position(&mut self) -> io::Result<f64> {
         match self.read(POSITION)? {
             Some(Value::Float(position)) if position.is_finite() => Ok(position.into()),
             _ => Err(io::Error::other(format!("motor {} does not say its position", self.id))),
@@ -285,5 +270,7 @@ fn unstored(id: u8, what: &str, why: &io::Error) -> io::Error {
     io::Error::other(format!("motor {id}: {why}: {what} may have changed, and may not be stored: {UNTIL_POWER_OFF}"))
 }
 
+#[cfg(test)]
+pub(super) mod simulated_bus;
 #[cfg(test)]
 mod tests;

@@ -38,6 +38,7 @@ impl Parameter {
 
 pub(super) const POSITION: Parameter = Parameter::new(0x7019, Kind::Float, "position", "rad");
 pub(super) const TIMEOUT: Parameter = Parameter::new(0x7028, Kind::Integer, "communication timeout", "x 50 us");
+pub(super) const TORQUE_LIMIT: Parameter = Parameter::new(0x700B, Kind::Float, "torque limit", "N m");
 pub(super) const POWER_UP_RANGE: Parameter =
     Parameter::new(0x7029, Kind::Byte, "power-up range (0: 0 to 2pi, 1: ±pi)", "");
 
@@ -48,7 +49,7 @@ pub const SHOWN: [Parameter; 8] = [
     Parameter::new(0x701C, Kind::Float, "supply", "V"),
     TIMEOUT,
     Parameter::new(0x7005, Kind::Byte, "control mode (0 MIT)", ""),
-    Parameter::new(0x700B, Kind::Float, "torque limit", "N m"),
+    TORQUE_LIMIT,
     Parameter::new(0x7018, Kind::Float, "current limit of other modes", "A"),
     POWER_UP_RANGE,
 ];

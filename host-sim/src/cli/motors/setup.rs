@@ -9,6 +9,7 @@ use board::can::setup::motors;
 use clap::Args;
 use drive_tables::{FoundDrive, has_ranges_of, with_drives};
 use dynamics_core::JointKind;
+use dynamics_core::drive::Protocol;
 use interview::Interview;
 use robot_compiler::Robot;
 use sim::failure::Failure;
@@ -36,9 +37,10 @@ pub struct SetupArgs {
 /// Walks through the joints, and writes the robot file. Returns the message at the end.
 ///
 /// # Errors
-/// A wrong robot file; an adapter that is gone; motors that are silent or on; a file that cannot be written.
+/// A wrong robot file; an adapter that is gone; motors that are silent or on, of two kinds, or used by another program; a file that cannot be written.
 pub fn run(
     args: &SetupArgs,
+    kind: Option<Protocol>,
     adapter: &mut dyn Adapter,
     failed: impl Fn(io::Error) -> Failure,
 ) -> Result<String, Failure> {
@@ -62,13 +64,22 @@ pub fn run(
             joint.name
         )));
     }
-    if let Some(other) = robot.joints.iter().find_map(|joint| joint.drive.filter(|drive| drive.kind() != "damiao")) {
+    let of_file = robot.joints.iter().find_map(|joint| joint.drive.map(|drive| drive.kind()));
+    let kinds = [Protocol::Damiao, Protocol::RobStride].map(|kind| kind.facts().name);
+    if let Some(other) = of_file.filter(|kind| !kinds.contains(kind)) {
         return Err(Failure::Input(miette::miette!(
-            "{place}: found drives of the kind {}; setup can read the positions of damiao motors only",
-            other.kind()
+            "{place}: found drives of the kind {other}; setup can read the positions of {} motors only",
+            kinds.join(" and ")
         )));
     }
-    let motors = motors(adapter).map_err(&failed)?;
+    let motors = motors(adapter, kind).map_err(&failed)?;
+    let found_kind = motors.first().map(|motor| motor.kind.facts().name);
+    if let (Some(of_file), Some(found)) = (of_file, found_kind.filter(|found| Some(*found) != of_file)) {
+        return Err(Failure::Input(miette::miette!(
+            help = "delete the file's [joint.drive] tables; setup writes new ones",
+            "{place}: found drives of the kind {of_file} in the file, and {found} motors on the bus"
+        )));
+    }
     if motors.len() < robot.dof() {
         return Err(Failure::Target(miette::miette!(
             help =
@@ -92,7 +103,7 @@ pub fn run(
     let written = with_drives(&text, &robot, &found, args.bus)
         .map_err(|why| Failure::Input(miette::miette!("{place}: {why}")))?;
     let mut summary = String::new();
-    for (joint, FoundDrive { motor, direction, zero }) in robot.joints.iter().zip(&found) {
+    for (joint, FoundDrive { motor, direction, zero, .. }) in robot.joints.iter().zip(&found) {
         let _ = writeln!(summary, "{}: motor {}, direction {direction}, zero {zero:.4} rad", joint.name, motor.id);
     }
     // Before anything can fail: this was found by hand.
@@ -100,7 +111,7 @@ pub fn run(
     // What the reader would not accept is not written.
     let read = Robot::from_toml_str(&written, &args.out.display().to_string()).map_err(Failure::input)?;
     for (joint, found) in read.joints.iter().zip(&found) {
-        if !has_ranges_of(&found.motor, joint) {
+        if !has_ranges_of(&found.model, joint) {
             return Err(Failure::Input(miette::miette!(
                 "joint {}: its ranges would not be those of motor {}: nothing was written",
                 joint.name,

@@ -1,7 +1,7 @@
 //! The drives that `motors setup` has found, as tables of the robot file.
 
 use board::can::setup::ShaftMotor;
-use robot_compiler::drive::{Actuator, Protocol};
+use robot_compiler::drive::{Actuator, MitSpec, Protocol};
 use robot_compiler::{Robot, RobotJoint, actuators};
 use toml_edit::{Array, DocumentMut, Item, Table, TableLike, value};
 
@@ -11,39 +11,101 @@ const DAMPING: f64 = 1.0;
 /// Keys of the ranges of a drive's frames.
 const RANGES: [&str; 5] = ["position", "velocity", "torque", "kp", "kd"];
 
-/// The drive of a joint: its motor, and the direction and zero (rad) of its shaft.
+/// Highest stiffness (N m/rad) and damping (N m s/rad) of the frames of Damiao motors: all have these, and no register says them.
+const DAMIAO_GAINS: [f64; 2] = [500.0, 5.0];
+
+/// Ranges of the frames of a drive: the highest position (rad), velocity (rad/s), torque (N m), stiffness (N m/rad) and damping (N m s/rad).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum DriveModel {
+    /// Those of an actuator of the table.
+    Actuator(&'static Actuator),
+    /// Those that the motor or the person says.
+    Ranges([f64; 5]),
+    /// Those that the robot file has already.
+    OfFile([f64; 5]),
+}
+
+impl DriveModel {
+    /// The model of a motor that says its ranges.
+    pub(super) fn said(motor: &ShaftMotor) -> Option<Self> {
+        let ([velocity, torque], [kp, kd]) = (motor.ranges?, DAMIAO_GAINS);
+        let ranges = [motor.position, velocity, torque, kp, kd];
+        let mut all = of_kind(motor.kind).filter(|actuator| is_same_model(&Self::Actuator(actuator).ranges(), &ranges));
+        Some(match (all.next(), all.next()) {
+            (Some(one), None) => Self::Actuator(one),
+            _ => Self::Ranges(ranges),
+        })
+    }
+
+    /// The model that the robot file has for a joint.
+    pub(super) fn of_file(joint: &RobotJoint) -> Option<Self> {
+        joint.drive?.mit().map(|drive| Self::OfFile(highest(&drive)))
+    }
+
+    /// The model that a person typed: the name of an actuator of this kind, or five numbers.
+    pub(super) fn typed(text: &str, kind: Protocol) -> Option<Self> {
+        if let Some(actuator) = of_kind(kind).find(|actuator| actuator.name.eq_ignore_ascii_case(text)) {
+            return Some(Self::Actuator(actuator));
+        }
+        let numbers: Vec<f64> = text.split_whitespace().map(str::parse).collect::<Result<_, _>>().ok()?;
+        let ranges = <[f64; 5]>::try_from(numbers).ok()?;
+        ranges.iter().all(|range| range.is_finite() && *range > 0.0).then_some(Self::Ranges(ranges))
+    }
+
+    /// Text for the person.
+    pub(super) fn text(&self) -> &str {
+        match self {
+            Self::Actuator(it) => &it.name,
+            Self::Ranges(_) => "this model",
+            Self::OfFile(_) => "the robot file",
+        }
+    }
+
+    /// The ranges, in the order of the keys.
+    pub(super) fn ranges(&self) -> [f64; 5] {
+        match self {
+            Self::Actuator(it) => [it.position, it.velocity, it.torque, it.kp, it.kd],
+            Self::Ranges(ranges) | Self::OfFile(ranges) => *ranges,
+        }
+    }
+}
+
+/// Actuators of the table with the frames of this kind.
+fn of_kind(kind: Protocol) -> impl Iterator<Item = &'static Actuator> {
+    actuators().iter().filter(move |actuator| actuator.protocol == kind)
+}
+
+/// Names of the actuators of this kind.
+pub(super) fn names(kind: Protocol) -> String {
+    of_kind(kind).map(|actuator| actuator.name.as_str()).collect::<Vec<_>>().join(", ")
+}
+
+/// The drive of a joint: its motor, the ranges of its frames, and the direction and zero (rad) of its shaft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FoundDrive {
     pub(super) motor: ShaftMotor,
+    pub(super) model: DriveModel,
     pub(super) direction: f64,
     pub(super) zero: f64,
 }
 
-/// True if two ranges are equal but for the rounding of a register.
-fn is_same(a: f64, b: f64) -> bool {
+/// True if two numbers are equal but for the rounding of a register.
+pub(super) fn is_same(a: f64, b: f64) -> bool {
     (a - b).abs() < 1e-3 * b
 }
 
-/// True if the drive of a joint has the ranges of this motor.
-pub(super) fn has_ranges_of(motor: &ShaftMotor, joint: &RobotJoint) -> bool {
-    let drive = joint.drive.and_then(|drive| drive.mit());
-    let ranges = drive.map(|drive| [drive.position.1, drive.velocity.1, drive.torque.1]);
-    ranges.is_some_and(|ranges| ranges.iter().zip(motor.ranges).all(|(a, b)| is_same(*a, b)))
+fn is_same_model(a: &[f64; 5], b: &[f64; 5]) -> bool {
+    a.iter().zip(b).all(|(a, b)| is_same(*a, *b))
 }
 
-/// The actuator with these ranges, if exactly one has them.
-fn actuator(motor: &ShaftMotor) -> Option<&'static Actuator> {
-    let mut all = actuators().iter().filter(|actuator| {
-        let [position, velocity, torque] = motor.ranges;
-        actuator.protocol == Protocol::Damiao
-            && is_same(position, actuator.position)
-            && is_same(velocity, actuator.velocity)
-            && is_same(torque, actuator.torque)
-    });
-    match (all.next(), all.next()) {
-        (Some(one), None) => Some(one),
-        _ => None,
-    }
+fn highest(drive: &MitSpec) -> [f64; 5] {
+    [drive.position, drive.velocity, drive.torque, drive.kp, drive.kd].map(|(_, highest)| highest)
+}
+
+/// True if the drive of a joint has the ranges of this model.
+pub(super) fn has_ranges_of(model: &DriveModel, joint: &RobotJoint) -> bool {
+    let drive = joint.drive.and_then(|drive| drive.mit());
+    drive.is_some_and(|drive| is_same_model(&highest(&drive), &model.ranges()))
 }
 
 /// The text of a robot file with these drives. Other keys and comments stay.
@@ -55,30 +117,31 @@ pub(super) fn with_drives(text: &str, robot: &Robot, found: &[FoundDrive], bus: 
         let drive = table.entry("drive").or_insert_with(|| Item::Table(Table::new()));
         let drive: &mut dyn TableLike =
             drive.as_table_like_mut().ok_or_else(|| format!("joint {}: drive is no table", joint.name))?;
-        let FoundDrive { motor, direction, zero } = found;
-        drive.insert("kind", value("damiao"));
-        match actuator(motor) {
-            Some(actuator) => {
+        let FoundDrive { motor, model, direction, zero } = found;
+        drive.insert("kind", value(motor.kind.facts().name));
+        match model {
+            DriveModel::OfFile(_) => {}
+            DriveModel::Actuator(actuator) => {
                 // Ranges of the file would be used instead of the actuator's.
                 for key in RANGES {
                     drive.remove(key);
                 }
                 drive.insert("actuator", value(actuator.name.clone()));
             }
-            // The ranges that the motor itself reports. Those of stiffness and damping are in no register: all Damiao motors have these.
-            None => {
+            DriveModel::Ranges(ranges) => {
                 drive.remove("actuator");
-                let both = |most: f64| value(Array::from_iter([-most, most]));
-                for (key, most) in ["position", "velocity", "torque"].into_iter().zip(motor.ranges) {
-                    drive.insert(key, both(most));
+                for (key, most) in RANGES.into_iter().zip(ranges) {
+                    let least = if ["kp", "kd"].contains(&key) { 0.0 } else { -most };
+                    drive.insert(key, value(Array::from_iter([least, *most])));
                 }
-                drive.insert("kp", value(Array::from_iter([0.0, 500.0])));
-                drive.insert("kd", value(Array::from_iter([0.0, 5.0])));
             }
         }
         drive.insert("bus", value(i64::from(bus)));
         drive.insert("id", value(i64::from(motor.id)));
-        drive.insert("reply_id", value(i64::from(motor.reply_id)));
+        // A RobStride motor replies to the host that asks: `host_id`, which has a default.
+        if motor.kind == Protocol::Damiao {
+            drive.insert("reply_id", value(i64::from(motor.reply_id)));
+        }
         drive.insert("direction", value(*direction as i64));
         drive.insert("zero", value(*zero));
         if drive.get("damping").is_none() {
@@ -91,8 +154,9 @@ pub(super) fn with_drives(text: &str, robot: &Robot, found: &[FoundDrive], bus: 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
-    use super::{FoundDrive, ShaftMotor, with_drives};
+    use super::{DriveModel, FoundDrive, ShaftMotor, has_ranges_of, with_drives};
     use robot_compiler::Robot;
+    use robot_compiler::drive::Protocol;
     use std::path::Path;
 
     #[test]
@@ -109,19 +173,31 @@ mod tests {
             [12.5, 33.0, 11.0],
         ];
         let found: Vec<_> = (0..6_u8)
-            .map(|joint| FoundDrive {
-                motor: ShaftMotor {
+            .map(|joint| {
+                let [position, velocity, torque] = ranges[usize::from(joint)];
+                let motor = ShaftMotor {
+                    kind: Protocol::Damiao,
                     id: 6 - joint,
                     reply_id: 22 - u32::from(joint),
-                    ranges: ranges[usize::from(joint)],
-                },
-                direction: if joint == 2 { -1.0 } else { 1.0 },
-                zero: 0.1 * f64::from(joint),
+                    position,
+                    ranges: Some([velocity, torque]),
+                    torque_limit: None,
+                    power_up_lowest: None,
+                };
+                FoundDrive {
+                    motor,
+                    model: DriveModel::said(&motor).unwrap(),
+                    direction: if joint == 2 { -1.0 } else { 1.0 },
+                    zero: 0.1 * f64::from(joint),
+                }
             })
             .collect();
         let written = with_drives(&text, &robot, &found, 1).unwrap();
         let read = Robot::from_toml_str(&written, "written.toml").unwrap();
         for (joint, (before, after)) in robot.joints.iter().zip(&read.joints).enumerate() {
+            assert!(has_ranges_of(&found[joint].model, after), "{}", after.name);
+            let other = DriveModel::Ranges([12.5, 10.0, 27.0, 500.0, 5.0]);
+            assert!(!has_ranges_of(&other, after), "{}", after.name);
             assert_eq!((&before.name, &before.spec), (&after.name, &after.spec));
             let (before, after) = (before.drive.unwrap().mit().unwrap(), after.drive.unwrap().mit().unwrap());
             assert_eq!((usize::from(after.id), usize::from(after.reply_id)), (6 - joint, 22 - joint));
@@ -133,5 +209,15 @@ mod tests {
         let comments = |text: &str| text.lines().filter(|line| line.starts_with('#')).count();
         assert_eq!(comments(&written), comments(&text));
         assert!(with_drives("joint = 3", &robot, &found, 1).unwrap_err().contains("[[joint]]"));
+    }
+
+    #[test]
+    fn a_model_is_the_name_of_an_actuator_of_its_kind_or_five_ranges() {
+        let typed = |text| DriveModel::typed(text, Protocol::RobStride);
+        assert_eq!(typed("rs06").unwrap().text(), "RS06");
+        assert_eq!(typed(" 12.57 20  60 5000 100 "), Some(DriveModel::Ranges([12.57, 20.0, 60.0, 5000.0, 100.0])));
+        for wrong in ["", "RS03", "DM4310", "12.57 20 60 5000", "12.57 20 0 5000 100", "12.57 20 inf 5000 100"] {
+            assert_eq!(typed(wrong), None, "{wrong}");
+        }
     }
 }

@@ -1,13 +1,15 @@
 //! Interview of the person who moves the arm by hand: the motor and direction of each joint, its zero, and its ends.
 
-use super::drive_tables::FoundDrive;
+use super::drive_tables::{DriveModel, FoundDrive, is_same, names};
 use board::can::adapter::Adapter;
-use board::can::setup::{Movement, ShaftMotor, moved, positions, still_positions, zero};
+use board::can::setup::{Movement, ShaftMotor, jumped, moved, positions, still_positions, zero};
 use dynamics_core::JointKind;
+use dynamics_core::drive::Protocol;
 use firmware_image::process::line_channel;
 use robot_compiler::{Robot, RobotJoint};
 use sim::failure::Failure;
 use sim::terminal;
+use std::f64::consts::TAU;
 use std::io::{self, BufReader};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
@@ -58,6 +60,73 @@ fn gear(joint: &RobotJoint) -> f64 {
     joint.drive.and_then(|drive| drive.mit()).map_or(1.0, |drive| drive.ratio.abs())
 }
 
+/// Asks for the ranges of the frames of a motor that does not say them, unless the robot file has them. What contradicts the motor's torque limit is asked
+/// for a second time: with a wrong torque range the motor gives another torque than commanded.
+fn model(person: &Person, motor: &ShaftMotor, joint: &RobotJoint) -> Result<DriveModel, Failure> {
+    if let Some(said) = DriveModel::said(motor) {
+        return Ok(said);
+    }
+    let (mut given, mut doubted) = (DriveModel::of_file(joint), None);
+    loop {
+        if let Some(model) = given {
+            let [_, velocity, torque, ..] = model.ranges();
+            let (limits, gear) = (&joint.spec.limits, gear(joint));
+            match motor.torque_limit.filter(|limit| !is_same(*limit, torque)) {
+                Some(limit) if doubted != Some(model) => {
+                    terminal::print(&format!(
+                        "  the frames of {} have {torque} N m, and the torque limit of motor {} is {limit} N m: is this its model? If so, enter it again\n",
+                        model.text(),
+                        motor.id
+                    ))?;
+                    doubted = Some(model);
+                }
+                // The robot file would be rejected at the end.
+                _ if limits.torque > torque * gear || limits.velocity * gear > velocity => terminal::print(&format!(
+                    "  the limits of {} are {} N m and {} rad/s, and the frames of {} have {torque} N m and {velocity} rad/s at the shaft: wrong model, or \
+                     wrong limits in the robot file\n",
+                    joint.name,
+                    limits.torque,
+                    limits.velocity,
+                    model.text()
+                ))?,
+                _ => return Ok(model),
+            }
+        }
+        terminal::print(&format!(
+            "  model of motor {}, as on its label: {}. For another model, the highest position (rad), velocity (rad/s), torque (N m), kp and kd of \
+             its frames: five numbers (docs/reference/drives.md)\n",
+            motor.id,
+            names(motor.kind)
+        ))?;
+        given = DriveModel::typed(&person.enter()?, motor.kind);
+    }
+}
+
+/// Warning about a RobStride motor that may show the joint a whole turn away after power-up; `None` if it cannot.
+fn power_up_warning(joint: &RobotJoint, found: &FoundDrive) -> Option<String> {
+    let FoundDrive { motor, direction, zero, .. } = *found;
+    if motor.kind != Protocol::RobStride {
+        return None;
+    }
+    let (id, name) = (motor.id, &joint.name);
+    let Some(lowest) = motor.power_up_lowest else {
+        return Some(format!(
+            "  {name}: motor {id} does not say which turn it shows after power-up (parameter 0x7029): compare its position with the arm after each \
+             power-up\n"
+        ));
+    };
+    let ends = <[f64; 2]>::from(joint.spec.limits.position).map(|q| zero + direction * gear(joint) * q);
+    let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+    let is_within = lowest + NEAR <= low && high <= lowest + TAU - NEAR;
+    (!is_within).then(|| {
+        format!(
+            "  {name}: motor {id} is at {low:.2} to {high:.2} rad between the joint's limits, and after power-up it shows {lowest:.2} to {:.2} rad \
+             (parameter 0x7029): the joint may then be read a whole turn away. Compare its position with the arm after each power-up\n",
+            lowest + TAU
+        )
+    })
+}
+
 /// The interview about an arm whose motors are on this adapter.
 pub(super) struct Interview<'a> {
     robot: &'a Robot,
@@ -89,12 +158,29 @@ impl<'a> Interview<'a> {
                     robot.dof(),
                     joint.name
                 ))?;
-                person.enter()?;
-                match moved(&before, &still_positions(*adapter, motors).map_err(*failed)?, &taken) {
+                let (mut last, mut jump) = (before.clone(), None);
+                person.answer(|| {
+                    let now = positions(*adapter, motors).map_err(*failed)?;
+                    jump = jump.or(jumped(&last, &now));
+                    last = now;
+                    Ok(())
+                })?;
+                let after = still_positions(*adapter, motors).map_err(*failed)?;
+                if let Some(motor) = jump.or(jumped(&last, &after)) {
+                    terminal::print(&format!(
+                        "  the position of motor {} jumped by more than half a turn: the end of its range, or its power was off; again\n",
+                        motors[motor].id
+                    ))?;
+                    continue;
+                }
+                match moved(&before, &after, &taken) {
                     Movement::One(motor, by) => {
-                        terminal::print(&format!("  motor {} turned by {by:.2} rad\n", motors[motor].id))?;
+                        let mut its = motors[motor];
+                        terminal::print(&format!("  motor {} turned by {by:.2} rad\n", its.id))?;
+                        let model = model(person, &its, joint)?;
+                        [its.position, ..] = model.ranges();
                         taken.push(motor);
-                        found.push(FoundDrive { motor: motors[motor], direction: by.signum(), zero: 0.0 });
+                        found.push(FoundDrive { motor: its, model, direction: by.signum(), zero: 0.0 });
                         break;
                     }
                     Movement::None => terminal::print("  no motor moved; again\n")?,
@@ -129,6 +215,9 @@ impl<'a> Interview<'a> {
         for (((found, joint), shaft), q) in found.iter_mut().zip(&robot.joints).zip(shafts).zip(pose) {
             // Four digits are finer than a pose by hand.
             found.zero = (1e4 * zero(shaft, found.direction, gear(joint), q)).round() / 1e4;
+            if let Some(warning) = power_up_warning(joint, found) {
+                terminal::print(&warning)?;
+            }
         }
         Ok(())
     }
@@ -139,8 +228,17 @@ impl<'a> Interview<'a> {
         terminal::print("Move every joint to both of its ends, then Enter; or Enter at once to leave this out\n")?;
         let motors: Vec<ShaftMotor> = found.iter().map(|found| found.motor).collect();
         let mut reached = vec![(f64::INFINITY, f64::NEG_INFINITY); found.len()];
+        let mut last = positions(*adapter, &motors).map_err(*failed)?;
         person.answer(|| {
             let shafts = positions(*adapter, &motors).map_err(*failed)?;
+            if let Some(motor) = jumped(&last, &shafts) {
+                return Err(Failure::Target(miette::miette!(
+                    help = "its zero may be a turn off now; begin again, with the power on until the end",
+                    "motor {}: its position jumped by more than half a turn: the end of its range, or its power was off: nothing was written",
+                    motors[motor].id
+                )));
+            }
+            last.clone_from(&shafts);
             for ((((low, high), found), joint), shaft) in reached.iter_mut().zip(found).zip(&robot.joints).zip(shafts) {
                 let q = (shaft - found.zero) * found.direction / gear(joint);
                 (*low, *high) = (low.min(q), high.max(q));
