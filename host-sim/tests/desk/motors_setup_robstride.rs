@@ -183,6 +183,7 @@ fn moving_the_joints_finds_robstride_motors_and_asks_for_their_models() {
     session.until(base);
     session.until("elbow: motor 2 does not say which turn");
     session.until("wrist_roll: motor 6 is at -2.64 to 3.64 rad");
+    session.until("to both of its ends");
     session.line("");
     let (code, said, error) = session.end();
     assert_eq!((code, error.as_str()), (0, ""), "{said}");

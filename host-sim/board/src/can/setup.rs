@@ -226,6 +226,12 @@ fn robstride_position(adapter: &mut dyn Adapter, motor: &ShaftMotor) -> io::Resu
     if !state.is_off() {
         return Err(is_on(motor.id, &state.text()));
     }
+    if state.error != 0 {
+        let (id, text) = (motor.id, state.text());
+        return Err(io::Error::other(format!(
+            "motor {id}: {text}: expected a motor without an error (newtau motors clear)"
+        )));
+    }
     let position = state.share.ok_or_else(|| at_end(motor.id))? * motor.position;
     let parameter = read_patiently(adapter, motor.id)?;
     if (position - parameter).abs() < AGREE {

@@ -52,6 +52,9 @@ pub fn run(
         )));
     }
     let robot = Robot::load(&args.robot).map_err(Failure::input)?;
+    let read_text =
+        || std::fs::read_to_string(&args.robot).map_err(|error| Failure::input(miette::miette!("{place}: {error}")));
+    let text = read_text()?;
     // An error here is better before the work than after it. It is checked again when the file is written.
     args.force.output().reads(&args.robot).file(&args.out)?;
     let mut output = args.force.output().reads(&args.robot);
@@ -64,9 +67,9 @@ pub fn run(
             joint.name
         )));
     }
-    let of_file = robot.joints.iter().find_map(|joint| joint.drive.map(|drive| drive.kind()));
+    let of_file = || robot.joints.iter().filter_map(|joint| joint.drive.map(|drive| drive.kind()));
     let kinds = [Protocol::Damiao, Protocol::RobStride].map(|kind| kind.facts().name);
-    if let Some(other) = of_file.filter(|kind| !kinds.contains(kind)) {
+    if let Some(other) = of_file().find(|kind| !kinds.contains(kind)) {
         return Err(Failure::Input(miette::miette!(
             "{place}: found drives of the kind {other}; setup can read the positions of {} motors only",
             kinds.join(" and ")
@@ -74,7 +77,7 @@ pub fn run(
     }
     let motors = motors(adapter, kind).map_err(&failed)?;
     let found_kind = motors.first().map(|motor| motor.kind.facts().name);
-    if let (Some(of_file), Some(found)) = (of_file, found_kind.filter(|found| Some(*found) != of_file)) {
+    if let (Some(found), Some(of_file)) = (found_kind, of_file().find(|kind| Some(*kind) != found_kind)) {
         return Err(Failure::Input(miette::miette!(
             help = "delete the file's [joint.drive] tables; setup writes new ones",
             "{place}: found drives of the kind {of_file} in the file, and {found} motors on the bus"
@@ -98,8 +101,9 @@ pub fn run(
     let mut found = interview.joints(&motors)?;
     interview.zeros(&mut found)?;
     interview.ends(&found)?;
-    let text =
-        std::fs::read_to_string(&args.robot).map_err(|error| Failure::input(miette::miette!("{place}: {error}")))?;
+    if read_text()? != text {
+        return Err(Failure::Input(miette::miette!("{place}: it was changed meanwhile: nothing was written")));
+    }
     let written = with_drives(&text, &robot, &found, args.bus)
         .map_err(|why| Failure::Input(miette::miette!("{place}: {why}")))?;
     let mut summary = String::new();

@@ -20,6 +20,9 @@ const LOOK: Duration = Duration::from_millis(20);
 /// A range that was reached, against the robot file's: a difference below this, rad or m, is not worth a message.
 const NEAR: f64 = 0.05;
 
+/// Largest difference of the position range of a RobStride model's frames from that of the others, rad.
+const SAME_POSITION: f64 = 0.1;
+
 /// Lines of a person.
 struct Person(Receiver<String>);
 
@@ -46,6 +49,11 @@ impl Person {
     fn enter(&self) -> Result<String, Failure> {
         self.answer(|| Ok(()))
     }
+
+    /// Forgets lines that came before a question: they cannot be its answer.
+    fn forget(&self) {
+        while self.0.try_recv().is_ok() {}
+    }
 }
 
 fn units(joint: &RobotJoint) -> &'static str {
@@ -69,27 +77,41 @@ fn model(person: &Person, motor: &ShaftMotor, joint: &RobotJoint) -> Result<Driv
     let (mut given, mut doubted) = (DriveModel::of_file(joint), None);
     loop {
         if let Some(model) = given {
-            let [_, velocity, torque, ..] = model.ranges();
+            let [position, velocity, torque, ..] = model.ranges();
             let (limits, gear) = (&joint.spec.limits, gear(joint));
-            match motor.torque_limit.filter(|limit| !is_same(*limit, torque)) {
-                Some(limit) if doubted != Some(model) => {
-                    terminal::print(&format!(
-                        "  the frames of {} have {torque} N m, and the torque limit of motor {} is {limit} N m: is this its model? If so, enter it again\n",
-                        model.text(),
-                        motor.id
-                    ))?;
-                    doubted = Some(model);
-                }
+            let is_too_weak = limits.torque > torque * gear || limits.velocity * gear > velocity;
+            let agrees = motor.torque_limit.is_some_and(|limit| is_same(limit, torque));
+            let text = model.text();
+            if (position - motor.position).abs() > SAME_POSITION {
+                terminal::print(&format!(
+                    "  the position range of {text} is {position} rad; expected {} rad, that of every {} model\n",
+                    motor.position,
+                    motor.kind.facts().name
+                ))?;
+            } else if !agrees && doubted != Some(model.ranges()) {
+                let limit = motor.torque_limit.map_or("unknown".to_owned(), |limit| format!("{limit} N m"));
+                terminal::print(&format!(
+                    "  the frames of {text} have {torque} N m, and the torque limit of motor {} is {limit}: is this its model? If so, enter it again\n",
+                    motor.id
+                ))?;
+                doubted = Some(model.ranges());
+            } else if is_too_weak {
                 // The robot file would be rejected at the end.
-                _ if limits.torque > torque * gear || limits.velocity * gear > velocity => terminal::print(&format!(
-                    "  the limits of {} are {} N m and {} rad/s, and the frames of {} have {torque} N m and {velocity} rad/s at the shaft: wrong model, or \
-                     wrong limits in the robot file\n",
-                    joint.name,
-                    limits.torque,
-                    limits.velocity,
-                    model.text()
-                ))?,
-                _ => return Ok(model),
+                let why = format!(
+                    "the limits of {} are {} N m and {} rad/s, and the frames of {text} have {torque} N m and {velocity} rad/s at the shaft, with a gear of \
+                     {gear}: wrong model, or wrong limits or gear in the robot file",
+                    joint.name, limits.torque, limits.velocity
+                );
+                if agrees {
+                    return Err(Failure::Input(miette::miette!(
+                        help = "correct the robot file, then begin again",
+                        "{why}; the torque limit of motor {} is that of {text}: nothing was written",
+                        motor.id
+                    )));
+                }
+                terminal::print(&format!("  {why}\n"))?;
+            } else {
+                return Ok(model);
             }
         }
         terminal::print(&format!(
@@ -111,8 +133,8 @@ fn power_up_warning(joint: &RobotJoint, found: &FoundDrive) -> Option<String> {
     let (id, name) = (motor.id, &joint.name);
     let Some(lowest) = motor.power_up_lowest else {
         return Some(format!(
-            "  {name}: motor {id} does not say which turn it shows after power-up (parameter 0x7029): compare its position with the arm after each \
-             power-up\n"
+            "  {name}: motor {id} does not say which turn it shows after power-up (parameter 0x7029). With an encoder on the motor alone (RS01), the joint may \
+             then be wrong by a part of a turn. Compare its position with the arm after each power-up\n"
         ));
     };
     let ends = <[f64; 2]>::from(joint.spec.limits.position).map(|q| zero + direction * gear(joint) * q);
@@ -153,6 +175,7 @@ impl<'a> Interview<'a> {
         for (number, joint) in (1..).zip(&robot.joints) {
             loop {
                 let before = still_positions(*adapter, motors).map_err(*failed)?;
+                person.forget();
                 terminal::print(&format!(
                     "joint {number} of {}, {}: move it alone, by hand, in its POSITIVE direction by 0.3 rad (20 degrees) or more, hold it there, then Enter\n",
                     robot.dof(),
@@ -165,15 +188,22 @@ impl<'a> Interview<'a> {
                     last = now;
                     Ok(())
                 })?;
+                let held = positions(*adapter, motors).map_err(*failed)?;
                 let after = still_positions(*adapter, motors).map_err(*failed)?;
-                if let Some(motor) = jump.or(jumped(&last, &after)) {
+                if let Some(motor) = jump.or(jumped(&last, &held)).or(jumped(&held, &after)) {
                     terminal::print(&format!(
                         "  the position of motor {} jumped by more than half a turn: the end of its range, or its power was off; again\n",
                         motors[motor].id
                     ))?;
                     continue;
                 }
+                // An arm that is let go after Enter sinks, perhaps to the other side.
+                let by_hand = moved(&before, &held, &taken);
                 match moved(&before, &after, &taken) {
+                    Movement::One(motor, by) if !matches!(by_hand, Movement::One(same, turned) if same == motor && turned * by > 0.0) =>
+                    {
+                        terminal::print("  the arm moved after Enter: hold it until the next line; again\n")?;
+                    }
                     Movement::One(motor, by) => {
                         let mut its = motors[motor];
                         terminal::print(&format!("  motor {} turned by {by:.2} rad\n", its.id))?;
@@ -203,6 +233,7 @@ impl<'a> Interview<'a> {
         let rest = robot.rest.as_deref();
         let pose = loop {
             let or_rest = if rest.is_some() { ", or its rest pose: r" } else { "" };
+            person.forget();
             terminal::print(&format!("Put the arm into a pose that is known. Every joint at 0: z{or_rest}\n"))?;
             match (person.enter()?.as_str(), rest) {
                 ("z", _) => break vec![0.0; robot.dof()],
@@ -222,9 +253,10 @@ impl<'a> Interview<'a> {
         Ok(())
     }
 
-    /// Asks for the joints' ends, and compares them with the robot file's limits.
+    /// Asks for the joints' ends, and compares them with the robot file's limits. A contradiction must be confirmed.
     pub(super) fn ends(&mut self, found: &[FoundDrive]) -> Result<(), Failure> {
         let Self { robot, adapter, failed, person } = self;
+        person.forget();
         terminal::print("Move every joint to both of its ends, then Enter; or Enter at once to leave this out\n")?;
         let motors: Vec<ShaftMotor> = found.iter().map(|found| found.motor).collect();
         let mut reached = vec![(f64::INFINITY, f64::NEG_INFINITY); found.len()];
@@ -245,12 +277,14 @@ impl<'a> Interview<'a> {
             }
             Ok(())
         })?;
+        let mut is_beyond = false;
         for ((low, high), joint) in reached.iter().zip(&robot.joints) {
             let limits = joint.spec.limits.position;
             if high - low < NEAR {
                 continue;
             }
             let beyond = *low < limits.0 - NEAR || *high > limits.1 + NEAR;
+            is_beyond |= beyond;
             let comment = if beyond {
                 "BEYOND the robot file's limits: wrong zero, direction or limits?"
             } else {
@@ -261,6 +295,16 @@ impl<'a> Interview<'a> {
                 "  {}: from {low:.2} to {high:.2} {unit}; limits {:.2} to {:.2} {unit}: {comment}\n",
                 joint.name, limits.0, limits.1
             ))?;
+        }
+        if is_beyond {
+            person.forget();
+            terminal::print("Write the file all the same? yes, or Enter to end without it\n")?;
+            if person.enter()? != "yes" {
+                return Err(Failure::Target(miette::miette!(
+                    help = "correct the limits in the robot file, or begin again",
+                    "a joint was beyond its limits: nothing was written"
+                )));
+            }
         }
         Ok(())
     }
