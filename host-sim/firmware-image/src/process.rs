@@ -2,7 +2,7 @@
 
 use anyhow::{Context as _, Result, bail};
 use std::env::consts::EXE_SUFFIX;
-use std::fs::OpenOptions;
+use std::fs::{DirBuilder, OpenOptions};
 use std::io::{self, BufRead, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -24,6 +24,18 @@ pub fn write_for_owner(path: &Path, bytes: &[u8]) -> io::Result<()> {
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
     options.open(path)?.write_all(bytes)
+}
+
+/// Makes a folder that only its owner can enter, and the folders above it if `recursive`.
+///
+/// # Errors
+/// It cannot be made; it exists, unless `recursive`.
+pub fn folder_for_owner(path: &Path, recursive: bool) -> io::Result<()> {
+    let mut builder = DirBuilder::new();
+    builder.recursive(recursive);
+    #[cfg(unix)]
+    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
+    builder.create(path)
 }
 
 /// Cargo's build folder.

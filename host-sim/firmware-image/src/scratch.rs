@@ -3,7 +3,8 @@
 //! They are in a folder of this process, which is deleted with its last file. A program that is killed deletes nothing; so the first file of a later
 //! program deletes the folders of processes that are dead.
 
-use std::fs::{self, DirBuilder, File, Metadata, OpenOptions};
+use crate::process::folder_for_owner;
+use std::fs::{self, File, Metadata, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -81,11 +82,7 @@ impl Drop for ScratchFile {
 fn own_folder() -> io::Result<Folder> {
     for number in 0..NAMES {
         let path = std::env::temp_dir().join(format!("{PREFIX}{}-{number}", std::process::id()));
-        let mut builder = DirBuilder::new();
-        builder.recursive(false);
-        #[cfg(unix)]
-        std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
-        match builder.create(&path) {
+        match folder_for_owner(&path, false) {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
             other => other?,
         }

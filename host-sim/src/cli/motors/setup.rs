@@ -2,6 +2,7 @@
 
 mod drive_tables;
 mod interview;
+mod person;
 
 use crate::cli::force::ForceArgs;
 use board::can::adapter::Adapter;

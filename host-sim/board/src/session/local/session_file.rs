@@ -3,6 +3,7 @@
 //! A session `PID` has two files in a folder that only the user can read: `PID.json`, and `PID.lock`, which is locked while the session runs. So a
 //! program that was killed leaves no session behind.
 
+use firmware_image::process::folder_for_owner;
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Write as _};
@@ -84,11 +85,7 @@ fn user() -> String {
 
 /// Makes the folder, and checks that nobody else can read it.
 fn private(folder: &Path) -> io::Result<()> {
-    let mut builder = fs::DirBuilder::new();
-    builder.recursive(true);
-    #[cfg(unix)]
-    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
-    builder.create(folder)?;
+    folder_for_owner(folder, true)?;
     is_private(folder)
 }
 

@@ -1,60 +1,22 @@
 //! Interview of the person who moves the arm by hand: the motor and direction of each joint, its zero, and its ends.
 
 use super::drive_tables::{DriveModel, FoundDrive, is_same, names};
+use super::person::Person;
 use board::can::adapter::Adapter;
 use board::can::setup::{Movement, ShaftMotor, jumped, moved, positions, still_positions, zero};
 use dynamics_core::JointKind;
 use dynamics_core::drive::Protocol;
-use firmware_image::process::line_channel;
 use robot_compiler::{Robot, RobotJoint};
 use sim::failure::Failure;
 use sim::terminal;
 use std::f64::consts::TAU;
-use std::io::{self, BufReader};
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
-use std::time::Duration;
-
-/// Interval at which the joints are read while a person moves them to their ends.
-const LOOK: Duration = Duration::from_millis(20);
+use std::io;
 
 /// A range that was reached, against the robot file's: a difference below this, rad or m, is not worth a message.
 const NEAR: f64 = 0.05;
 
 /// Largest difference of the position range of a RobStride model's frames from that of the others, rad.
 const SAME_POSITION: f64 = 0.1;
-
-/// Lines of a person.
-struct Person(Receiver<String>);
-
-impl Person {
-    fn new() -> Self {
-        Self(line_channel(BufReader::new(io::stdin())))
-    }
-
-    /// The next line; meanwhile, `look` is called every 20 ms.
-    fn answer(&self, mut look: impl FnMut() -> Result<(), Failure>) -> Result<String, Failure> {
-        loop {
-            match self.0.recv_timeout(LOOK) {
-                Ok(line) => return Ok(line.trim().to_owned()),
-                Err(RecvTimeoutError::Timeout) => look()?,
-                Err(RecvTimeoutError::Disconnected) => {
-                    return Err(Failure::Input(miette::miette!(
-                        "the input ended before the setup was complete: nothing was written"
-                    )));
-                }
-            }
-        }
-    }
-
-    fn enter(&self) -> Result<String, Failure> {
-        self.answer(|| Ok(()))
-    }
-
-    /// Forgets lines that came before a question: they cannot be its answer.
-    fn forget(&self) {
-        while self.0.try_recv().is_ok() {}
-    }
-}
 
 fn units(joint: &RobotJoint) -> &'static str {
     match joint.spec.kind {
