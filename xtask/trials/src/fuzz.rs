@@ -64,7 +64,7 @@ pub fn replay(check: fn(&[u8])) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Defines the program of a fuzz target. `cargo fuzz` builds it for libFuzzer; without it, the program is [`replay`](fuzz::replay).
+/// Defines the program of a fuzz target. `cargo fuzz` builds it for libFuzzer; without it, the program is [`replay`](crate::fuzz::replay).
 #[macro_export]
 macro_rules! fuzz_program {
     ($target:ident) => {
