@@ -1,4 +1,9 @@
-//! The command line: a file for each command, with its arguments, its help, the call and the output.
+//! The commands of `newtau`. Without the feature `full` there is `run` alone, at the desk, in the program `newtau-run`: the packages below it compile in half
+//! the time.
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "full")]
 pub mod cli;
+mod force;
+mod output;
+pub mod run;

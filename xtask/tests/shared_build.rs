@@ -6,11 +6,11 @@ use std::path::Path;
 use std::process::Command;
 
 /// Every package that this one is built from, with its version and features.
-fn features(package: &str) -> BTreeMap<String, String> {
+fn features(package: &str, options: &[&str]) -> BTreeMap<String, String> {
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     cargo.current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap());
     cargo.args(["tree", "--locked", "--package", package, "--edges", "normal", "--prefix", "none", "--no-dedupe"]);
-    let output = cargo.args(["--format", "{p}\t{f}"]).output().unwrap();
+    let output = cargo.args(options).args(["--format", "{p}\t{f}"]).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let text = String::from_utf8(output.stdout).unwrap();
     text.lines()
@@ -27,13 +27,25 @@ fn differing(one: &BTreeMap<String, String>, other: &BTreeMap<String, String>) -
 
 #[test]
 fn simulator_tasks_and_wheel_ask_each_package_for_the_same_features() {
-    let simulator = features("host-sim");
+    let simulator = features("host-sim", &[]);
     for (package, common) in [("xtask", "robot-compiler "), ("trials", "studies "), ("newtau-python", "studies ")] {
-        let other = features(package);
+        let other = features(package, &[]);
         assert!(other.keys().any(|name| name.starts_with(common)), "{:?}", other.keys());
         let found = differing(&simulator, &other);
         assert!(found.is_empty(), "{package}: name the features in robot-compiler/Cargo.toml:\n{}", found.join("\n"));
     }
+}
+
+/// Else `newtau` would compile the simulated arm again, which `newtau-run` has compiled in the same folder.
+#[test]
+fn the_first_program_asks_each_package_for_the_features_of_the_whole() {
+    let (first, whole) = (features("host-sim", &["--no-default-features"]), features("host-sim", &[]));
+    assert!(first.keys().any(|name| name.starts_with("sim ")), "{:?}", first.keys());
+    let later = ["board ", "identification ", "studies "];
+    assert!(!first.keys().any(|name| later.iter().any(|later| name.starts_with(later))), "{:?}", first.keys());
+    let found = differing(&first, &whole);
+    let others: Vec<_> = found.into_iter().filter(|line| !line.starts_with("host-sim ")).collect();
+    assert!(others.is_empty(), "name the features in host-sim/Cargo.toml:\n{}", others.join("\n"));
 }
 
 /// Derive macros share the build of what a package uses itself with that package, and are built for themselves otherwise. Then all that is derived with them is,

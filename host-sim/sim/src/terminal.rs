@@ -1,7 +1,10 @@
-//! The program at a terminal: results, progress bar, messages, Ctrl-C and exit code.
+//! The program at a terminal: options by name, results, progress bar, messages, Ctrl-C and exit code.
 
 use crate::failure::Failure;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use robot_compiler::Robot;
+use robot_compiler::names::{self, Named};
 use serde::Serialize;
 use std::io::{self, IsTerminal, Write as _};
 use std::process::ExitCode;
@@ -68,4 +71,22 @@ pub fn exit_code(done: Result<u8, Failure>) -> ExitCode {
         eprintln!("{:?}", failure.report());
         code
     }))
+}
+
+/// Prints a note on standard error if the robot's base is rotated, because results depend on it.
+pub fn say_mounting(robot: &Robot) {
+    let note = robot.mounting_note();
+    if !note.is_empty() {
+        eprintln!("note: {note}");
+    }
+}
+
+/// Parser of a type by its list of names, which help shows.
+#[must_use]
+pub fn named<T: Named>() -> impl TypedValueParser<Value = T> {
+    let values = T::NAMES.iter().map(|&(name, about, _)| match about {
+        "" => PossibleValue::new(name),
+        about => PossibleValue::new(name).help(about),
+    });
+    PossibleValuesParser::new(values).try_map(|name| names::named(&name))
 }

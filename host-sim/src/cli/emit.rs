@@ -1,6 +1,6 @@
 //! `emit`: writes code for programs of other people.
 
-use crate::cli::force::ForceArgs;
+use crate::force::ForceArgs;
 use clap::{Args, Subcommand};
 use robot_compiler::SceneFile;
 use robot_compiler::emit::arm_crate;
@@ -9,10 +9,10 @@ use robot_compiler::emit::kernel_file::Language;
 use robot_compiler::names::name;
 use robot_compiler::scene::ScalarChoice;
 use sim::failure::{Failure, in_file};
+use sim::terminal::named;
 use sim::terminal::print;
 use std::fs;
 use std::path::{Path, PathBuf};
-use studies::options::named;
 
 const EXAMPLE: &str = "Example:\n  newtau emit arm scenes/puma560_pick.toml --out out/arm";
 

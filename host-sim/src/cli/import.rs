@@ -1,7 +1,7 @@
 //! `import`: converts an arm of a URDF file to a TOML robot file.
 
 use crate::cli::chain::ChainArgs;
-use crate::cli::force::ForceArgs;
+use crate::force::ForceArgs;
 use clap::Args;
 use robot_compiler::UrdfArm;
 use robot_compiler::check::Draft;

@@ -1,4 +1,4 @@
-//! The command line: sixteen commands, each with a file or folder that holds its arguments, its help, the call and the output.
+//! The command line: sixteen commands, each with a file or folder that holds its arguments, its help, the call and the output. `run` is [beside it](crate::run).
 
 pub mod chain;
 pub mod check;
@@ -9,7 +9,6 @@ pub mod drive;
 pub mod emit;
 pub mod explain;
 pub mod firmware;
-pub mod force;
 pub mod identify;
 pub mod import;
 pub mod model;
@@ -18,17 +17,18 @@ pub mod names;
 pub mod parts;
 pub mod renamed;
 pub mod report;
-pub mod run;
 pub mod stop;
 pub mod sweep;
 
 mod interrupt;
-mod output;
 
+use crate::run::{self, Target};
+use board::chip::on_chip;
 use clap::{ArgAction, CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
 use interrupt::stop_on_interrupt;
 use sim::failure::Failure;
+use sim::run::simulation;
 use sim::terminal;
 use studies::trade::chip::EmulatedChip;
 
@@ -153,7 +153,13 @@ impl Command {
             Self::Import(args) => import::run(args).map(|()| 0),
             Self::Check(args) => check::run(args),
             Self::Identify(command) => identify::run(command),
-            Self::Run(args) => run::run(args, &stop_on_interrupt()),
+            Self::Run(args) => {
+                let run_scene = match args.target {
+                    Target::Desk => simulation::run,
+                    Target::Qemu => on_chip::run,
+                };
+                run::run(args, run_scene, &stop_on_interrupt())
+            }
             Self::Sweep(command) => sweep::run(command),
             Self::Report(args) => report::run(args).map(|()| 0),
             Self::Connect(command) => connect::run(command),

@@ -2,15 +2,6 @@
 
 use clap::ValueEnum;
 
-/// Target that computes the torques.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Target {
-    /// This program.
-    Desk,
-    /// The firmware, in an emulated STM32F405.
-    Qemu,
-}
-
 /// Inclusion of an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Presence {

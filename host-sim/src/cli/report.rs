@@ -1,7 +1,7 @@
 //! `report`: compares two runs on one page.
 
-use crate::cli::force::ForceArgs;
-use crate::cli::output::files;
+use crate::force::ForceArgs;
+use crate::output::files;
 use clap::Args;
 use sim::failure::Failure;
 use sim::pages;

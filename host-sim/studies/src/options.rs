@@ -1,19 +1,7 @@
 //! Command-line options that several requests share.
 
 use clap::Args;
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use robot_compiler::Robot;
-use robot_compiler::names::{self, Named};
-
-/// Parser of a type by its list of names, which help shows.
-#[must_use]
-pub fn named<T: Named>() -> impl TypedValueParser<Value = T> {
-    let values = T::NAMES.iter().map(|&(name, about, _)| match about {
-        "" => PossibleValue::new(name),
-        about => PossibleValue::new(name).help(about),
-    });
-    PossibleValuesParser::new(values).try_map(|name| names::named(&name))
-}
 
 /// Options of every command that takes a robot under gravity.
 #[derive(Clone, Debug, Default, PartialEq, Args)]

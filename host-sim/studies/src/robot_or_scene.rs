@@ -2,6 +2,7 @@
 
 use robot_compiler::{Ends, Robot, SceneFile};
 use sim::failure::Failure;
+use sim::terminal::say_mounting;
 use std::fs::File;
 use std::io::{self, Read as _};
 use std::path::Path;
@@ -73,12 +74,4 @@ pub fn scene_about(robot_file: &Path, ends: Ends<'_>, scene_file: Option<&Path>)
         file.robot.name,
         robot.name
     )))
-}
-
-/// Prints a note on standard error if the robot's base is rotated, because results depend on it.
-pub fn say_mounting(robot: &Robot) {
-    let note = robot.mounting_note();
-    if !note.is_empty() {
-        eprintln!("note: {note}");
-    }
 }

@@ -2,7 +2,7 @@
 
 use super::trade::{folder, measured};
 use crate::cli::chain::ChainArgs;
-use crate::cli::force::ForceArgs;
+use crate::force::ForceArgs;
 use clap::Args;
 use sim::failure::{Failure, in_file};
 use sim::terminal::{json, print};

@@ -1,7 +1,7 @@
 //! `choose trade`: the cost of every choice of accuracy.
 
 use crate::cli::chain::ChainArgs;
-use crate::cli::force::ForceArgs;
+use crate::force::ForceArgs;
 use clap::Args;
 use sim::failure::Failure;
 use sim::output::Output;

@@ -1,7 +1,7 @@
 //! Options of `connect`, and those of every session with an arm.
 
-use crate::cli::force::ForceArgs;
-use crate::cli::names::Target;
+use crate::force::ForceArgs;
+use crate::run::Target;
 use board::session::operate::simulated_board::Places;
 use board::session::operate::wire::Disturbance;
 use board::session::serial::BAUD;

@@ -2,7 +2,7 @@
 
 use super::options::{ConnectArgs, SessionArgs};
 use crate::cli::firmware::key;
-use crate::cli::names::Target;
+use crate::run::Target;
 use board::chip::hello_of;
 use board::session::frame_log::Head;
 use board::session::local::page;

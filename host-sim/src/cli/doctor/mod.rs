@@ -4,7 +4,7 @@ mod bundle;
 mod report;
 
 use crate::cli::firmware::key;
-use crate::cli::force::ForceArgs;
+use crate::force::ForceArgs;
 use board::chip;
 use board::session::doctor::{self, Check, State, Use};
 use clap::Args;

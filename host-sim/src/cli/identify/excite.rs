@@ -1,7 +1,7 @@
 //! `identify excite`: designs a motion for identification.
 
 use crate::cli::chain::ChainArgs;
-use crate::cli::force::ForceArgs;
+use crate::force::ForceArgs;
 use clap::Args;
 use sim::failure::{Failure, in_file};
 use sim::terminal::{json, print, progress_bar};

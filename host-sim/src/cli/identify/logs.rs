@@ -2,7 +2,7 @@
 
 use super::corrections::CorrectionArgs;
 use crate::cli::chain::ChainArgs;
-use crate::cli::force::ForceArgs;
+use crate::force::ForceArgs;
 use clap::Args;
 use identification::identify::Settings;
 use identification::log::Log;
@@ -10,11 +10,11 @@ use identification::verdict::Grade;
 use nalgebra::Vector3;
 use robot_compiler::Robot;
 use sim::failure::{FAULT, Failure, in_file};
+use sim::terminal::say_mounting;
 use sim::terminal::{json, print};
 use std::path::PathBuf;
 use studies::identify::{LogOptions, Outcome, Subject, held, prediction, report, verdict};
 use studies::options::GravityArgs;
-use studies::robot_or_scene::say_mounting;
 
 const EXAMPLE: &str = "Example:\n  newtau identify robots/planar2r.toml --log out/planar2r_swing/log.csv";
 

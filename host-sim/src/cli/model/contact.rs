@@ -4,10 +4,10 @@ use crate::cli::chain::ChainArgs;
 use clap::Args;
 use robot_compiler::Robot;
 use sim::failure::Failure;
+use sim::terminal::say_mounting;
 use sim::terminal::{json, print};
 use std::path::PathBuf;
 use studies::contact::{ContactRequest, answer};
-use studies::robot_or_scene::say_mounting;
 
 const EXAMPLE: &str =
     "Example:\n  newtau model contact robots/puma560.toml --q 0,0.9,-1.6,0,0.5,0 --base-wrench 0,0,250,10,-40,0";

@@ -7,12 +7,12 @@ use robot_compiler::Robot;
 use robot_compiler::names::name;
 use robot_compiler::scene::ScalarChoice;
 use sim::failure::Failure;
+use sim::terminal::named;
+use sim::terminal::say_mounting;
 use std::fs::File;
 use std::io::{BufRead, BufReader, BufWriter, Write, stdin, stdout};
 use std::path::{Path, PathBuf};
 use studies::dynamics::{Computation, answer_lines};
-use studies::options::named;
-use studies::robot_or_scene::say_mounting;
 
 const EXAMPLE: &str = "Example:\n  newtau model dynamics robots/ur5.toml --input scenes/example_states.jsonl";
 

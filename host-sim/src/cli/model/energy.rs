@@ -1,8 +1,8 @@
 //! `model energy`: runs a scene and computes its energy balance.
 
-use crate::cli::force::ForceArgs;
-use crate::cli::output::files;
-use crate::cli::run::{exit_code, set_duration};
+use crate::force::ForceArgs;
+use crate::output::files;
+use crate::run::{exit_code, set_duration};
 use clap::Args;
 use robot_compiler::SceneFile;
 use sim::failure::{Failure, in_file};

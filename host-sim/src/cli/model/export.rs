@@ -1,7 +1,7 @@
 //! `model export`: writes an arm in a format of other programs.
 
 use crate::cli::chain::ChainArgs;
-use crate::cli::force::ForceArgs;
+use crate::force::ForceArgs;
 use clap::Args;
 use robot_compiler::Robot;
 use robot_compiler::emit::urdf;

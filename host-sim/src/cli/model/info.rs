@@ -8,8 +8,8 @@ use sim::failure::Failure;
 use sim::run::joint_label::JointLabel;
 use sim::table::table;
 use sim::terminal::print;
+use sim::terminal::say_mounting;
 use std::path::PathBuf;
-use studies::robot_or_scene::say_mounting;
 
 /// Options of `info`.
 #[derive(Clone, Debug, Args)]

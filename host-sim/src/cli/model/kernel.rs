@@ -5,10 +5,10 @@ use clap::Args;
 use robot_compiler::emit::kernel_file::Language;
 use robot_compiler::names::name;
 use sim::failure::Failure;
+use sim::terminal::named;
 use sim::terminal::print;
 use std::path::PathBuf;
 use studies::kernel::{Form, KernelRequest, text};
-use studies::options::named;
 use studies::robot_or_scene::scene_about;
 
 const EXAMPLE: &str = "Example:\n  newtau model kernel robots/ur5.toml --table";

@@ -1,7 +1,7 @@
 //! `model linkage`: a closed loop whose crank is driven through a turn, or simulated under a moment.
 
-use crate::cli::force::ForceArgs;
-use crate::cli::output::files;
+use crate::force::ForceArgs;
+use crate::output::files;
 use clap::Args;
 use dynamics_core::linkage::{Branch, Linkage, LinkageError};
 use robot_compiler::LinkageFile;
@@ -9,13 +9,13 @@ use robot_compiler::names::name;
 use sim::failure::{self, Failure, number};
 use sim::output::Output;
 use sim::run::files::file_name;
+use sim::terminal::named;
 use sim::terminal::{json, print};
 use std::path::{Path, PathBuf};
 use studies::linkage::files::{write_run, write_turn};
 use studies::linkage::report::{describe_range, run_table, turn_table};
 use studies::linkage::run::{self as free, Start};
 use studies::linkage::turn::{self, Range};
-use studies::options::named;
 
 const EXAMPLE: &str = "Example:\n  newtau model linkage robots/chapter12/four_bar.toml";
 

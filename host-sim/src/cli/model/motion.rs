@@ -1,6 +1,6 @@
 //! `model motion`: a motion from the recorded path of a hand-guided arm.
 
-use crate::cli::force::ForceArgs;
+use crate::force::ForceArgs;
 use clap::Args;
 use robot_compiler::SceneFile;
 use sim::failure::{Failure, in_file};

@@ -1,16 +1,16 @@
 //! `model statics`: torques that hold an arm at rest, and the posture that needs the least.
 
 use crate::cli::chain::ChainArgs;
-use crate::cli::force::ForceArgs;
-use crate::cli::output::files;
+use crate::force::ForceArgs;
+use crate::output::files;
 use clap::Args;
 use robot_compiler::Robot;
 use sim::failure::Failure;
 use sim::pages;
 use sim::run::files::file_name;
+use sim::terminal::say_mounting;
 use sim::terminal::{json, print};
 use std::path::{Path, PathBuf};
-use studies::robot_or_scene::say_mounting;
 use studies::statics::{StaticsRequest, WrenchFrame, answer, sweep};
 
 const EXAMPLE: &str = "Example:\n  newtau model statics robots/ur5.toml --minimise total";

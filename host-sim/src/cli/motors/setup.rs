@@ -4,7 +4,7 @@ mod drive_tables;
 mod interview;
 mod person;
 
-use crate::cli::force::ForceArgs;
+use crate::force::ForceArgs;
 use board::can::adapter::Adapter;
 use board::can::setup::motors;
 use clap::Args;

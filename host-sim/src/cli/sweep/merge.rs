@@ -1,7 +1,7 @@
 //! `sweep merge`: merges the shards of a study.
 
 use super::study::{Shown, show};
-use crate::cli::force::ForceArgs;
+use crate::force::ForceArgs;
 use clap::Args;
 use indicatif::ProgressBar;
 use sim::failure::Failure;

@@ -1,7 +1,7 @@
 //! `sweep`: the runs of a study, or a part of them.
 
-use crate::cli::force::ForceArgs;
-use crate::cli::output::files;
+use crate::force::ForceArgs;
+use crate::output::files;
 use clap::Args;
 use indicatif::ProgressBar;
 use sim::failure::{self, Failure};
@@ -9,11 +9,11 @@ use sim::output::Output;
 use sim::pages;
 use sim::parallel::Jobs;
 use sim::run::files::file_name;
+use sim::terminal::named;
 use sim::terminal::{json, print, progress_bar};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
-use studies::options::named;
 use studies::sweep::Prepared;
 use studies::sweep::replay::{Replayed, replay};
 use studies::sweep::results::{FILES, Results};
@@ -220,5 +220,5 @@ fn replayed(
     if !args.quiet {
         print(&format!("{}\n{}", run.summary.table(), files(&written)))?;
     }
-    Ok(crate::cli::run::exit_code(&run))
+    Ok(crate::run::exit_code(&run))
 }

@@ -2,7 +2,6 @@
 
 use super::{Effort, LargestError, Region, State, TorqueError, search};
 use crate::numbers::numbers;
-use crate::options::named;
 use crate::posture_search::positions;
 use crate::robot_or_scene::RobotOrScene;
 use clap::Args;
@@ -15,6 +14,7 @@ use robot_compiler::{Ends, Robot, with_dof};
 use serde::Serialize;
 use sim::failure::Failure;
 use sim::run::joint_label::JointLabel;
+use sim::terminal::named;
 use std::path::Path;
 
 /// Number of climbs for every joint, and of steps in each climb.

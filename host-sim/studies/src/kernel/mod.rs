@@ -2,7 +2,6 @@
 
 mod tables;
 
-use crate::options::named;
 use clap::Args;
 use dynamics_core::{Model, Scene};
 use robot_compiler::emit::kernel_file::{Language, source};
@@ -15,6 +14,7 @@ use robot_compiler::{SceneFile, with_dof};
 use serde::Serialize;
 use sim::failure::Failure;
 use sim::terminal::json;
+use sim::terminal::named;
 
 /// Kernels to compile. Without a function or a level, counts are of all of them.
 #[derive(Clone, Debug, PartialEq, Args)]

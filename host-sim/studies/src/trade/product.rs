@@ -2,7 +2,6 @@
 
 use super::baseline::Baseline;
 use super::choice::{Choice, Every, TermSet};
-use crate::options::named;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use dynamics_core::control::Between;
@@ -11,6 +10,7 @@ use robot_compiler::kernel::Level;
 use robot_compiler::names::Named as _;
 use robot_compiler::scene::ScalarChoice;
 use sim::failure::Failure;
+use sim::terminal::named;
 
 /// Values to combine on each axis.
 #[derive(Clone, Debug, PartialEq, Args)]

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 /// A line for each file that was written.
-pub(super) fn files(files: &[PathBuf]) -> String {
+pub(crate) fn files(files: &[PathBuf]) -> String {
     let name = |index: usize| if index == 0 { "files" } else { "" };
     files.iter().enumerate().map(|(index, file)| format!("{:<20}{}\n", name(index), file.display())).collect()
 }

@@ -1,9 +1,8 @@
 //! `run`: runs the closed loop of a scene, and prints and writes the result.
 
-use crate::cli::force::ForceArgs;
-use crate::cli::names::Target;
-use crate::cli::output::files;
-use clap::Args;
+use crate::force::ForceArgs;
+use crate::output::files;
+use clap::{Args, ValueEnum};
 use dynamics_core::control::{ControlLaw, SpringOwner};
 use dynamics_core::trig::Method;
 use indicatif::ProgressBar;
@@ -16,12 +15,9 @@ use sim::run::closed_loop::End;
 use sim::run::files::{file_name, write, write_report};
 use sim::run::mcap_file;
 use sim::run::simulate::Run;
-use sim::run::simulation;
-use sim::terminal::{json, print, progress_bar};
+use sim::terminal::{json, named, print, progress_bar, say_mounting};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
-use studies::options::named;
-use studies::robot_or_scene::say_mounting;
 
 const EXAMPLE: &str = "Example:\n  newtau run scenes/yam_split.toml";
 
@@ -51,6 +47,18 @@ Columns:
                     [safety] if that is more, and stays there; `not in 1.00 s` if it was still outside after 1 s
   chatter           root mean square of the torque's change from one tick to the next; with encoders most of it is the
                     counts, which the velocity gain turns into torque";
+
+/// Target that computes the torques.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Target {
+    /// This program.
+    Desk,
+    /// The firmware, in an emulated STM32F405.
+    Qemu,
+}
+
+/// Closes the loop of a scene on a target: [`sim::run::simulation::run`] or `board::chip::on_chip::run`.
+pub type RunScene = fn(&SceneFile, &AtomicBool, &ProgressBar) -> Result<Run, Failure>;
 
 /// Options of `run`.
 #[derive(Clone, Debug, Args)]
@@ -99,11 +107,11 @@ pub struct RunArgs {
     pub quiet: bool,
 }
 
-/// Runs a scene. Returns the exit code.
+/// Runs a scene by the function for its target. Returns the exit code.
 ///
 /// # Errors
 /// A wrong scene; a file that cannot be written; a target that died (the record up to then is written first).
-pub fn run(args: &RunArgs, stop: &AtomicBool) -> Result<u8, Failure> {
+pub fn run(args: &RunArgs, run_scene: RunScene, stop: &AtomicBool) -> Result<u8, Failure> {
     let scene = scene(args)?;
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(file_name(&scene.name)));
     // An error here is better before the run than after it.
@@ -115,10 +123,7 @@ pub fn run(args: &RunArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     let report = (!args.no_report).then(|| args.report.clone().flatten().unwrap_or_else(|| folder.join("report.html")));
     [report.as_deref(), args.mcap.as_deref()].into_iter().flatten().try_for_each(|path| output.file(path))?;
     let progress = if args.json || args.quiet { ProgressBar::hidden() } else { progress_bar(None, "ticks") };
-    let run = match args.target {
-        Target::Desk => simulation::run(&scene, stop, &progress)?,
-        Target::Qemu => board::chip::on_chip::run(&scene, stop, &progress)?,
-    };
+    let run = run_scene(&scene, stop, &progress)?;
     let mut written = write(&run, &folder)?;
     if let Some(path) = &args.mcap {
         mcap_file::run::write(&run.record, &scene, path)?;
@@ -180,7 +185,7 @@ fn scene(args: &RunArgs) -> Result<SceneFile, Failure> {
 }
 
 /// Changes the scene's duration, if another one is given.
-pub(super) fn set_duration(scene: &mut SceneFile, duration: Option<f64>) -> Result<(), Failure> {
+pub(crate) fn set_duration(scene: &mut SceneFile, duration: Option<f64>) -> Result<(), Failure> {
     if let Some(duration) = duration {
         if !(duration.is_finite() && duration > 0.0) {
             let duration = number(duration);
@@ -199,7 +204,7 @@ fn show(args: &RunArgs, run: &Run, written: &[PathBuf]) -> Result<(), Failure> {
 }
 
 /// The exit code for a run.
-pub(super) fn exit_code(run: &Run) -> u8 {
+pub(crate) fn exit_code(run: &Run) -> u8 {
     let differs = run.summary.parity.is_some_and(|parity| parity.mismatches > 0);
     match run.end {
         _ if differs => failure::PARITY,

@@ -1,0 +1,74 @@
+//! The program that `cargo newtau` starts: `run` at the desk. Every other command is left to `newtau`, which cargo compiles when it is first needed.
+#![forbid(unsafe_code)]
+
+use clap::Parser;
+use host_sim::run::{self, RunArgs, Target};
+use sim::failure::Failure;
+use sim::run::simulation;
+use sim::terminal::{exit_code, keep_lines_of_messages, stop_on_interrupt};
+use std::ffi::OsString;
+use std::io;
+use std::process::{Command, ExitCode};
+
+/// Computed-torque control for robot arms of one to six joints.
+#[derive(Debug, Parser)]
+#[command(name = "newtau", disable_help_subcommand = true)]
+enum Here {
+    /// Simulate a scene in closed loop: table, CSV log, and a report for a browser.
+    Run(RunArgs),
+}
+
+fn main() -> ExitCode {
+    keep_lines_of_messages();
+    let words: Vec<OsString> = std::env::args_os().skip(1).collect();
+    if words.first().is_some_and(|word| word == "run") {
+        let Here::Run(args) = Here::parse();
+        if args.target == Target::Desk {
+            return exit_code(run::run(&args, simulation::run, &stop_on_interrupt("end the run without a summary")));
+        }
+    }
+    match newtau(&words) {
+        Ok(code) => code,
+        Err(error) => exit_code(Err(Failure::Target(miette::miette!(
+            help = "expected a Rust toolchain, as when this program was compiled",
+            "cargo, which compiles and starts the other commands: {error}"
+        )))),
+    }
+}
+
+/// Starts the whole program with these arguments. Cargo compiles it first, if it or a source has changed.
+fn newtau(words: &[OsString]) -> io::Result<ExitCode> {
+    let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    cargo.args([
+        "run",
+        "--release",
+        "--manifest-path",
+        concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"),
+        "--bin",
+        "newtau",
+    ]);
+    // Compiled before, at most a part of it is compiled now: no lines about that. The first time they show that something is happening.
+    let whole = std::env::current_exe()?.with_file_name(format!("newtau{}", std::env::consts::EXE_SUFFIX));
+    if whole.exists() {
+        cargo.arg("--quiet");
+    } else {
+        eprintln!(
+            "newtau: commands other than `run` are compiled when they are first used; this takes some minutes, once"
+        );
+    }
+    in_its_place(cargo.arg("--").args(words))
+}
+
+/// Replaces this program by another one, which then gets the terminal's signals.
+#[cfg(unix)]
+fn in_its_place(program: &mut Command) -> io::Result<ExitCode> {
+    Err(std::os::unix::process::CommandExt::exec(program))
+}
+
+/// Starts another program and waits for its end. Ctrl-C is for that program, which gets it as well.
+#[cfg(not(unix))]
+fn in_its_place(program: &mut Command) -> io::Result<ExitCode> {
+    ctrlc::set_handler(|| {}).map_err(io::Error::other)?;
+    let code = program.status()?.code();
+    Ok(ExitCode::from(code.and_then(|code| u8::try_from(code).ok()).unwrap_or(1)))
+}
