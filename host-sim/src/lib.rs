@@ -1,5 +1,4 @@
-//! The commands of `newtau`. Without the feature `full` there is `run` alone, at the desk, in the program `newtau-run`: the packages below it compile in half
-//! the time.
+//! The commands of `newtau`. Without the feature `full` there is `run` alone, in the program `newtau-run`: the packages that it needs compile in half the time.
 #![forbid(unsafe_code)]
 
 #[cfg(feature = "full")]

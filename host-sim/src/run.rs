@@ -2,6 +2,7 @@
 
 use crate::force::ForceArgs;
 use crate::output::files;
+use board::chip::on_chip;
 use clap::{Args, ValueEnum};
 use dynamics_core::control::{ControlLaw, SpringOwner};
 use dynamics_core::trig::Method;
@@ -15,6 +16,7 @@ use sim::run::closed_loop::End;
 use sim::run::files::{file_name, write, write_report};
 use sim::run::mcap_file;
 use sim::run::simulate::Run;
+use sim::run::simulation;
 use sim::terminal::{json, named, print, progress_bar, say_mounting};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -56,9 +58,6 @@ pub enum Target {
     /// The firmware, in an emulated STM32F405.
     Qemu,
 }
-
-/// Closes the loop of a scene on a target: [`sim::run::simulation::run`] or `board::chip::on_chip::run`.
-pub type RunScene = fn(&SceneFile, &AtomicBool, &ProgressBar) -> Result<Run, Failure>;
 
 /// Options of `run`.
 #[derive(Clone, Debug, Args)]
@@ -107,11 +106,11 @@ pub struct RunArgs {
     pub quiet: bool,
 }
 
-/// Runs a scene by the function for its target. Returns the exit code.
+/// Runs a scene. Returns the exit code.
 ///
 /// # Errors
 /// A wrong scene; a file that cannot be written; a target that died (the record up to then is written first).
-pub fn run(args: &RunArgs, run_scene: RunScene, stop: &AtomicBool) -> Result<u8, Failure> {
+pub fn run(args: &RunArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     let scene = scene(args)?;
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(file_name(&scene.name)));
     // An error here is better before the run than after it.
@@ -123,7 +122,10 @@ pub fn run(args: &RunArgs, run_scene: RunScene, stop: &AtomicBool) -> Result<u8,
     let report = (!args.no_report).then(|| args.report.clone().flatten().unwrap_or_else(|| folder.join("report.html")));
     [report.as_deref(), args.mcap.as_deref()].into_iter().flatten().try_for_each(|path| output.file(path))?;
     let progress = if args.json || args.quiet { ProgressBar::hidden() } else { progress_bar(None, "ticks") };
-    let run = run_scene(&scene, stop, &progress)?;
+    let run = match args.target {
+        Target::Desk => simulation::run(&scene, stop, &progress)?,
+        Target::Qemu => on_chip::run(&scene, stop, &progress)?,
+    };
     let mut written = write(&run, &folder)?;
     if let Some(path) = &args.mcap {
         mcap_file::run::write(&run.record, &scene, path)?;

@@ -1,4 +1,5 @@
-//! Boards and their operator: the emulated chip, the serial port, the firmware's session on the desk and at CAN adapters.
+//! Boards and their operator: the emulated chip, the serial port, the firmware's session on the desk and at CAN adapters. Without the feature
+//! `session` there are [`chip`] and [`key`] alone.
 //!
 //! | module | holds |
 //! |---|---|
@@ -9,8 +10,11 @@
 //! | [`real_time`] | priority, locked memory and waiting of a control thread |
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "session")]
 pub mod can;
 pub mod chip;
 pub mod key;
+#[cfg(feature = "session")]
 pub mod real_time;
+#[cfg(feature = "session")]
 pub mod session;

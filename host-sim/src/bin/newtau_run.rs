@@ -1,10 +1,9 @@
-//! The program that `cargo newtau` starts: `run` at the desk. Every other command is left to `newtau`, which cargo compiles when it is first needed.
+//! The program that `cargo newtau` starts: `run`. Every other command is left to `newtau`, which cargo compiles when it is first needed.
 #![forbid(unsafe_code)]
 
 use clap::Parser;
-use host_sim::run::{self, RunArgs, Target};
+use host_sim::run::{self, RunArgs};
 use sim::failure::Failure;
-use sim::run::simulation;
 use sim::terminal::{exit_code, keep_lines_of_messages, stop_on_interrupt};
 use std::ffi::OsString;
 use std::io;
@@ -23,9 +22,7 @@ fn main() -> ExitCode {
     let words: Vec<OsString> = std::env::args_os().skip(1).collect();
     if words.first().is_some_and(|word| word == "run") {
         let Here::Run(args) = Here::parse();
-        if args.target == Target::Desk {
-            return exit_code(run::run(&args, simulation::run, &stop_on_interrupt("end the run without a summary")));
-        }
+        return exit_code(run::run(&args, &stop_on_interrupt("end the run without a summary")));
     }
     match newtau(&words) {
         Ok(code) => code,

@@ -22,13 +22,11 @@ pub mod sweep;
 
 mod interrupt;
 
-use crate::run::{self, Target};
-use board::chip::on_chip;
+use crate::run;
 use clap::{ArgAction, CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
 use interrupt::stop_on_interrupt;
 use sim::failure::Failure;
-use sim::run::simulation;
 use sim::terminal;
 use studies::trade::chip::EmulatedChip;
 
@@ -153,13 +151,7 @@ impl Command {
             Self::Import(args) => import::run(args).map(|()| 0),
             Self::Check(args) => check::run(args),
             Self::Identify(command) => identify::run(command),
-            Self::Run(args) => {
-                let run_scene = match args.target {
-                    Target::Desk => simulation::run,
-                    Target::Qemu => on_chip::run,
-                };
-                run::run(args, run_scene, &stop_on_interrupt())
-            }
+            Self::Run(args) => run::run(args, &stop_on_interrupt()),
             Self::Sweep(command) => sweep::run(command),
             Self::Report(args) => report::run(args).map(|()| 0),
             Self::Connect(command) => connect::run(command),

@@ -40,6 +40,7 @@ mod tests;
 
 pub use emulator::{Carried, Emulator, Timeouts};
 pub use error::ChipError;
+#[cfg(feature = "session")]
 pub(crate) use error::refusal as refusal_in_words;
 pub use hello::{hello, hello_of};
 pub use program::{build_firmware, build_firmware_by_dma, build_firmware_with};

@@ -67,6 +67,7 @@ impl Chip {
     ///
     /// # Errors
     /// As [`Chip::start`].
+    #[cfg(feature = "session")]
     pub(crate) fn change_pacing(&mut self, hello: Hello) -> Result<(), ChipError> {
         (self.reference, self.live) = (None, None);
         self.send(&Frame::Hello(hello))?;
