@@ -1,10 +1,10 @@
 //! Cost of the tick on the chip for many scenes: compared with the desk's bits and the firmware's instruction count.
 
 use crate::pinned;
-use board::chip::cost::{Cost, MeasuredCost, measure};
 use indicatif::ProgressBar;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use studies::trade::chip::cost::{Cost, MeasuredCost, measure};
 
 fn top() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")

@@ -1,12 +1,12 @@
 //! Cost of the whole interrupt for a choice, as trade, choose and explain compute it. It is compared with the interrupt of the choice's own firmware,
 //! and with the bounds of `cargo xtask budget`.
 
-use board::chip::interrupt::{Interrupt, measure};
 use robot_compiler::Ends;
 use robot_compiler::kernel::Level;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use studies::trade::baseline::Baseline;
+use studies::trade::chip::interrupt::{Interrupt, measure};
 use studies::trade::chip::{CLOCK, Chip as _, EmulatedChip, InterruptCost};
 use studies::trade::choice::{Choice, TermSet};
 

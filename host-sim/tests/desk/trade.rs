@@ -5,7 +5,6 @@
     reason = "a test that fails should stop there; costs are made up of whole numbers"
 )]
 
-use board::chip::interrupt::Interrupt;
 use dynamics_core::control::Between;
 use dynamics_core::trig::Method;
 use indicatif::ProgressBar;
@@ -17,6 +16,7 @@ use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use studies::trade::baseline::Baseline;
+use studies::trade::chip::interrupt::Interrupt;
 use studies::trade::chip::{CLOCK, Chip, Cost};
 use studies::trade::choice::{Choice, Every, TermSet};
 use studies::trade::request::{Budget, Percentage};

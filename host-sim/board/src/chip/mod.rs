@@ -19,12 +19,10 @@
 //! wakes its input thread and its processor thread in turn, and waking across processors takes four times as long. So
 //! [`Chip::start`] pins the emulator to one processor.
 
-pub mod cost;
 mod emulator;
 mod emulator_process;
 mod error;
 mod hello;
-pub mod interrupt;
 pub mod on_chip;
 mod program;
 mod timed;
@@ -44,7 +42,6 @@ pub use error::ChipError;
 pub(crate) use error::refusal as refusal_in_words;
 pub use hello::{hello, hello_of};
 pub use program::{build_firmware, build_firmware_by_dma, build_firmware_with};
-pub(crate) use program::{run_cost, run_interrupt};
 
 use crate::key;
 use dynamics_core::{Command, Live, Measurement, Reference};

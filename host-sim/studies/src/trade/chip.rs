@@ -11,10 +11,14 @@
 //! `host-sim/tests/chip/interrupt.rs` compares the sum with the interrupt of the choice's own firmware. The firmware computes in `f32`, so for an
 //! `f64` choice the sum cannot be checked against a firmware.
 
-pub use board::chip::cost::Cost;
-use board::chip::cost::{self, MeasuredCost};
-use board::chip::interrupt::{self, Interrupt};
+pub mod cost;
+pub mod interrupt;
+mod task;
+
+pub use cost::Cost;
+use cost::MeasuredCost;
 use indicatif::ProgressBar;
+use interrupt::Interrupt;
 use serde::{Deserialize, Serialize};
 use sim::failure::Failure;
 use std::path::{Path, PathBuf};

@@ -1,6 +1,6 @@
 //! Measurement of a whole tick interrupt with the safety state machine, as the firmware runs it in the emulated chip.
 
-use crate::chip::run_interrupt;
+use super::task::run_interrupt;
 use miette::IntoDiagnostic as _;
 use serde::{Deserialize, Serialize};
 use sim::failure::Failure;

@@ -8,7 +8,7 @@
 //! longer inlines these into each tick with its numbers: a tick of 1,298 instructions took 2,228 in a program with nine
 //! others.
 
-use crate::chip::run_cost;
+use super::task::run_cost;
 use dynamics_core::{Command, Fault, Model, Real};
 use firmware_image::scratch::ScratchFile;
 use indicatif::ProgressBar;
