@@ -120,6 +120,7 @@ const ROWS: [Row; 22] = [
         &[
             "board",
             "dynamics-core",
+            "firmware-image",
             "identification",
             "joint-io",
             "newtau-link",
