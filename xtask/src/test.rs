@@ -41,6 +41,10 @@ fn static_checks(tally: &mut Tally) {
             lints.arg("--features=chip-image/log");
         }
         tally.command(&format!("lints{workspace}"), lints.args(["--", "-D", "warnings"]));
+        if workspace == Workspace::Product {
+            let mut first = workspace.cargo(["clippy", "--package", "host-sim", "--no-default-features", "--locked"]);
+            tally.command("lints of newtau-run", first.args(["--", "-D", "warnings"]));
+        }
         let mut doc = workspace.cargo(["doc", "--workspace", "--no-deps", "--locked"]);
         tally.command(&format!("documentation{workspace}"), doc.env("RUSTDOCFLAGS", "-D warnings"));
     }

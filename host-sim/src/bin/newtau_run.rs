@@ -1,7 +1,7 @@
 //! The program that `cargo newtau` starts: `run`. Every other command is left to `newtau`, which cargo compiles when it is first needed.
 #![forbid(unsafe_code)]
 
-use clap::Parser;
+use clap::{ArgAction, Parser, Subcommand};
 use host_sim::run::{self, RunArgs};
 use sim::failure::Failure;
 use sim::terminal::{exit_code, keep_lines_of_messages, stop_on_interrupt};
@@ -9,10 +9,19 @@ use std::ffi::OsString;
 use std::io;
 use std::process::{Command, ExitCode};
 
-/// Computed-torque control for robot arms of one to six joints.
+/// The part of the command line of `newtau` that is here; its help and its messages are the same.
 #[derive(Debug, Parser)]
-#[command(name = "newtau", disable_help_subcommand = true)]
-enum Here {
+#[command(name = "newtau", bin_name = "newtau", disable_help_flag = true, disable_help_subcommand = true)]
+struct Here {
+    /// Print help.
+    #[arg(short, long, global = true, action = ArgAction::HelpShort)]
+    help: Option<bool>,
+    #[command(subcommand)]
+    command: Run,
+}
+
+#[derive(Debug, Subcommand)]
+enum Run {
     /// Simulate a scene in closed loop: table, CSV log, and a report for a browser.
     Run(RunArgs),
 }
@@ -21,7 +30,7 @@ fn main() -> ExitCode {
     keep_lines_of_messages();
     let words: Vec<OsString> = std::env::args_os().skip(1).collect();
     if words.first().is_some_and(|word| word == "run") {
-        let Here::Run(args) = Here::parse();
+        let Run::Run(args) = Here::parse().command;
         return exit_code(run::run(&args, &stop_on_interrupt("end the run without a summary")));
     }
     match newtau(&words) {

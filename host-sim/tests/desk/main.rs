@@ -37,6 +37,8 @@ mod margins;
 mod motors_check;
 mod motors_setup;
 mod motors_setup_robstride;
+#[cfg(unix)]
+mod newtau_run;
 mod operate;
 mod output_reference;
 mod outputs;

@@ -35,6 +35,11 @@ impl FakeProbe {
         std::env::join_paths(folders).unwrap()
     }
 
+    /// The tool itself.
+    pub fn program(&self) -> PathBuf {
+        self.folder.join("probe-rs")
+    }
+
     /// Its calls so far.
     pub fn calls(&self) -> Vec<String> {
         let text = std::fs::read_to_string(self.folder.join("calls")).unwrap_or_default();
