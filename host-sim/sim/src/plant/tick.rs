@@ -7,7 +7,7 @@ use super::calls;
 use super::elasticity::BothSides;
 use super::integrator::{self, Plan, Stretch};
 use super::loaded_arm::Elastic;
-use super::solver::{AtOnce, IntegrationRequest, Solver, now};
+use super::solver::{IntegrationRequest, Solver, now};
 use super::state::{Diverged, State, States};
 use super::{Clock, Plant};
 use robot_compiler::scene::Push;
@@ -29,11 +29,11 @@ impl<const N: usize> Plant<N> {
     /// # Errors
     /// [`Diverged`] if the motion cannot be continued; the state is then the last good one.
     pub fn drive(&mut self, torque: &[f64; N]) -> Result<(), Diverged> {
-        now(self.drive_with(&AtOnce, torque))
+        now(self.drive_with(Solver::AtOnce, torque))
     }
 
     /// As [`Plant::drive`], with this solver.
-    pub(crate) async fn drive_with(&mut self, solver: &impl Solver<N>, torque: &[f64; N]) -> Result<(), Diverged> {
+    pub(crate) async fn drive_with(&mut self, solver: Solver<'_, N>, torque: &[f64; N]) -> Result<(), Diverged> {
         self.begin_tick();
         if self.brake.take().is_some() {
             self.actuators.released();
@@ -68,7 +68,7 @@ impl<const N: usize> Plant<N> {
     /// # Errors
     /// As [`Plant::drive`].
     pub fn drive_renewed(&mut self, times: u32, renew: impl FnMut(&State<N>, f64) -> [f64; N]) -> Result<(), Diverged> {
-        now(self.drive_by(&AtOnce, times, renew))
+        now(self.drive_by(Solver::AtOnce, times, renew))
     }
 
     /// As [`Plant::drive_renewed`], with this solver.
@@ -77,7 +77,7 @@ impl<const N: usize> Plant<N> {
     /// As [`Plant::drive`].
     pub(crate) async fn drive_by(
         &mut self,
-        solver: &impl Solver<N>,
+        solver: Solver<'_, N>,
         times: u32,
         mut renew: impl FnMut(&State<N>, f64) -> [f64; N],
     ) -> Result<(), Diverged> {
@@ -100,7 +100,7 @@ impl<const N: usize> Plant<N> {
     /// As [`Plant::drive_by`], but not counted in the ledger, because the drives stop the arm.
     pub(crate) async fn stop_by(
         &mut self,
-        solver: &impl Solver<N>,
+        solver: Solver<'_, N>,
         times: u32,
         renew: impl FnMut(&State<N>, f64) -> [f64; N],
     ) -> Result<(), Diverged> {
@@ -127,7 +127,7 @@ impl<const N: usize> Plant<N> {
     }
 
     /// Simulates a part of a tick.
-    async fn pass(&mut self, solver: &impl Solver<N>, drive: &Drive<N>, stretch: Stretch) -> Result<(), Diverged> {
+    async fn pass(&mut self, solver: Solver<'_, N>, drive: &Drive<N>, stretch: Stretch) -> Result<(), Diverged> {
         let Self { body, integrator, next_step, state, motors, ledger, .. } = self;
         let plan = Plan { integrator: *integrator, stretch, next: *next_step };
         if let Some(motors) = motors {

@@ -6,13 +6,12 @@
 
 use crate::plant::arm_kernel::Shape;
 use crate::plant::arm_lanes::{ArmLanes, LANES};
-use crate::plant::ledger::Ledger;
-use crate::plant::solver::{AtOnce, IntegrationRequest, Solver, now};
+use crate::plant::solver::{IntegrationRequest, Lane, Solver, now};
 use crate::plant::{Diverged, LoadedArm, Plant};
 use core::cell::RefCell;
-use core::future::{Future, poll_fn};
+use core::future::Future;
 use core::pin::Pin;
-use core::task::{Context, Poll, Waker};
+use core::task::{Context, Waker};
 use std::any::Any;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
@@ -26,7 +25,7 @@ pub(crate) trait Job<const N: usize> {
     fn plant(&self) -> &Plant<N>;
 
     /// Runs to the end.
-    async fn run(self, solver: &impl Solver<N>) -> Self::Outcome;
+    async fn run(self, solver: Solver<'_, N>) -> Self::Outcome;
 }
 
 /// Lanes for the arms seen so far.
@@ -86,7 +85,7 @@ impl<const N: usize> Batch<N> {
                 Some(lanes) => side_by_side(lanes, jobs, &mut outcomes),
                 None => {
                     for (place, job) in jobs {
-                        outcomes[place] = Some(now(job.run(&AtOnce)));
+                        outcomes[place] = Some(now(job.run(Solver::AtOnce)));
                     }
                 }
             }
@@ -132,8 +131,8 @@ fn side_by_side<J: Job<N>, const N: usize>(
     let mut start = |lane: usize| -> Option<Waiting<'_, J::Outcome>> {
         let (place, job) = jobs.next()?;
         meeting.borrow_mut().arms.place(lane, job.plant());
-        let solver = Lane { meeting: &meeting, lane };
-        Some((place, Box::pin(async move { job.run(&solver).await })))
+        let seat = Place { meeting: &meeting, lane };
+        Some((place, Box::pin(async move { job.run(Solver::InLane(&seat)).await })))
     };
     let mut running: [_; LANES] = core::array::from_fn(&mut start);
     let mut context = Context::from_waker(Waker::noop());
@@ -156,30 +155,23 @@ fn side_by_side<J: Job<N>, const N: usize>(
     }
 }
 
-/// A lane of a batch.
-struct Lane<'a, const N: usize> {
+/// The lane of a run.
+struct Place<'a, const N: usize> {
     meeting: &'a RefCell<BatchState<N>>,
     lane: usize,
 }
 
-impl<const N: usize> Solver<N> for Lane<'_, N> {
-    /// There is no ledger here: an arm with a ledger is not put into a lane.
-    async fn pass(
-        &self,
-        body: &LoadedArm<N>,
-        _: Option<&mut Ledger<N>>,
-        passage: &mut IntegrationRequest<N>,
-    ) -> Result<(), Diverged> {
-        {
-            let BatchState { arms, passages, .. } = &mut *self.meeting.borrow_mut();
-            arms.push(self.lane, body.tip_wrench());
-            passages[self.lane] = Some(*passage);
-        }
-        let mut asked = false;
-        poll_fn(|_| if core::mem::replace(&mut asked, true) { Poll::Ready(()) } else { Poll::Pending }).await;
+impl<const N: usize> Lane<N> for Place<'_, N> {
+    fn ask(&self, body: &LoadedArm<N>, request: &IntegrationRequest<N>) {
+        let BatchState { arms, passages, .. } = &mut *self.meeting.borrow_mut();
+        arms.push(self.lane, body.tip_wrench());
+        passages[self.lane] = Some(*request);
+    }
+
+    fn take(&self, body: &LoadedArm<N>, request: &mut IntegrationRequest<N>) -> Result<(), Diverged> {
         let BatchState { passages, failed, solved, .. } = &mut *self.meeting.borrow_mut();
         if let Some(passed) = passages[self.lane].take() {
-            passage.arrive(&passed);
+            request.arrive(&passed);
         }
         body.count(solved[self.lane]);
         failed[self.lane].map_or(Ok(()), Err)

@@ -1,7 +1,7 @@
 //! The control loop: reference, sensors, controller (on any target), actuators, arm; once per control period.
 
 use crate::plant::Diverged;
-use crate::plant::solver::{AtOnce, Solver, now};
+use crate::plant::solver::{Solver, now};
 use crate::run::record::{JointSample, Record};
 use crate::run::target::{Ticked, Torques};
 pub use crate::run::world::World;
@@ -57,12 +57,12 @@ pub fn run<S: Real, const N: usize>(
     record: &mut Record,
     after_tick: impl FnMut(u64),
 ) -> Closed {
-    now(run_with(&AtOnce, world, controller, ticks, stop, record, after_tick))
+    now(run_with(Solver::AtOnce, world, controller, ticks, stop, record, after_tick))
 }
 
 /// As [`run`], with this solver.
 pub(crate) async fn run_with<S: Real, const N: usize>(
-    solver: &impl Solver<N>,
+    solver: Solver<'_, N>,
     world: &mut World<N>,
     controller: &mut (impl Torques<S, N> + ?Sized),
     ticks: u64,

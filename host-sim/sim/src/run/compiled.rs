@@ -4,7 +4,7 @@
 //! [`loops`], which has no joint count, makes the objects behind it.
 
 use crate::failure::Failure;
-use crate::plant::solver::{AtOnce, now};
+use crate::plant::solver::{Solver, now};
 use crate::run::one_run::{Run, RunOptions, closed_in};
 use crate::run::target::Torques;
 use crate::run::world::World;
@@ -34,7 +34,7 @@ impl<S: Real, const N: usize> Loop<S, N> for OneByOne {
         options: &RunOptions<'_>,
         controller: &mut dyn Torques<S, N>,
     ) -> Result<Run, Failure> {
-        now(closed_in(&AtOnce, world, options, controller))
+        now(closed_in(Solver::AtOnce, world, options, controller))
     }
 }
 

@@ -49,7 +49,7 @@ const SAMPLES_MAX: f64 = 2e7;
 
 /// Runs a controller in a world.
 pub(super) async fn closed_in<S: Real, const N: usize>(
-    solver: &impl Solver<N>,
+    solver: Solver<'_, N>,
     world: &mut World<N>,
     options: &RunOptions<'_>,
     controller: &mut dyn Torques<S, N>,

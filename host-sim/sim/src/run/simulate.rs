@@ -22,7 +22,7 @@ use std::sync::atomic::AtomicBool;
 
 /// Runs the controller of a scene in a world, on the desk.
 pub(super) async fn on_desk<const N: usize>(
-    solver: &impl Solver<N>,
+    solver: Solver<'_, N>,
     world: &mut World<N>,
     scene: &SceneFile,
     stop: &AtomicBool,
@@ -52,7 +52,7 @@ impl<const N: usize> Job<N> for Prepared<'_, N> {
         &self.world.plant
     }
 
-    async fn run(mut self, solver: &impl Solver<N>) -> Self::Outcome {
+    async fn run(mut self, solver: Solver<'_, N>) -> Self::Outcome {
         let run = on_desk(solver, &mut self.world, &self.scene, self.stop, &ProgressBar::hidden()).await?;
         (self.each)(self.place, run);
         Ok(())

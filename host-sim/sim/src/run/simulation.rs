@@ -4,7 +4,7 @@ use super::closed_loop::World;
 use super::scene_world;
 use super::simulate::{self, Run};
 use crate::failure::Failure;
-use crate::plant::solver::now;
+use crate::plant::solver::{Solver, now};
 use crate::plant::{Arm, State};
 use dynamics_core::chapter::work::WorkMeter;
 use indicatif::ProgressBar;
@@ -110,7 +110,7 @@ struct Simulated<const N: usize> {
 
 impl<const N: usize> Simulation for Simulated<N> {
     fn run(&mut self, controller: &SceneFile, stop: &AtomicBool, progress: &ProgressBar) -> Result<Run, Failure> {
-        now(simulate::on_desk(&crate::plant::solver::AtOnce, &mut self.world, controller, stop, progress))
+        now(simulate::on_desk(Solver::AtOnce, &mut self.world, controller, stop, progress))
     }
 
     fn record_work(&mut self) {

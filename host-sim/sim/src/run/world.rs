@@ -2,7 +2,7 @@
 
 use crate::plant::drives::{Drives, Order};
 use crate::plant::sensor::Sensors;
-use crate::plant::solver::{AtOnce, Solver, now};
+use crate::plant::solver::{Solver, now};
 use crate::plant::{Diverged, Plant};
 use crate::run::sensing::Sensing;
 use actuator_model::frame::Frame;
@@ -100,7 +100,7 @@ impl<const N: usize> World<N> {
     }
 
     /// As [`World::drive`], with this solver.
-    pub(crate) async fn drive_with(&mut self, solver: &impl Solver<N>, torque: &[f64; N]) -> Result<(), Diverged> {
+    pub(crate) async fn drive_with(&mut self, solver: Solver<'_, N>, torque: &[f64; N]) -> Result<(), Diverged> {
         self.begin_tick();
         self.exchange(&Order::Torque(*torque, self.springs));
         let Self { plant, drives, .. } = self;
@@ -123,7 +123,7 @@ impl<const N: usize> World<N> {
     }
 
     /// As [`World::stop`], with this solver.
-    pub(crate) async fn stop_with(&mut self, solver: &impl Solver<N>) -> Result<(), Diverged> {
+    pub(crate) async fn stop_with(&mut self, solver: Solver<'_, N>) -> Result<(), Diverged> {
         self.rest_with(solver, &Order::Safe(self.safe_action)).await
     }
 
@@ -149,7 +149,7 @@ impl<const N: usize> World<N> {
     }
 
     /// Simulates a control period that the ledger does not count, in which brakes, if there are any, hold the arm.
-    async fn rest_with(&mut self, solver: &impl Solver<N>, order: &Order<N>) -> Result<(), Diverged> {
+    async fn rest_with(&mut self, solver: Solver<'_, N>, order: &Order<N>) -> Result<(), Diverged> {
         self.begin_tick();
         self.exchange(order);
         let Self { plant, drives, .. } = self;
@@ -173,7 +173,7 @@ impl<const N: usize> World<N> {
     }
 
     /// As [`World::pass`], with this solver.
-    async fn pass_with(&mut self, solver: &impl Solver<N>) -> Result<(), Diverged> {
+    async fn pass_with(&mut self, solver: Solver<'_, N>) -> Result<(), Diverged> {
         self.begin_tick();
         let Self { plant, drives, .. } = self;
         match drives {
@@ -247,15 +247,15 @@ struct OneByOne;
 
 impl<const N: usize> Steps<N> for OneByOne {
     fn drive(&self, world: &mut World<N>, torque: &[f64; N]) -> Result<(), Diverged> {
-        now(world.drive_with(&AtOnce, torque))
+        now(world.drive_with(Solver::AtOnce, torque))
     }
 
     fn rest(&self, world: &mut World<N>, order: &Order<N>) -> Result<(), Diverged> {
-        now(world.rest_with(&AtOnce, order))
+        now(world.rest_with(Solver::AtOnce, order))
     }
 
     fn pass(&self, world: &mut World<N>) -> Result<(), Diverged> {
-        now(world.pass_with(&AtOnce))
+        now(world.pass_with(Solver::AtOnce))
     }
 }
 
