@@ -36,6 +36,7 @@ mod live_board;
 mod margins;
 mod motors_check;
 mod motors_setup;
+mod motors_setup_rejections;
 mod motors_setup_robstride;
 #[cfg(unix)]
 mod newtau_run;

@@ -5,18 +5,23 @@ use crate::drive::file;
 use crate::program::{at_the_top, new, told};
 use board::can::frame::CanFrame;
 use embedded_can::Frame as _;
+use firmware_image::process::line_channel;
 use robot_compiler::Robot;
 use serialport::{SerialPort as _, TTYPort};
-use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::io::{BufReader, Read as _, Write as _};
 use std::path::Path;
-use std::process::{Child, ChildStdin, ChildStdout, Stdio};
+use std::process::{Child, ChildStdin, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
 /// Range of the position of these motors' frames, rad.
 const RANGE: f32 = 12.5;
+
+/// Longest silence of the program: no question takes half as long to prepare.
+const SILENCE: Duration = Duration::from_secs(15);
 
 /// Motors that are off, written from the maker's documents: shaft positions (rad) of the motors 1 to 6.
 #[derive(Clone, Default)]
@@ -27,7 +32,7 @@ pub(crate) struct Motors {
 }
 
 impl Motors {
-    fn turn(&self, motor: usize, by: f32) {
+    pub(crate) fn turn(&self, motor: usize, by: f32) {
         self.shafts.lock().unwrap()[motor - 1] += by;
     }
 
@@ -101,7 +106,7 @@ impl Served {
         Self { name, ends }
     }
 
-    fn of(motors: &Motors) -> Self {
+    pub(crate) fn of(motors: &Motors) -> Self {
         let motors = motors.clone();
         Self::new(move |frame| frame.and_then(|frame| motors.answer(frame)).into_iter().collect())
     }
@@ -123,44 +128,63 @@ impl Drop for Served {
 /// A setup with a person who types.
 pub(crate) struct Session {
     child: Child,
-    input: ChildStdin,
-    output: BufReader<ChildStdout>,
+    input: Option<ChildStdin>,
+    output: Receiver<String>,
     pub(crate) said: String,
 }
 
 impl Session {
     pub(crate) fn new(robot: &Path, served: &Served, out: &Path) -> Self {
+        Self::with(robot, served, out, &[])
+    }
+
+    /// A setup with more options.
+    pub(crate) fn with(robot: &Path, served: &Served, out: &Path, more: &[&str]) -> Self {
         new(out);
         let mut program = at_the_top();
-        program.args(["motors", "setup"]).arg(robot).args(["--can", &served.name, "--out"]).arg(out);
+        program.args(["motors", "setup"]).arg(robot).args(["--can", &served.name, "--out"]).arg(out).args(more);
         let mut child = program.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-        let (input, output) = (child.stdin.take().unwrap(), BufReader::new(child.stdout.take().unwrap()));
+        let (input, output) = (child.stdin.take(), line_channel(BufReader::new(child.stdout.take().unwrap())));
         Self { child, input, output, said: String::new() }
     }
 
     /// Reads on until a line with this text.
     pub(crate) fn until(&mut self, what: &str) {
-        let mut line = String::new();
-        while !line.contains(what) {
-            line.clear();
-            if self.output.read_line(&mut line).unwrap() == 0 {
-                let mut error = String::new();
-                self.child.stderr.take().unwrap().read_to_string(&mut error).unwrap();
-                panic!("{what}: the program ended: {}{error}", self.said);
+        while let Some(line) = self.next_line(what) {
+            if line.contains(what) {
+                return;
             }
-            self.said.push_str(&line);
+        }
+        let mut error = String::new();
+        self.child.stderr.take().unwrap().read_to_string(&mut error).unwrap();
+        panic!("{what}: the program ended: {}{error}", self.said);
+    }
+
+    /// The next line; `None` at the end. A program that says nothing waits for something else than the test.
+    fn next_line(&mut self, what: &str) -> Option<String> {
+        match self.output.recv_timeout(SILENCE) {
+            Ok(line) => {
+                self.said.push_str(&line);
+                self.said.push('\n');
+                Some(line)
+            }
+            Err(RecvTimeoutError::Disconnected) => None,
+            Err(RecvTimeoutError::Timeout) => {
+                self.child.kill().unwrap();
+                panic!("{what}: the program waits: {}", self.said);
+            }
         }
     }
 
     pub(crate) fn line(&mut self, text: &str) {
-        writeln!(self.input, "{text}").unwrap();
+        writeln!(self.input.as_ref().unwrap(), "{text}").unwrap();
     }
 
     /// Ends the input. Returns the exit code, everything that was printed, and the error.
-    pub(crate) fn end(self) -> (i32, String, String) {
-        let Self { child, input, mut output, mut said } = self;
-        drop(input);
-        output.read_to_string(&mut said).unwrap();
+    pub(crate) fn end(mut self) -> (i32, String, String) {
+        drop(self.input.take());
+        while self.next_line("the end").is_some() {}
+        let Self { child, said, .. } = self;
         let (code, _, error) = told(child.wait_with_output().unwrap());
         (code, said, error)
     }

@@ -17,21 +17,24 @@ const TIMEOUT: [u8; 4] = 12345_u32.to_le_bytes();
 
 /// A motor, written from the maker's documents.
 #[derive(Clone)]
-struct Motor {
+pub(crate) struct Motor {
     id: u8,
     chip: u8,
     /// Position of its shaft, rad. It begins again at the other end of the range.
     shaft: f32,
     /// 0 off, 2 on.
     state: u32,
-    torque_limit: f32,
+    /// Error bits.
+    pub(crate) errors: u32,
+    /// Parameter 0x700B.
+    pub(crate) torque_limit: Option<f32>,
     /// Parameter 0x7029.
     power_up: Option<u8>,
 }
 
 #[derive(Default)]
-struct Bus {
-    motors: Vec<Motor>,
+pub(crate) struct Bus {
+    pub(crate) motors: Vec<Motor>,
     /// Frames of another program, and replies to it.
     others: Vec<CanFrame>,
     /// Frames that could move or change a motor.
@@ -61,7 +64,7 @@ impl Motor {
             0 => CanFrame::of(own << 8 | 0xFE, true, &[self.chip; 8]),
             17 => {
                 let value = match u16::from_le_bytes([data[0], data[1]]) {
-                    0x700B => Some(self.torque_limit.to_le_bytes()),
+                    0x700B => self.torque_limit.map(f32::to_le_bytes),
                     0x7019 => Some(self.shaft.to_le_bytes()),
                     0x7028 => Some(TIMEOUT),
                     0x7029 => self.power_up.map(|it| [it, 7, 7, 7]),
@@ -72,7 +75,7 @@ impl Motor {
             }
             18 => {
                 let [high, low] = (((self.shaft / RANGE + 1.0) / 2.0 * 65535.0).round() as u16).to_be_bytes();
-                let id = 2 << 24 | self.state << 22 | own << 8 | host;
+                let id = 2 << 24 | self.state << 22 | self.errors << 16 | own << 8 | host;
                 CanFrame::of(id, true, &[high, low, 0x80, 0, 0x80, 0, 0, 0xFB])
             }
             _ => None,
@@ -81,19 +84,20 @@ impl Motor {
 }
 
 /// Six motors: those of the base, shoulder and elbow are RS06, the others RS00.
-fn bus() -> Arc<Mutex<Bus>> {
+pub(crate) fn bus() -> Arc<Mutex<Bus>> {
     let motor = |id: u8| Motor {
         id,
         chip: id,
         shaft: 0.0,
         state: 0,
-        torque_limit: if id <= 3 { 36.0 } else { 14.0 },
+        errors: 0,
+        torque_limit: Some(if id <= 3 { 36.0 } else { 14.0 }),
         power_up: Some(1),
     };
     Arc::new(Mutex::new(Bus { motors: (1..=6).map(motor).collect(), ..Bus::default() }))
 }
 
-fn served(bus: &Arc<Mutex<Bus>>) -> Served {
+pub(crate) fn served(bus: &Arc<Mutex<Bus>>) -> Served {
     let bus = Arc::clone(bus);
     Served::new(move |frame| {
         let mut bus = bus.lock().unwrap();
@@ -104,7 +108,7 @@ fn served(bus: &Arc<Mutex<Bus>>) -> Served {
     })
 }
 
-fn turn(bus: &Mutex<Bus>, motor: usize, by: f32) {
+pub(crate) fn turn(bus: &Mutex<Bus>, motor: usize, by: f32) {
     let shaft = &mut bus.lock().unwrap().motors[motor - 1].shaft;
     *shaft = (*shaft + by + RANGE).rem_euclid(2.0 * RANGE) - RANGE;
 }
@@ -206,7 +210,7 @@ fn moving_the_joints_finds_robstride_motors_and_asks_for_their_models() {
 #[test]
 fn models_of_the_robot_file_are_kept_unless_a_motor_contradicts_them() {
     let (bus, out) = (bus(), file("motors_setup_robstride_kept.toml"));
-    bus.lock().unwrap().motors[3].torque_limit = 36.0;
+    bus.lock().unwrap().motors[3].torque_limit = Some(36.0);
     let served = served(&bus);
     let mut session = Session::new(Path::new("robots/rebot_b601_rs.toml"), &served, &out);
     for joint in 1..=6 {

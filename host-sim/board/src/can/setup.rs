@@ -63,7 +63,7 @@ pub struct ShaftMotor {
 /// The motors on the bus, of this kind or of whatever kind answers. All are off, and no other program uses them.
 ///
 /// # Errors
-/// The adapter is gone; motors of two kinds answer; a motor does not say its ranges, or is on; another program uses a RobStride motor; two RobStride
+/// The adapter is gone; motors of two kinds answer; a motor does not say its ranges, has an error, or is on; another program uses a RobStride motor; two RobStride
 /// motors have one identifier.
 pub fn motors(adapter: &mut dyn Adapter, kind: Option<Protocol>) -> io::Result<Vec<ShaftMotor>> {
     let mut of = |this: Protocol| match kind.is_none_or(|kind| kind == this) {
@@ -136,7 +136,7 @@ fn robstride_motor(adapter: &mut dyn Adapter, found: &Found) -> io::Result<Shaft
 /// Positions of the motors' shafts, rad. Writes nothing.
 ///
 /// # Errors
-/// The adapter is gone; a motor is silent; a Damiao motor is on, because a motor that gives torque cannot be moved by hand.
+/// The adapter is gone; a motor is silent; a Damiao motor has an error, or is on: a motor that gives torque cannot be moved by hand.
 pub fn positions(adapter: &mut dyn Adapter, motors: &[ShaftMotor]) -> io::Result<Vec<f64>> {
     let of = |motor: &ShaftMotor| match motor.kind {
         Protocol::RobStride => read_patiently(adapter, motor.id),
@@ -148,7 +148,7 @@ pub fn positions(adapter: &mut dyn Adapter, motors: &[ShaftMotor]) -> io::Result
 /// Positions of the motors' shafts once none of them swings any more, as their frames have them in a session, rad.
 ///
 /// # Errors
-/// As [`positions`]; the arm does not come to rest; a motor is on, or at the end of its range; another program uses a RobStride motor.
+/// As [`positions`]; the arm does not come to rest; a motor is on, has an error, or is at the end of its range; another program uses a RobStride motor.
 pub fn still_positions(adapter: &mut dyn Adapter, motors: &[ShaftMotor]) -> io::Result<Vec<f64>> {
     let mut before = positions(adapter, motors)?;
     for _ in 0..STILL_TRIES {
@@ -189,6 +189,10 @@ fn is_on(id: u8, state: &str) -> io::Error {
     io::Error::other(format!("motor {id} is {state}: expected motors that are off, and no other program on the bus"))
 }
 
+fn has_error(id: u8, state: &str) -> io::Error {
+    io::Error::other(format!("motor {id}: {state}: expected a motor without an error (newtau motors clear)"))
+}
+
 fn silent(id: u8) -> io::Error {
     io::Error::other(format!("motor {id} does not answer"))
 }
@@ -206,6 +210,7 @@ fn damiao_position(adapter: &mut dyn Adapter, motor: &ShaftMotor) -> io::Result<
         (0..PATIENCE * TRIES).find_map(|_| damiao.state().transpose()).transpose()?.ok_or_else(|| silent(motor.id))?;
     match state.shares[0] {
         _ if state.is_on() => Err(is_on(motor.id, state.text())),
+        _ if state.code != 0 => Err(has_error(motor.id, state.text())),
         share if share.abs() < 1.0 => Ok(share * motor.position),
         _ => Err(at_end(motor.id)),
     }
@@ -227,10 +232,7 @@ fn robstride_position(adapter: &mut dyn Adapter, motor: &ShaftMotor) -> io::Resu
         return Err(is_on(motor.id, &state.text()));
     }
     if state.error != 0 {
-        let (id, text) = (motor.id, state.text());
-        return Err(io::Error::other(format!(
-            "motor {id}: {text}: expected a motor without an error (newtau motors clear)"
-        )));
+        return Err(has_error(motor.id, &state.text()));
     }
     let position = state.share.ok_or_else(|| at_end(motor.id))? * motor.position;
     let parameter = read_patiently(adapter, motor.id)?;

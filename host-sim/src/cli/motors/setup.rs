@@ -52,10 +52,12 @@ pub fn run(
             "{place}: expected a robot file in TOML"
         )));
     }
-    let robot = Robot::load(&args.robot).map_err(Failure::input)?;
     let read_text =
         || std::fs::read_to_string(&args.robot).map_err(|error| Failure::input(miette::miette!("{place}: {error}")));
-    let text = read_text()?;
+    // Read before the robot: a change between the two is then seen at the end. The robot's own error says more.
+    let text = read_text();
+    let robot = Robot::load(&args.robot).map_err(Failure::input)?;
+    let text = text?;
     // An error here is better before the work than after it. It is checked again when the file is written.
     args.force.output().reads(&args.robot).file(&args.out)?;
     let mut output = args.force.output().reads(&args.robot);

@@ -89,6 +89,25 @@ fn a_robstride_motor_that_is_on_or_silent_is_rejected() {
 }
 
 #[test]
+fn a_robstride_motor_with_an_error_is_rejected() {
+    let mut bus = bus(&[3, 4]);
+    let all = found(&mut bus).unwrap();
+    bus.motors[1].errors = 1 << 3;
+    let wanted = "motor 4: off; its encoder fails: expected a motor without an error (newtau motors clear)";
+    assert_eq!(still_positions(&mut bus, &all).unwrap_err().to_string(), wanted);
+    assert_eq!(bus.motors[1].errors, 1 << 3, "it is not cleared");
+}
+
+#[test]
+fn a_torque_limit_that_is_missing_or_no_number_is_unknown() {
+    let mut bus = bus(&[3]);
+    bus.motors[0].parameters.insert(0x700B, f32::NAN.to_le_bytes());
+    assert_eq!(found(&mut bus).unwrap()[0].torque_limit, None);
+    bus.motors[0].parameters.remove(&0x700B);
+    assert_eq!(found(&mut bus).unwrap()[0].torque_limit, None);
+}
+
+#[test]
 fn nothing_is_written_to_robstride_motors_that_another_program_uses() {
     let mut bus = bus(&[3, 4]);
     let all = found(&mut bus).unwrap();

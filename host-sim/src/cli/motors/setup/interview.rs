@@ -36,7 +36,7 @@ fn model(person: &Person, motor: &ShaftMotor, joint: &RobotJoint) -> Result<Driv
     if let Some(said) = DriveModel::said(motor) {
         return Ok(said);
     }
-    let (mut given, mut doubted) = (DriveModel::of_file(joint), None);
+    let (mut given, mut doubted, mut too_weak) = (DriveModel::of_file(joint), None, None);
     loop {
         if let Some(model) = given {
             let [position, velocity, torque, ..] = model.ranges();
@@ -64,14 +64,16 @@ fn model(person: &Person, motor: &ShaftMotor, joint: &RobotJoint) -> Result<Driv
                      {gear}: wrong model, or wrong limits or gear in the robot file",
                     joint.name, limits.torque, limits.velocity
                 );
-                if agrees {
+                if agrees || too_weak == Some(model.ranges()) {
+                    let how = if agrees { "by its torque limit" } else { "as was entered again" };
                     return Err(Failure::Input(miette::miette!(
                         help = "correct the robot file, then begin again",
-                        "{why}; the torque limit of motor {} is that of {text}: nothing was written",
+                        "{why}; motor {} is {text} {how}: nothing was written",
                         motor.id
                     )));
                 }
-                terminal::print(&format!("  {why}\n"))?;
+                terminal::print(&format!("  {why}. The same model again ends the setup\n"))?;
+                too_weak = Some(model.ranges());
             } else {
                 return Ok(model);
             }
