@@ -78,6 +78,7 @@ fn model(person: &Person, motor: &ShaftMotor, joint: &RobotJoint) -> Result<Driv
                 return Ok(model);
             }
         }
+        person.forget();
         terminal::print(&format!(
             "  model of motor {}, as on its label: {}. For another model, the highest position (rad), velocity (rad/s), torque (N m), kp and kd of \
              its frames: five numbers (docs/reference/drives.md)\n",
@@ -271,5 +272,29 @@ impl<'a> Interview<'a> {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
+    use super::{Person, Protocol, ShaftMotor, model};
+    use robot_compiler::Robot;
+    use std::path::Path;
+    use std::sync::mpsc::channel;
+
+    /// Else two lines typed at once would confirm a model before its warning can be read.
+    #[test]
+    fn a_line_typed_before_the_question_for_a_model_is_no_answer() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots/rebot_b601_rs.toml");
+        let joint = Robot::load(&path).unwrap().joints[0].clone();
+        let (kind, ranges) = (Protocol::RobStride, None);
+        let (position, torque_limit, power_up_lowest) = (12.57, None, None);
+        let motor = ShaftMotor { kind, id: 1, reply_id: 1, position, ranges, torque_limit, power_up_lowest };
+        let (typed, lines) = channel();
+        ["12.57 50 36 5000 100"; 2].into_iter().for_each(|line| typed.send(line.to_owned()).unwrap());
+        drop(typed);
+        let ended = model(&Person::of(lines), &motor, &joint).unwrap_err().report().to_string();
+        assert!(ended.contains("the input ended"), "{ended}");
     }
 }

@@ -18,6 +18,12 @@ impl Person {
         Self(line_channel(BufReader::new(io::stdin())))
     }
 
+    /// Reads these lines instead.
+    #[cfg(test)]
+    pub(super) fn of(lines: Receiver<String>) -> Self {
+        Self(lines)
+    }
+
     /// The next line; meanwhile, `look` is called every 20 ms.
     pub(super) fn answer(&self, mut look: impl FnMut() -> Result<(), Failure>) -> Result<String, Failure> {
         loop {
