@@ -164,6 +164,25 @@ fn drives_of_the_robot_file_must_all_be_of_the_motors_kind() {
     );
 }
 
+/// Its drives could not be written into it at the end.
+#[test]
+fn a_urdf_of_any_ending_is_refused_before_the_interview() {
+    let served = served(&one_motor(Some(36.0)));
+    let urdf =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../robot-compiler/tests/data/two.urdf"))
+            .unwrap();
+    for name in ["motors_setup_arm.urdf", "motors_setup_arm.URDF", "motors_setup_arm.xml"] {
+        let (robot, out) = (file(name), file("motors_setup_urdf.toml"));
+        new(&out);
+        std::fs::write(&robot, &urdf).unwrap();
+        let (code, said, error) = served.alone(&robot, &out, &[]);
+        assert!(
+            code == 2 && error.contains("expected a robot file in TOML") && said.is_empty(),
+            "{name}: {said}{error}"
+        );
+    }
+}
+
 #[test]
 fn a_model_that_its_motor_confirms_and_the_joint_exceeds_ends_the_setup() {
     let mut at_model = AtModel::new("motors_setup_exceeds", Some(36.0), "40.0");

@@ -15,6 +15,7 @@ use interview::Interview;
 use robot_compiler::Robot;
 use sim::failure::Failure;
 use sim::terminal;
+use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::io;
 use std::path::PathBuf;
@@ -46,7 +47,8 @@ pub fn run(
     failed: impl Fn(io::Error) -> Failure,
 ) -> Result<String, Failure> {
     let place = args.robot.display();
-    if args.robot.extension().is_some_and(|extension| extension == "urdf") {
+    let is_urdf = |ending: &OsStr| ["urdf", "xml"].iter().any(|urdf| ending.eq_ignore_ascii_case(urdf));
+    if args.robot.extension().is_some_and(is_urdf) {
         return Err(Failure::Input(miette::miette!(
             help = "newtau import ARM.urdf --out ARM.toml",
             "{place}: expected a robot file in TOML"
