@@ -17,8 +17,9 @@ use sim::run::files::{file_name, write, write_report};
 use sim::run::mcap_file;
 use sim::run::simulate::Run;
 use sim::run::simulation;
-use sim::terminal::{json, named, print, progress_bar, say_mounting};
+use sim::terminal::{self, json, named, print, progress_bar, say_mounting};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 const EXAMPLE: &str = "Example:\n  newtau run scenes/yam_split.toml";
@@ -104,6 +105,12 @@ pub struct RunArgs {
     /// Print no progress bar and no table.
     #[arg(long)]
     pub quiet: bool,
+}
+
+/// Returns a flag that Ctrl-C sets. The loop checks it in every tick, and no tick waits longer than the chip's timeout.
+#[must_use]
+pub fn stop_on_interrupt() -> Arc<AtomicBool> {
+    terminal::stop_on_interrupt("end the run without a summary")
 }
 
 /// Runs a scene. Returns the exit code.

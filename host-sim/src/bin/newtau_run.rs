@@ -4,7 +4,7 @@
 use clap::{ArgAction, Parser, Subcommand};
 use host_sim::run::{self, RunArgs};
 use sim::failure::Failure;
-use sim::terminal::{exit_code, keep_lines_of_messages, stop_on_interrupt};
+use sim::terminal::{exit_code, keep_lines_of_messages};
 use std::ffi::OsString;
 use std::io;
 use std::process::{Command, ExitCode};
@@ -31,7 +31,7 @@ fn main() -> ExitCode {
     let words: Vec<OsString> = std::env::args_os().skip(1).collect();
     if words.first().is_some_and(|word| word == "run") {
         let Run::Run(args) = Here::parse().command;
-        return exit_code(run::run(&args, &stop_on_interrupt("end the run without a summary")));
+        return exit_code(run::run(&args, &run::stop_on_interrupt()));
     }
     match newtau(&words) {
         Ok(code) => code,
@@ -53,7 +53,7 @@ fn newtau(words: &[OsString]) -> io::Result<ExitCode> {
         "--bin",
         "newtau",
     ]);
-    // Compiled before, at most a part of it is compiled now: no lines about that. The first time they show that something is happening.
+    // Cargo prints its progress only while it compiles the whole program for the first time, which takes minutes.
     let whole = std::env::current_exe()?.with_file_name(format!("newtau{}", std::env::consts::EXE_SUFFIX));
     if whole.exists() {
         cargo.arg("--quiet");

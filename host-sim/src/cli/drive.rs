@@ -2,7 +2,7 @@
 
 use crate::cli::connect::options::SessionArgs;
 use crate::cli::connect::session::Setup;
-use crate::cli::interrupt::stop_on_interrupt;
+use crate::run::stop_on_interrupt;
 use board::can::adapter_name::AdapterName;
 use board::session::drive::arm::Wiring;
 use board::session::drive::timing_check;

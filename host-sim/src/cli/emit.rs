@@ -9,8 +9,7 @@ use robot_compiler::emit::kernel_file::Language;
 use robot_compiler::names::name;
 use robot_compiler::scene::ScalarChoice;
 use sim::failure::{Failure, in_file};
-use sim::terminal::named;
-use sim::terminal::print;
+use sim::terminal::{named, print};
 use std::fs;
 use std::path::{Path, PathBuf};
 

@@ -1,13 +1,7 @@
 //! Ctrl-C.
 
-use sim::terminal;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-
-/// Returns a flag that Ctrl-C sets. The loop checks it in every tick, and no tick waits longer than the chip's timeout.
-pub(super) fn stop_on_interrupt() -> Arc<AtomicBool> {
-    terminal::stop_on_interrupt("end the run without a summary")
-}
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Returns a counter of Ctrl-C presses: the first press stops the operator's arm, the second ends the program.
 pub(super) fn presses() -> Arc<AtomicU32> {

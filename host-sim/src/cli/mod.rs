@@ -22,10 +22,9 @@ pub mod sweep;
 
 mod interrupt;
 
-use crate::run;
+use crate::run::{self, stop_on_interrupt};
 use clap::{ArgAction, CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
-use interrupt::stop_on_interrupt;
 use sim::failure::Failure;
 use sim::terminal;
 use studies::trade::chip::EmulatedChip;

@@ -131,8 +131,8 @@ fn side_by_side<J: Job<N>, const N: usize>(
     let mut start = |lane: usize| -> Option<Waiting<'_, J::Outcome>> {
         let (place, job) = jobs.next()?;
         meeting.borrow_mut().arms.place(lane, job.plant());
-        let seat = Place { meeting: &meeting, lane };
-        Some((place, Box::pin(async move { job.run(Solver::InLane(&seat)).await })))
+        let own = BatchLane { meeting: &meeting, lane };
+        Some((place, Box::pin(async move { job.run(Solver::InLane(&own)).await })))
     };
     let mut running: [_; LANES] = core::array::from_fn(&mut start);
     let mut context = Context::from_waker(Waker::noop());
@@ -156,12 +156,12 @@ fn side_by_side<J: Job<N>, const N: usize>(
 }
 
 /// The lane of a run.
-struct Place<'a, const N: usize> {
+struct BatchLane<'a, const N: usize> {
     meeting: &'a RefCell<BatchState<N>>,
     lane: usize,
 }
 
-impl<const N: usize> Lane<N> for Place<'_, N> {
+impl<const N: usize> Lane<N> for BatchLane<'_, N> {
     fn ask(&self, body: &LoadedArm<N>, request: &IntegrationRequest<N>) {
         let BatchState { arms, passages, .. } = &mut *self.meeting.borrow_mut();
         arms.push(self.lane, body.tip_wrench());

@@ -6,7 +6,7 @@ pub mod margins;
 pub mod trade;
 
 use super::parts::OrPart;
-use crate::cli::interrupt::stop_on_interrupt;
+use crate::run::stop_on_interrupt;
 use clap::Subcommand;
 use sim::failure::Failure;
 use studies::trade::chip::Chip;

@@ -4,8 +4,7 @@ use crate::cli::chain::ChainArgs;
 use clap::Args;
 use robot_compiler::Robot;
 use sim::failure::Failure;
-use sim::terminal::say_mounting;
-use sim::terminal::{json, print};
+use sim::terminal::{json, print, say_mounting};
 use std::path::PathBuf;
 use studies::contact::{ContactRequest, answer};
 

@@ -7,8 +7,7 @@ use robot_compiler::Robot;
 use sim::failure::Failure;
 use sim::run::joint_label::JointLabel;
 use sim::table::table;
-use sim::terminal::print;
-use sim::terminal::say_mounting;
+use sim::terminal::{print, say_mounting};
 use std::path::PathBuf;
 
 /// Options of `info`.

@@ -11,7 +11,7 @@ pub mod motion;
 pub mod statics;
 pub mod terms;
 
-use crate::cli::interrupt::stop_on_interrupt;
+use crate::run::stop_on_interrupt;
 use clap::{Args, Subcommand};
 use sim::failure::Failure;
 

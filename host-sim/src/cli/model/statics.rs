@@ -8,8 +8,7 @@ use robot_compiler::Robot;
 use sim::failure::Failure;
 use sim::pages;
 use sim::run::files::file_name;
-use sim::terminal::say_mounting;
-use sim::terminal::{json, print};
+use sim::terminal::{json, print, say_mounting};
 use std::path::{Path, PathBuf};
 use studies::statics::{StaticsRequest, WrenchFrame, answer, sweep};
 

@@ -56,7 +56,8 @@ pub fn run(
     }
     let read_text =
         || std::fs::read_to_string(&args.robot).map_err(|error| Failure::input(miette::miette!("{place}: {error}")));
-    // Read before the robot: a change between the two is then seen at the end. The robot's own error says more.
+    // The text is read before the robot, so that the comparison at the end also finds a change between these two readings. If the file cannot be read,
+    // the message of `Robot::load` says more.
     let text = read_text();
     let robot = Robot::load(&args.robot).map_err(Failure::input)?;
     let text = text?;

@@ -4,7 +4,7 @@ pub mod merge;
 pub mod study;
 
 use super::parts::OrPart;
-use crate::cli::interrupt::stop_on_interrupt;
+use crate::run::stop_on_interrupt;
 use clap::Subcommand;
 use sim::failure::Failure;
 

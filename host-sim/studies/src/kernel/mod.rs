@@ -13,8 +13,7 @@ use robot_compiler::scene::ScalarChoice;
 use robot_compiler::{SceneFile, with_dof};
 use serde::Serialize;
 use sim::failure::Failure;
-use sim::terminal::json;
-use sim::terminal::named;
+use sim::terminal::{json, named};
 
 /// Kernels to compile. Without a function or a level, counts are of all of them.
 #[derive(Clone, Debug, PartialEq, Args)]

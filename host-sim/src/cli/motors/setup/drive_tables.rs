@@ -37,11 +37,12 @@ impl DriveModel {
         })
     }
 
-    /// The model that the robot file has for a joint. Ranges that reach further to one side are those of no motor that does not say its own.
+    /// The model that the robot file has for a joint. `None` if a range is not symmetric: a motor that does not say its ranges has symmetric ones.
     pub(super) fn of_file(joint: &RobotJoint) -> Option<Self> {
         let drive = joint.drive?.mit()?;
-        let is_even = [drive.position, drive.velocity, drive.torque].iter().all(|(low, high)| is_same(-low, *high));
-        is_even.then(|| Self::OfFile(highest(&drive)))
+        let is_symmetric =
+            [drive.position, drive.velocity, drive.torque].iter().all(|(low, high)| is_same(-low, *high));
+        is_symmetric.then(|| Self::OfFile(highest(&drive)))
     }
 
     /// The model that a person typed: the name of an actuator of this kind, or five numbers.
@@ -214,14 +215,14 @@ mod tests {
     }
 
     #[test]
-    fn ranges_of_the_robot_file_are_kept_if_they_are_even() {
+    fn ranges_of_the_robot_file_are_kept_if_they_are_symmetric() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots/rebot_b601_rs.toml");
         let text = std::fs::read_to_string(&path).unwrap();
         let of_first = |text: &str| DriveModel::of_file(&Robot::from_toml_str(text, "arm.toml").unwrap().joints[0]);
         assert_eq!(of_first(&text), Some(DriveModel::OfFile([12.57, 50.0, 36.0, 5000.0, 100.0])));
-        for uneven in ["position = [-6.0, 12.57]", "velocity = [-40.0, 50.0]", "torque = [-36.0, 60.0]"] {
-            let changed = text.replacen("\nid = 1\n", &format!("\nid = 1\n{uneven}\n"), 1);
-            assert_eq!(of_first(&changed), None, "{uneven}");
+        for changed_range in ["position = [-6.0, 12.57]", "velocity = [-40.0, 50.0]", "torque = [-36.0, 60.0]"] {
+            let changed = text.replacen("\nid = 1\n", &format!("\nid = 1\n{changed_range}\n"), 1);
+            assert_eq!(of_first(&changed), None, "{changed_range}");
         }
     }
 
