@@ -5,7 +5,7 @@
 
 use dynamics_core::control::Between;
 use nalgebra::Vector3;
-use robot_compiler::scene::{IntegralSpec, KernelChoice, KernelMemory};
+use robot_compiler::scene::{IntegralSpec, KernelChoice};
 use robot_compiler::{Robot, RobotJoint, SceneFile, emit, with_dof};
 
 use crate::common::{compare_output, files, rustfmt, top};
@@ -155,12 +155,12 @@ fn firmware_is_wrapped_where_the_model_is_evaluated_in_some_ticks_and_nowhere_el
     };
     let ends = |text: &str, end: &str| assert!(text.ends_with(end), "{}", &text[text.len().saturating_sub(500)..]);
     let value = "    EveryNth::new(inner, 4, Between::Extrapolate, &const { super::arm::config().gains })\n}\n";
-    for (kernel, memory, inner) in [
-        (KernelChoice::Exact, KernelMemory::Flash, "Kernel"),
-        (KernelChoice::Regrouped, KernelMemory::Sram, "InSram"),
-        (KernelChoice::Generic, KernelMemory::Flash, "Dynamics<f32, 6>"),
+    for (kernel, inner) in [
+        (KernelChoice::Exact, "Kernel"),
+        (KernelChoice::Regrouped, "Kernel"),
+        (KernelChoice::Generic, "Dynamics<f32, 6>"),
     ] {
-        let choose = |s: &mut SceneFile| (s.control.kernel, s.control.kernel_memory) = (kernel, memory);
+        let choose = |s: &mut SceneFile| s.control.kernel = kernel;
         let slow = emitted(&choose);
         assert!(slow.contains(&format!("pub type Arm = EveryNth<{inner}, f32, 6>;")), "{kernel:?}");
         ends(&slow, value);

@@ -168,7 +168,7 @@ pub(crate) fn is_of_this_compiler() -> Result<bool> {
     Ok(Budget::load()?.is_of(&Toolchain::find_or_install()?.rustc()?))
 }
 
-/// The short part, for `cargo xtask test`: a few hundred ticks of the hardest scene, with the kernel in the memory that the scene names.
+/// The short part, for `cargo xtask test`: a few hundred ticks of the hardest scene.
 pub(crate) fn gate() -> Result<()> {
     let row = measure::row(Path::new(HARDEST), measure::Extent::SHORT)?;
     let budget = Budget::load()?;

@@ -48,7 +48,6 @@ fn ticks_give_the_desks_bits_and_cost_what_the_firmware_pins() {
         puma("generic", &[("kernel", "generic")]),
         puma("libm", &[("trig", "libm")]),
         puma("f64", &[("scalar", "f64")]),
-        puma("sram", &[("kernel_memory", "sram")]),
     ];
     let mut costs = measured(&scenes);
     // Measured states instead of encoder counts.
@@ -56,9 +55,7 @@ fn ticks_give_the_desks_bits_and_cost_what_the_firmware_pins() {
     assert!(costs.iter().all(|found| found.cost.matches_desk && found.fault.is_none()));
     let fewest = costs[0].instructions_min;
     let costs: Vec<_> = costs.into_iter().map(|found| found.cost).collect();
-    let [exact, regrouped, generic, libm, double, sram, planar] = costs.as_slice() else {
-        unreachable!("seven scenes")
-    };
+    let [exact, regrouped, generic, libm, double, planar] = costs.as_slice() else { unreachable!("six scenes") };
 
     // A tick that is called alone, not by the session, is a little shorter than the firmware's.
     let [_, firmware] = pinned::instructions("puma560_pick");
@@ -76,9 +73,8 @@ fn ticks_give_the_desks_bits_and_cost_what_the_firmware_pins() {
 
     assert!((12_000..14_000).contains(&exact.flash), "{exact:?}");
     assert!((370..430).contains(&exact.ram), "{exact:?}");
-    // A kernel in RAM also occupies flash. Otherwise RAM holds only the controller.
+    // RAM holds only the controller.
     assert_eq!(regrouped.ram, exact.ram);
-    assert!(sram.ram > exact.ram + 1_000);
     assert!(double.ram > exact.ram && generic.ram > exact.ram + 1_000);
     assert!(regrouped.flash < exact.flash && exact.flash < libm.flash);
     assert!(planar.flash < regrouped.flash && double.flash > 2 * exact.flash);

@@ -82,9 +82,8 @@ impl SceneFile {
     /// rate, whether the operations were regrouped, the ticks in which the model is evaluated, the collision settings,
     /// and the drives between the chip and the joints if the file describes them.
     ///
-    /// Names, the motion, the plant, the sensors and the actuators are not included, because no tick of the chip reads them. The memory from
-    /// which the kernel runs is not included either, because no bit depends on it. The hash is stable across runs and
-    /// platforms.
+    /// Names, the motion, the plant, the sensors and the actuators are not included, because no tick of the chip reads them. The hash is
+    /// stable across runs and platforms.
     #[must_use]
     pub fn hash<const N: usize>(&self, model: &Model<f64, N>) -> u64 {
         let mut fnv = Fnv1a(Fnv1a::BASIS);

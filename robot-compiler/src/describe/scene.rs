@@ -27,9 +27,7 @@ mod plant;
 mod safety;
 mod trajectory;
 
-pub use control::{
-    CollisionSpec, ControlSpec, DampingAt, IntegralSpec, KernelChoice, KernelMemory, ScalarChoice, TeachSpec,
-};
+pub use control::{CollisionSpec, ControlSpec, DampingAt, IntegralSpec, KernelChoice, ScalarChoice, TeachSpec};
 pub(crate) use drives::UNREAD_MAX;
 pub use lists::joints;
 pub use lowering::axis_to_tip;

@@ -10,7 +10,7 @@ use super::firmware::tuning_module;
 use super::items::numbers;
 use super::protection::protection_module;
 use crate::describe::diagnostics::Message;
-use crate::describe::scene::{KernelMemory, ScalarChoice, SceneFile};
+use crate::describe::scene::{ScalarChoice, SceneFile};
 use crate::kernel::inputs::input_values;
 use crate::kernel::{Function, Level, Operations, Program, compile};
 use crate::with_dof;
@@ -63,12 +63,9 @@ pub fn arm_crate(
         ))
         .into());
     }
-    // Which memory the kernel runs from is for the linker script of the firmware that uses the crate.
-    let mut file = file.clone();
-    file.control.kernel_memory = KernelMemory::Flash;
     with_dof!(file.robot.dof(), N => match scalar {
-        ScalarChoice::F32 => of::<f32, N>(&file, scalar, core),
-        ScalarChoice::F64 => of::<f64, N>(&file, scalar, core),
+        ScalarChoice::F32 => of::<f32, N>(file, scalar, core),
+        ScalarChoice::F64 => of::<f64, N>(file, scalar, core),
     })
 }
 

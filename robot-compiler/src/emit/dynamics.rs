@@ -2,7 +2,7 @@
 
 use super::fields::item;
 use super::kernel::{Title, module};
-use crate::describe::scene::{ControlSpec, KernelMemory, ScalarChoice, SceneFile};
+use crate::describe::scene::{ControlSpec, ScalarChoice, SceneFile};
 use crate::kernel::{Function, Precision};
 use dynamics_core::Model;
 
@@ -45,11 +45,7 @@ pub fn dynamics_module_in<const N: usize>(file: &SceneFile, model: &Model<f64, N
             let title = Title { robot: &file.robot.name, scene: &file.name, hash: file.hash(model) };
             let (function, scene) = (Function::InverseDynamics, file.scene(model));
             let kernel = module(function, model, &scene, level, precision, &title);
-            let constant = |name: &str| Inner { kind: name.to_owned(), value: name.to_owned(), constant: true };
-            match file.control.kernel_memory {
-                KernelMemory::Flash => (kernel, constant("Kernel")),
-                KernelMemory::Sram => (format!("{kernel}\n{}", in_sram(N, precision.name())), constant("InSram")),
-            }
+            (kernel, Inner { kind: "Kernel".to_owned(), value: "Kernel".to_owned(), constant: true })
         }
     };
     match file.friction_terms::<N>() {
@@ -123,21 +119,5 @@ fn arm_items<const N: usize>(file: &SceneFile, inner: Inner, real: &str) -> Stri
     format!(
         "/// The arm's inverse dynamics.\npub type Arm = {kind};\n\n\
          /// The arm's inverse dynamics.\npub {prefix}fn arm() -> Arm {{\n    {value}\n}}\n"
-    )
-}
-
-/// The type `InSram`. Its only function contains the kernel and is placed in static RAM.
-fn in_sram(joints: usize, real: &str) -> String {
-    format!(
-        "/// The arm's inverse dynamics, run from static RAM.\n\
-         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]\npub struct InSram;\n\n\
-         impl InverseDynamics<{real}, {joints}> for InSram {{\n    \
-         #[allow(unsafe_code, reason = \"a function is placed where variables lie\")]\n    \
-         // SAFETY: the start-up code copies the section to RAM before anything runs, and nothing writes to it.\n    \
-         #[cfg_attr(target_os = \"none\", unsafe(link_section = \".data.kernel\"))]\n    \
-         #[inline(never)]\n    fn inverse_dynamics(\n        &self,\n        \
-         turn: &[SinCos<{real}>; {joints}],\n        q: &[{real}; {joints}],\n        qd: &[{real}; {joints}],\n        \
-         qdd: &[{real}; {joints}],\n        live: &Live<{real}, {joints}>,\n    ) -> [{real}; {joints}] {{\n        \
-         Kernel.inverse_dynamics(turn, q, qd, qdd, live)\n    }}\n}}\n"
     )
 }

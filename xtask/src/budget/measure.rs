@@ -9,8 +9,6 @@ use anyhow::{Context as _, Result, bail};
 use chip_image::costs::{Late, Ways};
 use firmware_image::child_process::ChildProcess;
 use firmware_image::{Board, Build};
-use robot_compiler::SceneFile;
-use robot_compiler::scene::KernelChoice;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -21,13 +19,11 @@ use std::time::Duration;
 pub(crate) struct Extent {
     pub(super) ticks: u32,
     traced: u32,
-    /// True to measure the kernel in SRAM too, in a second program.
-    sram: bool,
 }
 
 impl Extent {
-    pub(crate) const FULL: Self = Self { ticks: 2_000, traced: 24, sram: true };
-    pub(crate) const SHORT: Self = Self { ticks: 300, traced: 24, sram: false };
+    pub(crate) const FULL: Self = Self { ticks: 2_000, traced: 24 };
+    pub(crate) const SHORT: Self = Self { ticks: 300, traced: 24 };
 }
 
 /// Settings for the flood. The tick period is 20,000 instructions, which is shorter than the chip needs for the bytes that are sent at once, so ticks
@@ -55,10 +51,6 @@ pub(crate) fn row(scene: &Path, extent: Extent) -> Result<BudgetRow> {
     let mut row = BudgetRow::sizes(&scene, EMULATED, &Image::measure(&elf)?);
     let mut command = chip_budget("ticks", &scene);
     command.arg("--elf").arg(&elf).args(["--ticks", &extent.ticks.to_string(), "--traced", &extent.traced.to_string()]);
-    if extent.sram && SceneFile::load(&scene)?.control.kernel != KernelChoice::Generic {
-        let variant = variant::write(&scene, "sram", &[("kernel_memory", "\"sram\"")])?;
-        command.arg("--sram").arg(build(&variant, EMULATED)?);
-    }
     let said: Value = serde_json::from_str(&output(&mut command)?)?;
     row.numbers.extend(numbers(&said)?);
     let [seen, bound] = [Field::StackPainted, Field::StackBound].map(|field| row.number(field).unwrap_or(0));
@@ -110,7 +102,7 @@ fn numbers(said: &Value) -> Result<Vec<(Field, u64)>> {
         |path: &str| said.pointer(path).and_then(Value::as_u64).with_context(|| format!("no {path} in {said}"));
     let (min, max) = (number("/ticks/min")?, number("/ticks/max")?);
     let (least, most) = (number("/ticks/supervised/min")?, number("/ticks/supervised/max")?);
-    let mut all = vec![
+    Ok(vec![
         (Field::Supervised, most),
         (Field::SupervisedSpread, most - least),
         (Field::SupervisedLongest, number("/ticks/supervised/granting")?),
@@ -123,11 +115,7 @@ fn numbers(said: &Value) -> Result<Vec<(Field, u64)>> {
         (Field::LinkByte, number("/traced/link_byte")?),
         (Field::CyclesEstimate, number("/traced/running/cycles/likely")?),
         (Field::CyclesLongest, number("/traced/longest/cycles/likely")?),
-    ];
-    if !said["kernel_in_sram"].is_null() {
-        all.push((Field::CyclesEstimateSram, number("/kernel_in_sram/running/cycles/likely")?));
-    }
-    Ok(all)
+    ])
 }
 
 fn build(scene: &Path, board: Board) -> Result<PathBuf> {
@@ -163,13 +151,9 @@ mod tests {
             "traced": { "masked": 20, "byte_interrupt": 30, "link_byte": 90,
                 "running": { "instructions": 1500, "cycles": { "low": 1, "likely": 2, "high": 3 } },
                 "longest": { "instructions": 1600, "cycles": { "low": 2, "likely": 3, "high": 4 } } },
-            "kernel_in_sram": null,
         });
         let found = numbers(&said).unwrap_or_default();
         assert!(found.contains(&(Field::InstructionsSpread, 22)) && found.contains(&(Field::CyclesEstimate, 2)));
-        assert!(!found.iter().any(|(field, _)| *field == Field::CyclesEstimateSram));
-        said["kernel_in_sram"] = json!({ "running": { "cycles": { "likely": 5 } } });
-        assert!(numbers(&said).unwrap_or_default().contains(&(Field::CyclesEstimateSram, 5)));
         said["traced"]["masked"] = json!("many");
         assert!(numbers(&said).is_err_and(|why| why.to_string().starts_with("no /traced/masked in")));
     }

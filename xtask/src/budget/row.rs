@@ -30,8 +30,6 @@ pub(crate) enum Field {
     ByteInterrupt,
     LinkByte,
     CyclesEstimate,
-    #[value(name = "cycles_estimate_kernel_in_sram")]
-    CyclesEstimateSram,
     /// Cycles of the longest interrupt, in a tick that accepts a request.
     #[value(name = "cycles_estimate_longest")]
     CyclesLongest,
@@ -55,7 +53,7 @@ impl Field {
     pub(crate) const fn unit(self) -> &'static str {
         match self {
             Self::Flash | Self::Ram | Self::StackBound | Self::StackPainted => "bytes",
-            Self::CyclesEstimate | Self::CyclesEstimateSram | Self::CyclesLongest => "cycles, estimated",
+            Self::CyclesEstimate | Self::CyclesLongest => "cycles, estimated",
             _ => "instructions",
         }
     }

@@ -3,7 +3,6 @@
 use super::image::Image;
 use super::measure::supervised_trace;
 use super::row::EMULATED;
-use super::variant;
 use crate::table::{Table, thousands};
 use anyhow::{Context as _, Result};
 use firmware_image::Build;
@@ -18,24 +17,15 @@ const RUSTFLAGS: &str = "CARGO_TARGET_THUMBV7EM_NONE_EABIHF_RUSTFLAGS";
 struct Tuning {
     name: &'static str,
     environment: &'static [(&'static str, &'static str)],
-    control: &'static [(&'static str, &'static str)],
 }
 
-const TUNINGS: [Tuning; 5] = [
-    Tuning { name: "as shipped: for the Cortex-M4, opt-level 3, kernel in flash", environment: &[], control: &[] },
+const TUNINGS: [Tuning; 4] = [
+    Tuning { name: "as shipped: for the Cortex-M4, opt-level 3", environment: &[] },
     // An empty variable would count as unset.
-    Tuning {
-        name: "for any Armv7E-M with a float unit",
-        environment: &[(RUSTFLAGS, "-Ctarget-cpu=generic")],
-        control: &[],
-    },
-    Tuning { name: "opt-level 2", environment: &[(OPT_LEVEL, "2")], control: &[] },
-    Tuning { name: "opt-level s", environment: &[(OPT_LEVEL, "s")], control: &[] },
-    Tuning { name: KERNEL_IN_SRAM, environment: &[], control: &[("kernel_memory", "\"sram\"")] },
+    Tuning { name: "for any Armv7E-M with a float unit", environment: &[(RUSTFLAGS, "-Ctarget-cpu=generic")] },
+    Tuning { name: "opt-level 2", environment: &[(OPT_LEVEL, "2")] },
+    Tuning { name: "opt-level s", environment: &[(OPT_LEVEL, "s")] },
 ];
-
-/// Build for which a second line is printed, without the waits for the shared bus.
-const KERNEL_IN_SRAM: &str = "kernel in SRAM";
 
 /// The table of a scene's builds.
 pub(super) fn table(scene: &Path) -> Result<String> {
@@ -58,28 +48,14 @@ pub(super) fn table(scene: &Path) -> Result<String> {
         let [flash, ram] = [image.flash, image.ram].map(thousands);
         let controller = thousands(number("/ticks/max")?);
         let interrupt = thousands(number("/traced/running/instructions")?);
-        let range = |likely| format!("{} ({} to {})", thousands(likely), thousands(low), thousands(high));
-        table.row(&[
-            tuning.name.into(),
-            flash.clone(),
-            ram.clone(),
-            controller.clone(),
-            interrupt.clone(),
-            range(likely),
-        ]);
-        if tuning.name == KERNEL_IN_SRAM {
-            let alone = likely - number("/traced/running/shared_bus")?;
-            let name = format!("{KERNEL_IN_SRAM}, data in the core-coupled memory or SRAM at address 0");
-            table.row(&[name, flash, ram, controller, interrupt, thousands(alone)]);
-        }
+        let range = format!("{} ({} to {})", thousands(likely), thousands(low), thousands(high));
+        table.row(&[tuning.name.into(), flash, ram, controller, interrupt, range]);
     }
     Ok(table.0)
 }
 
 /// Builds with the tuning's changes of the environment.
 fn build(scene: &Path, tuning: &Tuning) -> Result<PathBuf> {
-    let scene =
-        if tuning.control.is_empty() { scene.to_owned() } else { variant::write(scene, "tuned", tuning.control)? };
-    let build = Build { environment: tuning.environment, ..Build::of(&scene, EMULATED) };
+    let build = Build { environment: tuning.environment, ..Build::of(scene, EMULATED) };
     build.run().with_context(|| tuning.name.to_owned())
 }

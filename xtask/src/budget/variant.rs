@@ -60,8 +60,8 @@ mod tests {
     #[test]
     fn a_scene_without_the_table_gets_it() {
         let scene = "robot = \"/a.toml\"\n[motion]\n";
-        let changed = with(scene, Path::new("/p"), &[("kernel_memory", "\"sram\"")]).unwrap();
-        assert_eq!(changed, "robot = \"/a.toml\"\n[motion]\n\n[control]\nkernel_memory = \"sram\"\n");
+        let changed = with(scene, Path::new("/p"), &[("kernel", "\"regrouped\"")]).unwrap();
+        assert_eq!(changed, "robot = \"/a.toml\"\n[motion]\n\n[control]\nkernel = \"regrouped\"\n");
         let changed = with(scene, Path::new("/p"), &[(".duration", "9.0")]).unwrap();
         assert_eq!(changed, "robot = \"/a.toml\"\nduration = 9.0\n[motion]\n");
         let changed = with(scene, Path::new("/p"), &[("plant.masses", "1.2")]).unwrap();

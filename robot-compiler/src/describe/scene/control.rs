@@ -29,8 +29,6 @@ pub struct ControlSpec {
     pub scalar: ScalarChoice,
     /// Inverse dynamics on the chip.
     pub kernel: KernelChoice,
-    /// Memory from which the chip runs the arm's kernel.
-    pub kernel_memory: KernelMemory,
     /// Bandwidth of the velocity observer, rad/s.
     pub observer_bandwidth: f64,
     /// Integral action, if the law has any.
@@ -105,16 +103,6 @@ pub enum KernelChoice {
     Regrouped,
 }
 
-/// Memory from which the chip runs the arm's kernel. No bit of a result depends on it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum KernelMemory {
-    /// Flash, as part of the tick: at 168 MHz every line of 16 bytes that is not in the cache costs 5 wait states.
-    #[default]
-    Flash,
-    /// Static RAM, without wait states, as a separate function that the start-up code copies there.
-    Sram,
-}
-
 /// Floating-point type of the controller on the desk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ScalarChoice {
@@ -138,7 +126,6 @@ impl ControlSpec {
             trig: Method::Polynomial,
             scalar: ScalarChoice::F32,
             kernel: KernelChoice::Exact,
-            kernel_memory: KernelMemory::Flash,
             observer_bandwidth: 500.0,
             integral: None,
             teach: None,

@@ -1,6 +1,6 @@
 //! Names of the choices for a scene's controller.
 
-use super::control::{ControlSpec, KernelChoice, KernelMemory, ScalarChoice};
+use super::control::{ControlSpec, KernelChoice, ScalarChoice};
 use crate::names::{Named, name, named};
 use dynamics_core::control::{Between, ControlLaw};
 use dynamics_core::trig::Method;
@@ -40,11 +40,6 @@ impl Named for Between {
 impl Named for KernelChoice {
     const NAMES: &'static [(&'static str, &'static str, Self)] =
         &[("generic", "", Self::Generic), ("exact", "", Self::Exact), ("regrouped", "", Self::Regrouped)];
-}
-
-impl Named for KernelMemory {
-    const NAMES: &'static [(&'static str, &'static str, Self)] =
-        &[("flash", "", Self::Flash), ("sram", "", Self::Sram)];
 }
 
 impl ControlSpec {

@@ -100,7 +100,7 @@ pub(super) const SCENE_FILES: FileKind<SceneFile> = FileKind {
         (
             "yam_split.toml",
             "law = \"split\"",
-            "law = \"split\"\ndamping_at = \"posture\"\nkernel = \"regrouped\"\nkernel_memory = \"sram\"",
+            "law = \"split\"\ndamping_at = \"posture\"\nkernel = \"regrouped\"",
         ),
         ("yam_split.toml", "[safety]", "[plant]\nrotor_coupling = true\n[actuators]\ntorque_factor = 0.9\nripple = { share = 0.02, cycles = 7.0 }\nfailure = { joint = 2, at = 0.5, kind = \"error\" }\n[safety]"),
     ],

@@ -3,12 +3,16 @@
 use super::values::per_joint;
 use crate::describe::diagnostics::FileError;
 use crate::describe::robot::{Robot, RobotJoint};
-use crate::describe::scene::{ControlSpec, DampingAt, IntegralSpec, KernelChoice, KernelMemory, TeachSpec};
+use crate::describe::scene::{ControlSpec, DampingAt, IntegralSpec, TeachSpec};
 use crate::names::name;
 use crate::read::table::{Table, Value};
 use dynamics_core::control::{ControlLaw, FeedbackInertia, SpringOwner};
 
 pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, FileError> {
+    // Scenes of earlier versions have this key; a list of the known keys would not say why it is not among them.
+    if let Some(value) = table.get("kernel_memory") {
+        return Err(value.error("the key is gone: the whole tick runs from RAM now", "no such key: delete this line"));
+    }
     table.only(&[
         "rate",
         "law",
@@ -21,7 +25,6 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, File
         "trig",
         "scalar",
         "kernel",
-        "kernel_memory",
         "observer_bandwidth",
         "integral",
         "teach",
@@ -64,12 +67,6 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, File
     }
     if let Some(value) = table.get("kernel") {
         control.kernel = value.named()?;
-    }
-    if let Some(value) = table.get("kernel_memory") {
-        control.kernel_memory = value.named()?;
-        if control.kernel_memory == KernelMemory::Sram && control.kernel == KernelChoice::Generic {
-            return Err(value.error("the recursion is not placed in SRAM", "`kernel` exact or regrouped, or \"flash\""));
-        }
     }
     if let Some(value) = table.get("natural_frequency") {
         let one = |value: &Value<'_>| value.positive_up_to(1e4, "a frequency in rad/s, above zero and at most 1e4");

@@ -23,9 +23,6 @@ enum What {
     Ticks {
         #[command(flatten)]
         firmware: Firmware,
-        /// The same firmware with its kernel in SRAM
-        #[arg(long)]
-        sram: Option<PathBuf>,
         /// Number of ticks to count
         #[arg(long)]
         ticks: usize,
@@ -100,10 +97,10 @@ fn main() -> ExitCode {
 
 fn run(what: &What) -> Result<String, Failure> {
     let json = match what {
-        What::Ticks { firmware, sram, ticks, traced } => {
+        What::Ticks { firmware, ticks, traced } => {
             let scene = load(&firmware.scene)?;
             let measured = with_dof!(scene.robot.dof(), N => {
-                measure::<N>(&scene, &firmware.elf, sram.as_deref(), *ticks, *traced)
+                measure::<N>(&scene, &firmware.elf, *ticks, *traced)
             })?;
             serde_json::to_string(&measured)
         }
@@ -141,19 +138,9 @@ fn load(path: &Path) -> Result<SceneFile, Failure> {
     SceneFile::load(path).map_err(|error| Failure::Scene(format!("{error:?}")))
 }
 
-fn measure<const N: usize>(
-    scene: &SceneFile,
-    elf: &Path,
-    sram: Option<&Path>,
-    ticks: usize,
-    traced: usize,
-) -> Result<Measured, Failure> {
+fn measure<const N: usize>(scene: &SceneFile, elf: &Path, ticks: usize, traced: usize) -> Result<Measured, Failure> {
     let motion = random_motion::undisturbed::<N>(scene, SEED, ticks)?;
     let supervised = supervised::undisturbed::<N>(scene, SEED, ticks)?;
     let few = &supervised[..traced.min(motion.len())];
-    Ok(Measured {
-        ticks: ticks::count(scene, elf, &motion, &supervised)?,
-        traced: traced::trace(scene, elf, few)?,
-        kernel_in_sram: sram.map(|sram| traced::trace(scene, sram, few)).transpose()?,
-    })
+    Ok(Measured { ticks: ticks::count(scene, elf, &motion, &supervised)?, traced: traced::trace(scene, elf, few)? })
 }

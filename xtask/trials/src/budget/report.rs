@@ -66,10 +66,8 @@ pub struct Interrupt {
 pub struct Measured {
     /// Ticks in lock step.
     pub ticks: Ticks,
-    /// Trace of the program as built.
+    /// Trace of a few of them.
     pub traced: Traced,
-    /// Trace of a program with its kernel in SRAM, if there is one.
-    pub kernel_in_sram: Option<Traced>,
 }
 
 /// Ticks of a board in bench mode and lock step.
