@@ -6,6 +6,13 @@ use std::path::Path;
 
 fn main() {
     let manifest = std::env::var("CARGO_MANIFEST_DIR").unwrap_or_default();
-    let chip = if std::env::var_os("CARGO_FEATURE_G474_FDCAN").is_some() { "stm32g474" } else { "stm32f405" };
-    link_arguments::write(&Path::new(&manifest).join("memory").join(chip), &["-Tdefmt.x"]);
+    let manifest = Path::new(&manifest);
+    let has = |feature: &str| std::env::var_os(format!("CARGO_FEATURE_{feature}")).is_some();
+    let chip = match () {
+        () if has("G474_FDCAN") => "stm32g474",
+        () if has("NETDUINOPLUS2") => "netduinoplus2",
+        () => "stm32f405",
+    };
+    let scripts = [manifest.join("tick.x"), manifest.join("coupled.x")];
+    link_arguments::write(&manifest.join("memory").join(chip), &scripts, &["-Tdefmt.x"]);
 }

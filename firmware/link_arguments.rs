@@ -1,17 +1,24 @@
 //! Linker arguments with the chip's memory map, for the build scripts of all programs that run on it.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-/// Passes scripts to the linker, in addition to that of the start-up code. Does nothing unless the program is built for a chip.
+/// Passes the start-up code's script to the linker, with own scripts before it and arguments after it. Does nothing unless the program is built for a
+/// chip.
 ///
 /// `memory` is the folder with the chip's memory map, `chip_memory.x`, which the workspace's `memory.x` includes.
-pub(crate) fn write(memory: &Path, scripts: &[&str]) {
+pub(crate) fn write(memory: &Path, scripts: &[PathBuf], after: &[&str]) {
     if std::env::var("CARGO_CFG_TARGET_OS").unwrap_or_default() != "none" {
         return;
     }
     println!("cargo::rustc-link-search={}", memory.display());
-    println!("cargo::rerun-if-changed={}", memory.join("chip_memory.x").display());
-    for argument in ["-Tlink.x"].iter().chain(scripts).chain(&["--nmagic"]) {
+    let map = memory.join("chip_memory.x");
+    for file in scripts.iter().chain([&map]) {
+        println!("cargo::rerun-if-changed={}", file.display());
+    }
+    for script in scripts {
+        println!("cargo::rustc-link-arg-bins=-T{}", script.display());
+    }
+    for argument in ["-Tlink.x", "--nmagic"].iter().chain(after) {
         println!("cargo::rustc-link-arg-bins={argument}");
     }
 }

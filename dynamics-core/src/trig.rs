@@ -105,6 +105,11 @@ impl Trig<f32> for Polynomial {
     fn sin_cos(&self, angle: f32) -> SinCos<f32> {
         single::sin_cos(angle)
     }
+
+    #[inline]
+    fn sin_cos_all<const N: usize>(&self, angles: &[f32; N]) -> [SinCos<f32>; N] {
+        single::sin_cos_all(angles)
+    }
 }
 
 impl Trig<f64> for Polynomial {

@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let own = PathBuf::from(std::env::var("CARGO_MANIFEST_DIR")?);
-    link_arguments::write(&own.join("../memory/stm32f405"), &[]);
+    // The tick is where the firmware has it. Kernels and stretches of instructions are measured from where their programs put them.
+    let tick = std::env::var_os("CARGO_FEATURE_COST").map(|_| own.join("../tick.x"));
+    link_arguments::write(&own.join("../memory/netduinoplus2"), tick.as_slice(), &[]);
     for (variable, name) in [("NEWTAU_COST", "COST"), ("NEWTAU_KERNELS", "KERNELS")] {
         println!("cargo::rerun-if-env-changed={variable}");
         let folder = std::env::var_os(variable).map_or_else(|| Path::new("").to_owned(), PathBuf::from);

@@ -96,10 +96,11 @@ mod rtos {
         lines: <ThisBoard as Board<{ arm::N }>>::Lines,
     }
 
-    /// Static memory for values that are too large for the stack.
+    /// Static memory for values that are too large for the stack. `tick.x` finds it by its name, and puts it into memory that the start-up
+    /// code does not clear; `set_up` writes it.
     #[allow(unreachable_pub, reason = "the application hands it to its tasks in types that are public")]
     pub struct Places {
-        buffers: ArmBuffers,
+        buffers: MaybeUninit<ArmBuffers>,
         session: MaybeUninit<ArmSession>,
         joints: MaybeUninit<ArmJoints>,
         channel: MaybeUninit<BoardChannel>,
@@ -107,7 +108,7 @@ mod rtos {
 
     impl Places {
         const EMPTY: Self = Self {
-            buffers: Buffers::new(),
+            buffers: MaybeUninit::uninit(),
             session: MaybeUninit::uninit(),
             joints: MaybeUninit::uninit(),
             channel: MaybeUninit::uninit(),
@@ -151,6 +152,7 @@ mod rtos {
             }
             Access::Insecure => defmt::warn!("built without a link key: anybody on the wire can drive"),
         }
+        let buffers = buffers.write(const { Buffers::new() });
         let session = session.write(Session::with_buffers(super::hello(), arm::controller(), arm::Settings, buffers));
         let joints = joints_place.write(joints);
         // A reset may have left drives on. The first frame to them waits in the CAN controllers until these have joined their buses.

@@ -4,7 +4,7 @@ use crate::bench::cycles::COUNTER;
 use crate::toolchain::{self, Toolchain};
 use anyhow::{Context as _, Result, bail, ensure};
 use chip_image::Program;
-use chip_image::cycles::{Memory, Placement, calls};
+use chip_image::cycles::{Memory, calls};
 use firmware_image::build::{keep, lock};
 use firmware_image::emitted::{fnv1a, written};
 use robot_compiler::emit;
@@ -86,7 +86,7 @@ fn measure(elf: &Path) -> Result<Cost> {
     let SceneOutput { address, controller_bytes, ticks } = SceneOutput::parse(&crate::qemu::semihosted(elf)?)?;
     let program = Program::parse(&std::fs::read(elf)?)?;
     let reached = program.reached_from(address)?;
-    let mut traced = calls(elf, &program, COUNTER, &[address & !1], [Memory::new(Placement::ByAddress)])?;
+    let mut traced = calls(elf, &program, COUNTER, &[address & !1], [Memory::of(&program)])?;
     let traced = traced.pop().unwrap_or_default();
     ensure!(traced.len() == ticks.len(), "{} ticks were traced, {} counted", traced.len(), ticks.len());
     let ticks = ticks.into_iter().zip(traced).map(|((instructions, command), [traced])| {

@@ -175,7 +175,8 @@ fn hold_joint<S: Real>(q: &mut S, qd: &mut S, qdd: &mut S, limits: &Limits<S>) -
 ///
 /// # Errors
 /// [`Fault::NonFiniteTorque`] for a torque that is NaN or infinite; torques of earlier joints may already have been limited.
-#[inline]
+// Called instead of inlined, it would take its arguments through memory in every tick.
+#[inline(always)]
 pub(crate) fn hold_torques<S: Real, const N: usize>(
     torque: &mut [S; N],
     flags: &mut [LimitFlags; N],
@@ -184,16 +185,36 @@ pub(crate) fn hold_torques<S: Real, const N: usize>(
     step: &[S; N],
     rated: &[S; N],
 ) -> Result<(), Fault> {
-    for i in 0..N {
-        let limit = limits[i].torque;
+    let is_inside = |i: usize, torque: &[S; N]| {
         let rated = rated[i] <= S::MAX;
-        if torque_is_inside(torque[i], limit) && (!rated || step_is_inside(torque[i], last[i], step[i])) {
+        torque_is_inside(torque[i], limits[i].torque) && (!rated || step_is_inside(torque[i], last[i], step[i]))
+    };
+    for i in 0..N {
+        if !is_inside(i, torque) {
+            return hold_outside(torque, flags, limits, (last, step), is_inside);
+        }
+    }
+    Ok(())
+}
+
+/// As [`hold_torques`], if at least one torque is outside. Not inlined, so that nearly every tick runs straight through its comparisons.
+#[cold]
+#[inline(never)]
+fn hold_outside<S: Real, const N: usize>(
+    torque: &mut [S; N],
+    flags: &mut [LimitFlags; N],
+    limits: &[Limits<S>; N],
+    (last, step): (&[S; N], &[S; N]),
+    is_inside: impl Fn(usize, &[S; N]) -> bool,
+) -> Result<(), Fault> {
+    for i in 0..N {
+        if is_inside(i, torque) {
             continue;
         }
         if !torque[i].is_finite() {
             return Err(Fault::NonFiniteTorque { joint: i as u8 });
         }
-        let (held, acted) = hold_torque(torque[i], last[i], step[i], limit);
+        let (held, acted) = hold_torque(torque[i], last[i], step[i], limits[i].torque);
         torque[i] = held;
         flags[i] |= acted;
     }

@@ -36,6 +36,23 @@ pub(super) fn sin_cos(x: f32) -> SinCos<f32> {
     turned(sine, cosine, quarter_turns)
 }
 
+/// [`sin_cos`] of each angle, the same bits. Each step is done for all of them, so that no instruction waits for the result of the one before it, which
+/// takes a further cycle on a Cortex-M4F.
+#[inline]
+pub(super) fn sin_cos_all<const N: usize>(x: &[f32; N]) -> [SinCos<f32>; N] {
+    let reduced = x.map(|x| reduce(x, &HALF_PI));
+    let z = reduced.map(|(r, _)| r * r);
+    let step = |sum: [f32; N], c: f32| core::array::from_fn(|i| c + z[i] * sum[i]);
+    let sine = [SINE[1], SINE[0], 1.0].into_iter().fold([SINE[2]; N], step);
+    let cosine = [COSINE[1], COSINE[0]].into_iter().fold([COSINE[2]; N], step);
+    let half = z.map(|z| 0.5 * z);
+    let square = z.map(|z| z * z);
+    let sine: [f32; N] = core::array::from_fn(|i| reduced[i].0 * sine[i]);
+    let fourth: [f32; N] = core::array::from_fn(|i| square[i] * cosine[i]);
+    let rest: [f32; N] = core::array::from_fn(|i| half[i] - fourth[i]);
+    core::array::from_fn(|i| turned(sine[i], 1.0 - rest[i], reduced[i].1))
+}
+
 /// Zero within the limit; NaN beyond it, for an infinity and for NaN.
 #[inline]
 pub(super) fn within(x: f32) -> f32 {

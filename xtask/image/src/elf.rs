@@ -1,12 +1,17 @@
 //! Reader of ELF files.
 
 use crate::decode::{self, Instruction};
-use object::{Object as _, ObjectSection as _, ObjectSymbol as _, SectionFlags, SectionKind, SymbolKind, elf};
+use object::{
+    Object as _, ObjectSection as _, ObjectSymbol as _, SectionFlags, SectionKind, SymbolKind, SymbolSection, elf,
+};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Address range of static RAM. A kernel that does not run from flash is in it.
+/// Address range of static RAM. Code that does not run from flash is in it.
 pub const SRAM: Range<u32> = 0x2000_0000..0x2002_0000;
+
+/// Address range of the memory that is coupled to the core (RM0090, 2.3.1).
+const COUPLED: Range<u32> = 0x1000_0000..0x1001_0000;
 
 /// Name of the vector table's section, from the start-up code.
 const VECTORS: &str = ".vector_table";
@@ -67,6 +72,8 @@ pub(crate) type Named = (String, u32);
 pub struct Program {
     /// Sections; those with code come first, because most queries concern them.
     pub(crate) sections: Vec<Section>,
+    /// Addresses that the linker script names: symbols without a section.
+    marks_of_linker: BTreeMap<String, u32>,
     /// All symbols, in the file's order.
     symbols: Vec<Named>,
     /// Functions by address.
@@ -122,7 +129,7 @@ impl Program {
             (self.vectors, self.vectors_at) = (part.words().collect(), address);
         }
         // Zeroed variables have an address, but no bytes in the file.
-        if SRAM.contains(&address) {
+        if SRAM.contains(&address) || COUPLED.contains(&address) {
             self.variables.push(address..address.saturating_add(section.size() as u32));
         }
         let zeroed = matches!(section.kind(), SectionKind::UninitializedData);
@@ -137,6 +144,9 @@ impl Program {
         let Ok(name) = symbol.name() else { return };
         let (address, named) = (symbol.address() as u32, (name.to_owned(), symbol.size() as u32));
         self.symbols.push(named.clone());
+        if symbol.section() == SymbolSection::Absolute {
+            self.marks_of_linker.insert(name.to_owned(), address);
+        }
         match symbol.kind() {
             _ if name.starts_with("$d") => drop(self.marks.insert(address & !1, true)),
             _ if name.starts_with("$t") => drop(self.marks.insert(address & !1, false)),
@@ -181,6 +191,14 @@ impl Program {
     #[must_use]
     pub fn handler(&self, exception: usize) -> Option<u32> {
         self.vectors.get(exception).filter(|at| **at != 0).map(|at| at & !1)
+    }
+
+    /// Addresses that stand in for the memory that is coupled to the core, from `_coupled_start` to `_coupled_end`. Empty if the program has no such
+    /// symbols.
+    #[must_use]
+    pub fn stand_in_for_coupled(&self) -> Range<u32> {
+        let at = |name: &str| self.marks_of_linker.get(name).copied().unwrap_or_default();
+        at("_coupled_start")..at("_coupled_end")
     }
 
     /// Initial stack pointer, from which the stack grows down: the first word of the vector table.
@@ -242,8 +260,9 @@ impl Program {
 
 /// Range from the top down to the nearest variables; `None` if these reach the top.
 fn room_below(top: u32, variables: &[Range<u32>]) -> Option<Range<u32>> {
+    let begin = if top > SRAM.start { SRAM.start } else { COUPLED.start };
     let below = variables.iter().filter(|range| range.start < top).map(|range| range.end);
-    let bottom = below.fold(SRAM.start, u32::max);
+    let bottom = below.fold(begin, u32::max);
     (bottom < top).then_some(bottom..top)
 }
 
@@ -258,5 +277,7 @@ mod tests {
         let above = [0x2000_4000..0x2000_4418, 0x2000_4418..0x2000_8000];
         assert_eq!(room_below(0x2000_4000, &above), Some(0x2000_0000..0x2000_4000));
         assert_eq!(room_below(0x2000_0450, &below), None, "variables reach beyond the top");
+        let coupled = [0x1000_4000..0x1000_5000, 0x2000_0000..0x2000_0400];
+        assert_eq!(room_below(0x1000_4000, &coupled), Some(0x1000_0000..0x1000_4000));
     }
 }

@@ -11,8 +11,22 @@ use embedded_can::{Frame, Id};
 /// Joints by decreasing identifier; of equal ones (on two buses) the first joint first.
 pub(super) fn sending_order<const N: usize>(drives: &[MitDrive; N]) -> [u8; N] {
     let mut order: [u8; N] = core::array::from_fn(|i| i as u8);
-    order.sort_unstable_by_key(|&i| (drives.get(usize::from(i)).map(|drive| core::cmp::Reverse(drive.id)), i));
+    sort_few(&mut order, |&i| drives.get(usize::from(i)).map(|drive| core::cmp::Reverse(drive.id)));
     order
+}
+
+/// Sorts a few items by a key, smallest first, by insertion. Items with equal keys keep their order. The sorts of `core` consist of four algorithms
+/// for long slices; there are at most six joints.
+pub(super) fn sort_few<T, K: Ord>(items: &mut [T], key: impl Fn(&T) -> K) {
+    for last in 1..items.len() {
+        for place in (1..=last).rev() {
+            let Some([before, item]) = items.get_mut(place - 1..=place) else { break };
+            if key(before) <= key(item) {
+                break;
+            }
+            core::mem::swap(before, item);
+        }
+    }
 }
 
 /// Rank of an identifier in arbitration: the lower rank is sent first. A standard identifier is sent before extended ones with the same first 11

@@ -1,7 +1,7 @@
 //! Commands to all drives of a tick.
 
 use super::CanJoints;
-use super::bus::{Sent, drop_frame, rank, transmit};
+use super::bus::{Sent, drop_frame, rank, sort_few, transmit};
 use super::limits::Order;
 use crate::can_bus::CanBus;
 use crate::frames::{Frames, Packet};
@@ -66,7 +66,7 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> C
         let mut packets: [(usize, Option<Packet>); N] = core::array::from_fn(|i| {
             (i, if setting == Some(i) { self.setting_packet(i) } else { self.packet(i, order(i), clears) })
         });
-        packets.sort_unstable_by_key(|(_, packet)| core::cmp::Reverse(packet.map(|packet| rank(packet.id))));
+        sort_few(&mut packets, |(_, packet)| core::cmp::Reverse(packet.map(|packet| rank(packet.id))));
         for (i, packet) in &packets {
             self.send(*i, packet.as_ref());
         }

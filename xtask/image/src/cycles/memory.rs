@@ -1,6 +1,8 @@
 //! Memory from which code is fetched (flash with its two caches and its prefetch, or SRAM), and memory from which data come.
 
+use crate::Program;
 use crate::cycles::timing::{DATA_LINES, FLASH_LINE_BYTES, FLASH_WAIT_STATES, INSTRUCTION_LINES, Prefetched, Reading};
+use std::ops::Range;
 
 /// Location of the code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,13 +22,22 @@ pub struct Memory {
     pub placement: Placement,
     /// Wait states of flash, cycles.
     pub wait_states: u64,
+    /// First address of SRAM that stands in for the core-coupled memory, and the first behind it: the emulator has none.
+    pub stand_in: (u32, u32),
 }
 
 impl Memory {
     /// Code at this location, with the wait states for 168 MHz.
     #[must_use]
     pub const fn new(placement: Placement) -> Self {
-        Self { placement, wait_states: FLASH_WAIT_STATES }
+        Self { placement, wait_states: FLASH_WAIT_STATES, stand_in: (0, 0) }
+    }
+
+    /// The memory of a program: code where its addresses are, and data in the core-coupled memory where the program has a stand-in for it.
+    #[must_use]
+    pub fn of(program: &Program) -> Self {
+        let Range { start, end } = program.stand_in_for_coupled();
+        Self { stand_in: (start, end), ..Self::new(Placement::ByAddress) }
     }
 
     /// True if an address counts as flash.
@@ -41,6 +52,18 @@ impl Memory {
     /// The memory of a literal, which is next to the code.
     pub(crate) fn of_literal(self, address: u32) -> Source {
         if self.is_flash(address) { Source::Flash(address) } else { Source::Sram }
+    }
+
+    /// The memory of data at an address in a register, by the chip's memory map. Flash is also visible at 0.
+    pub(crate) fn of_data(self, address: u32) -> Source {
+        let (start, end) = self.stand_in;
+        if address < COUPLED_BEGINS {
+            Source::Flash(address)
+        } else if address < SRAM_BEGINS || (start..end).contains(&address) {
+            Source::Coupled
+        } else {
+            Source::Sram
+        }
     }
 }
 
@@ -59,19 +82,6 @@ pub(crate) enum Source {
     Coupled,
     /// SRAM or a device.
     Sram,
-}
-
-impl Source {
-    /// The memory of data at an address in a register, by the chip's memory map. Flash is also visible at 0.
-    pub(crate) const fn of(address: u32) -> Self {
-        if address < COUPLED_BEGINS {
-            Self::Flash(address)
-        } else if address < SRAM_BEGINS {
-            Self::Coupled
-        } else {
-            Self::Sram
-        }
-    }
 }
 
 /// Lines in the order of their use, the most recently used at the end.

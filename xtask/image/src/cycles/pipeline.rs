@@ -76,7 +76,10 @@ impl Machine {
         self.now += self.issue(i);
         self.write_floats(i, begin);
         if taken && !matches!(i.class, Class::IfThen) {
-            let refill = self.refill(i, target);
+            let mut refill = self.refill(i, target);
+            if !memory.is_flash(target.map_or(i.address, |target| target.address)) {
+                refill += self.reading.refill_from_sram;
+            }
             self.stalls.refill += refill;
             self.now += refill;
         }
@@ -116,7 +119,7 @@ impl Machine {
     fn data(&mut self, i: &Instruction, data: Option<u32>, memory: Memory) {
         let source = match i.literal {
             Some(at) => memory.of_literal(at),
-            None => data.map_or(Source::Sram, Source::of),
+            None => data.map_or(Source::Sram, |at| memory.of_data(at)),
         };
         if let Source::Flash(at) = source
             && i.class.loads()

@@ -10,6 +10,7 @@
 //! | an address from the previous instruction, unless that is a load | 1 more | TRM 3.3.3, checked in TI |
 //! | branch taken | 1 + P, P from 1 to 3; not taken 1 | TRM 3.3, checked in TI; P from 2 to 3 published |
 //! | load of the program counter, branch by a table | 2 + 3, 3 + 3 at least | TRM 3.3.3, checked in TI |
+//! | branch taken, target in SRAM | 0 to 2 more, probably 1 | RM0090 2.3.1 says that code is fetched faster from address 0 than over the system bus, without a number |
 //! | IT | 1, or 0 folded into a narrow instruction before it | TRM 3.3, not checked |
 //! | barrier | 1 + B, B at least 0 | TRM 3.3, for the Cortex-M3 checked |
 //! | VADD, VSUB, VMUL, VNMUL, VABS, VNEG, VCMP, VCVT, VMRS, VMSR, VMOV of floats | 1 | TRM 7.2, checked in TI |
@@ -90,6 +91,8 @@ pub struct Reading {
     pub flash_reads_finish: bool,
     /// Cycles of a load or store on the bus while instructions come from SRAM over the same bus.
     pub bus_conflict: BusConflict,
+    /// Further cycles of a refill from SRAM: the system bus is not made for instructions.
+    pub refill_from_sram: u64,
 }
 
 /// Interpretations of VMOV between core and float registers.
@@ -151,6 +154,7 @@ pub const LOW: Reading = Reading {
     prefetched: Prefetched::Kept,
     flash_reads_finish: false,
     bus_conflict: BusConflict::Hidden,
+    refill_from_sram: 0,
 };
 
 /// Most probable interpretation: division in the middle of its range; otherwise the one that published cycles support.
@@ -167,6 +171,7 @@ pub const LIKELY: Reading = Reading {
     prefetched: Prefetched::Kept,
     flash_reads_finish: true,
     bus_conflict: BusConflict::EachInstruction,
+    refill_from_sram: 1,
 };
 
 /// Worst case of every choice.
@@ -183,4 +188,5 @@ pub const HIGH: Reading = Reading {
     prefetched: Prefetched::Dropped,
     flash_reads_finish: true,
     bus_conflict: BusConflict::EachWord,
+    refill_from_sram: 2,
 };

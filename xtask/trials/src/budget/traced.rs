@@ -12,7 +12,7 @@ use ::board::session::dry_run::OnChip;
 use chip_image::Program;
 use chip_image::costs::Cycles;
 use chip_image::cycles::steps::{self, Detail, Event, Step};
-use chip_image::cycles::{Estimate, Estimator, Memory, Placement};
+use chip_image::cycles::{Estimate, Estimator, Memory};
 use robot_compiler::SceneFile;
 use std::collections::BTreeMap;
 use std::io::BufReader;
@@ -165,7 +165,7 @@ impl<'a> TraceWatch<'a> {
         Self {
             program,
             top: program.stack_top().unwrap_or_default(),
-            estimator: Estimator::new(program, Memory::new(Placement::ByAddress)),
+            estimator: Estimator::new(program, Memory::of(program)),
             mask: Mask::default(),
             priorities: BTreeMap::new(),
             masked: 0,

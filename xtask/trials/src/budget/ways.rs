@@ -11,7 +11,7 @@ use crate::budget::random_motion::Tick;
 use crate::budget::traced::follow;
 use chip_image::costs::{Cycles, LinkInterrupts, Runs, Ways};
 use chip_image::cycles::steps::{self, Event, Step};
-use chip_image::cycles::{Estimate, Estimator, Memory, Placement};
+use chip_image::cycles::{Estimate, Estimator, Memory};
 use chip_image::{Effect, Program};
 use robot_compiler::SceneFile;
 use std::collections::BTreeMap;
@@ -100,7 +100,7 @@ impl<'a> LinkWatch<'a> {
         let starts = [BYTE, HALF_FILLED, SERVE, SENT];
         let starts =
             starts.into_iter().filter_map(|exception| Some((exception, program.handler(usize::from(exception))?)));
-        let estimator = Estimator::new(program, Memory::new(Placement::ByAddress));
+        let estimator = Estimator::new(program, Memory::of(program));
         Self { estimator, left_out, starts: starts.collect(), before: (0, false), found: LinkFindings::default() }
     }
 
@@ -169,7 +169,7 @@ const fn times(one: Runs, times: u64) -> Runs {
 fn handler(program: &Program, exception: u16) -> Option<Runs> {
     let start = program.handler(usize::from(exception))?;
     let range = start..start + u32::try_from(program.function(start).ok()?.bytes).ok()?;
-    let mut estimator = Estimator::new(program, Memory::new(Placement::ByAddress));
+    let mut estimator = Estimator::new(program, Memory::of(program));
     let mut at = start;
     while let Some(instruction) = range.contains(&at).then(|| program.decode(at)).flatten() {
         if matches!(instruction.effect, Effect::Jump(goal) if !range.contains(&goal)) {
