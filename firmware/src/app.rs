@@ -56,6 +56,7 @@ mod rtos {
     #[cfg(feature = "dma")]
     use firmware::board::LinkOutput;
     use firmware::board::{BoardLines, Incoming, LinkInput, Nonces, Parts, Ticker};
+    use firmware::code_check;
     use firmware::joint_io::{JointIo, run_tick};
     use firmware::serve::{self as service, Served};
     use link::{Access, BoardChannel, Frame, Pacing, Received};
@@ -224,10 +225,16 @@ mod rtos {
     /// Reads the received frames and sends the reports: [`firmware::serve`].
     #[task(
         binds = EXTI0, priority = 1, shared = [control, output],
-        local = [incoming, channel, nonces, announced: bool = false]
+        local = [incoming, channel, nonces, announced: bool = false, compared: usize = 0]
     )]
     fn serve(mut cx: serve::Context) {
-        let serve::LocalResources { incoming, channel, nonces, announced, .. } = cx.local;
+        let serve::LocalResources { incoming, channel, nonces, announced, compared, .. } = cx.local;
+        let (copy, original) = crate::tick_code::both();
+        if code_check::differs(compared, copy, original) {
+            <ThisBoard as Board<{ arm::N }>>::halt(|| {
+                defmt::error!("the tick's code in RAM is not that in flash, near word {=usize}", *compared)
+            })
+        }
         let output = cx.shared.output;
         if !core::mem::replace(announced, true) {
             greet(channel, output);

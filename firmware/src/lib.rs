@@ -3,6 +3,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`board`] | the interface of a board; the boards themselves are part of the program |
+//! | [`code_check`] | comparison of the tick's code in RAM with its original in flash |
 //! | [`serve`] | the task between link and session |
 //! | [`joint_io`] | drivers of the joints: CAN actuators, PWM drives with magnetic encoders; a separate package |
 //!
@@ -13,5 +14,6 @@
 #![no_std]
 
 pub mod board;
+pub mod code_check;
 pub mod serve;
 pub use joint_io;

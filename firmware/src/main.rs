@@ -10,6 +10,8 @@ mod boards;
 mod copy;
 #[cfg(target_os = "none")]
 mod hard_fault;
+#[cfg(target_os = "none")]
+mod tick_code;
 
 #[cfg(target_os = "none")]
 #[allow(unreachable_pub, reason = "a board's parts are public types")]

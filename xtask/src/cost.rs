@@ -26,8 +26,6 @@ struct Cost {
     controller_bytes: u64,
     /// Bytes of the tick, of all functions that it calls, and of their constants.
     flash_bytes: u64,
-    /// Bytes of those functions that run from RAM.
-    sram_bytes: u64,
     ticks: Vec<Ticked>,
 }
 
@@ -45,7 +43,7 @@ struct Tick {
 #[derive(Debug, Serialize)]
 struct Ticked {
     instructions: u64,
-    /// Estimated cycles from flash, or from SRAM for code there. The caches are in the state that the ticks before left.
+    /// Estimated cycles, from SRAM. The caches of what runs from flash are in the state that the ticks before left.
     cycles: u64,
     /// Command in the format of `firmware/probe/src/bin/probe-cost/main.rs`: `drive,TORQUE..,LIMITS..` or `brake,CODE,JOINT`.
     command: String,
@@ -104,7 +102,6 @@ fn measure(elf: &Path) -> Result<Cost> {
         },
         controller_bytes,
         flash_bytes: reached.flash_bytes(),
-        sram_bytes: reached.sram_bytes(),
         ticks: ticks.collect::<Result<_>>()?,
     })
 }

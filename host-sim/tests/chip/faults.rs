@@ -1,12 +1,13 @@
-//! A processor fault turns the drives off and ends the program: after an undefined instruction, and after a stack overflow. The emulator runs the
-//! real program with the first instructions of its tick replaced.
+//! A processor fault turns the drives off and ends the program: after an undefined instruction, and after a stack overflow. So does code in RAM that
+//! has changed. The emulator runs the real program with the first instructions of its tick replaced.
 
-use board::chip::{Chip, ChipError, build_firmware, hello};
+use board::chip::{Chip, ChipError, Emulator, Timeouts, build_firmware, hello};
 use dynamics_core::{Measurement, Reference, Sensed};
 use link::Pacing;
 use object::{Object as _, ObjectSection as _, ObjectSymbol as _};
 use robot_compiler::SceneFile;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// The firmware of a scene with the first halfwords of the control tick replaced by these.
 fn sabotaged(elf: &Path, name: &str, halfwords: &[u16]) -> PathBuf {
@@ -28,12 +29,19 @@ fn sabotaged(elf: &Path, name: &str, halfwords: &[u16]) -> PathBuf {
     copy
 }
 
-/// Runs the chip's first tick.
-fn first_tick(name: &str, halfwords: &[u16]) -> Result<(), ChipError> {
+/// A chip that waits for its first tick.
+fn waiting(name: &str, halfwords: &[u16]) -> Chip {
     let scene = SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/planar2r_swing.toml")).unwrap();
     let model = scene.robot.model::<2>().unwrap();
     let elf = sabotaged(&build_firmware(&scene.path).unwrap(), name, halfwords);
-    let mut chip = Chip::start(&elf, hello(&scene, &model, Pacing::LockStep)).unwrap();
+    let timeouts = Timeouts { connect: Duration::from_secs(30), answer: Duration::from_secs(5) };
+    let emulator = Emulator::start("qemu-system-arm".as_ref(), &elf, timeouts).unwrap();
+    Chip::over(emulator, hello(&scene, &model, Pacing::LockStep)).unwrap()
+}
+
+/// Runs the chip's first tick.
+fn first_tick(name: &str, halfwords: &[u16]) -> Result<(), ChipError> {
+    let mut chip = waiting(name, halfwords);
     let sensed = Sensed::State { q: [0.1, 0.2], qd: [0.0; 2] };
     let reference = Reference { q: [0.1, 0.2], qd: [0.0; 2], qdd: [0.0; 2] };
     chip.tick(&reference, &Measurement { sensed, age_ticks: 0 }).map(|_| ())
@@ -62,4 +70,26 @@ fn an_instruction_that_is_none_turns_the_drives_off_and_ends() {
 fn a_stack_that_runs_over_turns_the_drives_off_and_ends() {
     // 1: push {r0-r7}; b 1b
     assert!(ended_by_itself(first_tick("faults_stack.elf", &[0xb4ff, 0xe7fd])));
+}
+
+/// Starts a tick with these instructions, and then sends bytes that are no packet, so that the lowest task runs for each. Returns the end of it.
+fn tick_and_bytes(name: &str, halfwords: &[u16]) -> Result<(), ChipError> {
+    let mut chip = waiting(name, halfwords);
+    let sensed = Sensed::State { q: [0.1, 0.2], qd: [0.0; 2] };
+    let reference = Reference { q: [0.1, 0.2], qd: [0.0; 2], qdd: [0.0; 2] };
+    // No answer comes from a tick that returns at once.
+    let _no_answer = chip.tick(&reference, &Measurement { sensed, age_ticks: 0 });
+    for _ in 0..200 {
+        chip.write(&[0; 64])?;
+    }
+    chip.receive("no frame").map(|_| ())
+}
+
+#[test]
+fn code_that_changes_in_ram_turns_the_drives_off_and_ends() {
+    // mov r0, pc; str r0, [r0, #8]; bx lr
+    assert!(ended_by_itself(tick_and_bytes("faults_changed.elf", &[0x4678, 0x6080, 0x4770])));
+    // Without the store.
+    let unchanged = tick_and_bytes("faults_unchanged.elf", &[0x4678, 0xbf00, 0x4770]);
+    assert!(!matches!(unchanged, Ok(()) | Err(ChipError::Dead { .. })), "{unchanged:?}");
 }

@@ -1,1 +1,72 @@
-//! Memory from which the tick runs. The place of the test that its whole code is linked in static RAM and runs there.
+//! Memory of the control tick: its code in static RAM, its stack and data in the memory that is coupled to the core, and buffers of a DMA in neither.
+
+use board::chip::build_firmware;
+use firmware_image::{Board, Build};
+use object::{Object as _, ObjectSection as _, ObjectSymbol as _};
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+const FLASH: Range<u64> = 0x0800_0000..0x0900_0000;
+const COUPLED: Range<u64> = 0x1000_0000..0x1001_0000;
+const SRAM: Range<u64> = 0x2000_0000..0x2002_0000;
+
+fn scene(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name).canonicalize().unwrap()
+}
+
+/// Addresses of a program's symbols, and of its sections.
+struct Addresses {
+    symbols: Vec<(String, u64)>,
+    sections: BTreeMap<String, Range<u64>>,
+}
+
+impl Addresses {
+    fn of(elf: &Path) -> Self {
+        let bytes = std::fs::read(elf).unwrap();
+        let file = object::File::parse(&*bytes).unwrap();
+        // The linker's veneers between the memories have the names of their destinations.
+        let symbols = file.symbols().map(|s| (s.name().unwrap_or_default().to_owned(), s.address()));
+        let symbols = symbols.filter(|(name, _)| !name.contains("Thunk")).collect();
+        let sections = file.sections().map(|s| (s.name().unwrap().to_owned(), s.address()..s.address() + s.size()));
+        Self { symbols, sections: sections.collect() }
+    }
+
+    /// Addresses of all symbols whose name contains a text.
+    fn named(&self, text: &str) -> Vec<u64> {
+        let found: Vec<_> = self.symbols.iter().filter(|(name, _)| name.contains(text)).map(|(_, at)| *at).collect();
+        assert!(!found.is_empty(), "no symbol with {text}");
+        found
+    }
+}
+
+#[test]
+fn the_whole_tick_runs_from_ram_and_its_data_are_where_the_coupled_memory_would_be() {
+    let program = Addresses::of(&build_firmware(&scene("puma560_pick.toml")).unwrap());
+    for code in ["TIM3", "dynamics_core", "newtau_session", "memcpy"] {
+        let wrong: Vec<_> = program.named(code).into_iter().filter(|at| FLASH.contains(at)).collect();
+        // The vector table has the handler's address, not its name, and aliases of the default handler are other interrupts.
+        assert!(wrong.is_empty(), "{code} in flash: {wrong:x?}");
+    }
+    let [start, end] = ["_coupled_start", "_coupled_end"].map(|name| program.named(name)[0]);
+    let places = program.named("local_init_places");
+    assert!(places.iter().all(|at| (start..end).contains(at)), "{places:x?}");
+    assert!((start..=end).contains(&program.named("_stack_start")[0]));
+    // A negative control: what serves the link stays in flash.
+    assert!(program.named("newtau_link").iter().any(|at| FLASH.contains(at)));
+}
+
+#[test]
+fn on_a_chip_with_coupled_memory_stack_and_data_are_in_it_and_buffers_of_a_dma_are_not() {
+    for (board, name) in [(Board::F405Can, "mit6_wave"), (Board::G474Fdcan, "mit6_fd_wave")] {
+        let scene = scene(&format!("examples/{name}.toml"));
+        let program = Addresses::of(&Build::of(&scene, board).run().unwrap());
+        let coupled = &program.sections[".coupled"];
+        assert!(COUPLED.contains(&coupled.start) && coupled.end <= COUPLED.end, "{name}: {coupled:x?}");
+        assert!(program.named("_stack_end")[0] == COUPLED.start, "{name}: nothing lies below the stack");
+        assert!(SRAM.contains(&program.sections[".tick"].start), "{name}");
+        for buffer in ["RECEIVED", "TO_SEND"] {
+            assert!(program.named(buffer).iter().all(|at| SRAM.contains(at)), "{name}: {buffer}");
+        }
+    }
+}

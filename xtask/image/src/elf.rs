@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// Address range of static RAM. Code that does not run from flash is in it.
-pub const SRAM: Range<u32> = 0x2000_0000..0x2002_0000;
+const SRAM: Range<u32> = 0x2000_0000..0x2002_0000;
 
 /// Address range of the memory that is coupled to the core (RM0090, 2.3.1).
 const COUPLED: Range<u32> = 0x1000_0000..0x1001_0000;
@@ -181,7 +181,7 @@ impl Program {
         self.flash_bytes
     }
 
-    /// Bytes of variables, and of code that runs from RAM; without the stack.
+    /// Bytes of variables, without the stack, and without code that runs from RAM.
     #[must_use]
     pub const fn ram_bytes(&self) -> u64 {
         self.ram_bytes

@@ -21,7 +21,7 @@ mod reached;
 mod stack;
 
 pub use decode::{Class, Effect, Instruction, Place, Registers};
-pub use elf::{ImageError, Program, SRAM};
+pub use elf::{ImageError, Program};
 pub use functions::Function;
 pub use reached::{Part, Reached};
 pub use stack::{Depth, EXCEPTION_FRAME, Stack};

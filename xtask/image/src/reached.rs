@@ -1,6 +1,6 @@
 //! Everything reachable from a function.
 
-use crate::elf::{ImageError, Named, Program, SRAM};
+use crate::elf::{ImageError, Named, Program};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -37,13 +37,6 @@ impl Reached {
     #[must_use]
     pub fn ranges(&self) -> Vec<Range<u32>> {
         self.functions.iter().map(|part| part.address..part.address + part.bytes).collect()
-    }
-
-    /// Bytes of the functions that run from static RAM.
-    #[must_use]
-    pub fn sram_bytes(&self) -> u64 {
-        let in_ram = self.functions.iter().filter(|part| SRAM.contains(&part.address));
-        in_ram.map(|part| u64::from(part.bytes)).sum()
     }
 }
 

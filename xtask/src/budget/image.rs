@@ -9,7 +9,7 @@ use std::path::Path;
 pub(crate) struct Image {
     /// Code, constants, and initial values of variables.
     pub(crate) flash: u64,
-    /// Variables, and code that runs from RAM; without the stack.
+    /// Variables; without the stack, and without code that runs from RAM.
     pub(crate) ram: u64,
     /// Worst-case stack depth, with all interrupts nested.
     pub(crate) stack_bound: u64,

@@ -33,13 +33,13 @@ pub struct Cost {
     pub instructions: f64,
     /// Greatest number of instructions per tick.
     pub instructions_max: u64,
-    /// Mean number of cycles per tick from flash: an estimate. The core's caches are as the earlier ticks left them.
+    /// Mean number of cycles per tick, which runs from SRAM: an estimate. The core's caches are as the earlier ticks left them.
     pub cycles: f64,
-    /// Greatest number of cycles per tick from flash: an estimate.
+    /// Greatest number of cycles per tick: an estimate.
     pub cycles_max: f64,
     /// Bytes of the tick, its callees and the constants that they read. A part that several scenes share counts in full for each.
     pub flash: u64,
-    /// Bytes of the controller and, if the kernel runs from RAM, of its kernel.
+    /// Bytes of the controller. The code of the tick is in RAM too, and counts under `flash`, from which it is copied.
     pub ram: u64,
     /// True if every command equals the desk's, bit by bit.
     pub matches_desk: bool,
@@ -185,7 +185,6 @@ fn words<S: Real, const N: usize>(command: &Command<S, N>) -> String {
 struct Measured {
     controller_bytes: u64,
     flash_bytes: u64,
-    sram_bytes: u64,
     ticks: Vec<Ticked>,
 }
 
@@ -199,7 +198,7 @@ struct Ticked {
 
 /// Cost from the measured ticks; `desk` holds the desk's commands.
 fn cost(measured: Measured, desk: &[String]) -> miette::Result<MeasuredCost> {
-    let Measured { controller_bytes, flash_bytes, sram_bytes, ticks } = measured;
+    let Measured { controller_bytes, flash_bytes, ticks } = measured;
     if ticks.len() != desk.len() {
         return Err(miette::miette!("{} ticks were measured; expected {}", ticks.len(), desk.len()));
     }
@@ -221,7 +220,7 @@ fn cost(measured: Measured, desk: &[String]) -> miette::Result<MeasuredCost> {
             cycles: mean(&cycles),
             cycles_max: cycles.iter().copied().max().unwrap_or_default() as f64,
             flash: flash_bytes,
-            ram: controller_bytes + sram_bytes,
+            ram: controller_bytes,
             matches_desk: ticks.iter().zip(desk).all(|(ticked, desk)| ticked.command == *desk),
         },
         instructions_min: counts.iter().copied().min().unwrap_or_default(),

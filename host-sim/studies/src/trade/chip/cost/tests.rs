@@ -10,7 +10,7 @@ fn measured(first: &str, count: usize) -> Measured {
     let ticks: Vec<_> = (0..count).map(tick).collect();
     let tick = serde_json::json!({ "symbol": "tick_0", "address": 0x0800_0000, "bytes": 8, "program": "cost.elf" });
     serde_json::from_value(serde_json::json!({
-        "tick": tick, "controller_bytes": 200, "flash_bytes": 300, "sram_bytes": 40, "ticks": ticks
+        "tick": tick, "controller_bytes": 200, "flash_bytes": 300, "ticks": ticks
     }))
     .unwrap()
 }
@@ -24,7 +24,7 @@ fn ticks_after_the_run_up_are_counted_and_compared() {
     let MeasuredCost { cost, instructions_min, fault } = cost(measured("drive,1,0", RUN_UP + 2), &desk()).unwrap();
     assert_eq!((instructions_min, cost.instructions_max, cost.instructions), (10, 13, 11.5));
     assert_eq!((cost.cycles_max, cost.cycles), (RUN_UP as f64 + 1.0, RUN_UP as f64 + 0.5));
-    assert_eq!((cost.flash, cost.ram), (300, 240));
+    assert_eq!((cost.flash, cost.ram), (300, 200));
     assert!(cost.matches_desk && fault.is_none());
 }
 

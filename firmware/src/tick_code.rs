@@ -1,0 +1,21 @@
+//! The code of the tick: its copy in RAM, which runs, and its original in flash (`tick.x`).
+#![allow(unsafe_code, reason = "memory at addresses from the linker script")]
+
+// SAFETY: `tick.x` defines the symbols: begin and end of the copy, and begin of the original, all at addresses of words.
+unsafe extern "C" {
+    #[link_name = "__tick_start"]
+    static START: u32;
+    #[link_name = "__tick_end"]
+    static END: u32;
+    #[link_name = "__tick_original"]
+    static ORIGINAL: u32;
+}
+
+/// The copy in RAM, and the original.
+pub(crate) fn both() -> (&'static [u32], &'static [u32]) {
+    let (start, end, original) = (&raw const START, &raw const END, &raw const ORIGINAL);
+    let words = (end.addr() - start.addr()) / size_of::<u32>();
+    // SAFETY: readable memory of this length. The start-up code has written the copy, and nothing writes to either while the program runs. Should
+    // something do so by mistake, the words read here are still numbers.
+    unsafe { (core::slice::from_raw_parts(start, words), core::slice::from_raw_parts(original, words)) }
+}
