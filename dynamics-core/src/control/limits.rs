@@ -185,36 +185,16 @@ pub(crate) fn hold_torques<S: Real, const N: usize>(
     step: &[S; N],
     rated: &[S; N],
 ) -> Result<(), Fault> {
-    let is_inside = |i: usize, torque: &[S; N]| {
+    for i in 0..N {
+        let limit = limits[i].torque;
         let rated = rated[i] <= S::MAX;
-        torque_is_inside(torque[i], limits[i].torque) && (!rated || step_is_inside(torque[i], last[i], step[i]))
-    };
-    for i in 0..N {
-        if !is_inside(i, torque) {
-            return hold_outside(torque, flags, limits, (last, step), is_inside);
-        }
-    }
-    Ok(())
-}
-
-/// As [`hold_torques`], if at least one torque is outside. Not inlined, so that nearly every tick runs straight through its comparisons.
-#[cold]
-#[inline(never)]
-fn hold_outside<S: Real, const N: usize>(
-    torque: &mut [S; N],
-    flags: &mut [LimitFlags; N],
-    limits: &[Limits<S>; N],
-    (last, step): (&[S; N], &[S; N]),
-    is_inside: impl Fn(usize, &[S; N]) -> bool,
-) -> Result<(), Fault> {
-    for i in 0..N {
-        if is_inside(i, torque) {
+        if torque_is_inside(torque[i], limit) && (!rated || step_is_inside(torque[i], last[i], step[i])) {
             continue;
         }
         if !torque[i].is_finite() {
             return Err(Fault::NonFiniteTorque { joint: i as u8 });
         }
-        let (held, acted) = hold_torque(torque[i], last[i], step[i], limits[i].torque);
+        let (held, acted) = hold_torque(torque[i], last[i], step[i], limit);
         torque[i] = held;
         flags[i] |= acted;
     }
