@@ -53,7 +53,7 @@
 //! | f32 | default tuning | `-C target-cpu=cortex-m4` |
 //! |---|---|---|
 //! | one pair | 50 | 61 |
-//! | six pairs, `sin_cos_all` | 247, 41.2 a pair | 274, 45.7 a pair |
+//! | six pairs, `sin_cos_all` | 247, 41.2 a pair | 272, 45.3 a pair |
 //!
 //! The other implementations, default tuning:
 //!

@@ -107,17 +107,17 @@ pub fn run(
     let mut found = interview.joints(&motors)?;
     interview.zeros(&mut found)?;
     interview.ends(&found)?;
-    if read_text()? != text {
-        return Err(Failure::Input(miette::miette!("{place}: it was changed meanwhile: nothing was written")));
-    }
-    let written = with_drives(&text, &robot, &found, args.bus)
-        .map_err(|why| Failure::Input(miette::miette!("{place}: {why}")))?;
     let mut summary = String::new();
     for (joint, FoundDrive { motor, direction, zero, .. }) in robot.joints.iter().zip(&found) {
         let _ = writeln!(summary, "{}: motor {}, direction {direction}, zero {zero:.4} rad", joint.name, motor.id);
     }
     // Before anything can fail: this was found by hand.
     terminal::print(&summary)?;
+    if read_text()? != text {
+        return Err(Failure::Input(miette::miette!("{place}: it was changed meanwhile: nothing was written")));
+    }
+    let written = with_drives(&text, &robot, &found, args.bus)
+        .map_err(|why| Failure::Input(miette::miette!("{place}: {why}")))?;
     // What the reader would not accept is not written.
     let read = Robot::from_toml_str(&written, &args.out.display().to_string()).map_err(Failure::input)?;
     for (joint, found) in read.joints.iter().zip(&found) {

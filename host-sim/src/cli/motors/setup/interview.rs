@@ -65,10 +65,10 @@ fn model(person: &Person, motor: &ShaftMotor, joint: &RobotJoint) -> Result<Driv
                     joint.name, limits.torque, limits.velocity
                 );
                 if agrees || too_weak == Some(model.ranges()) {
-                    let how = if agrees { "by its torque limit" } else { "as was entered again" };
+                    let how = if agrees { "its torque limit says so" } else { "it was entered again" };
                     return Err(Failure::Input(miette::miette!(
                         help = "correct the robot file, then begin again",
-                        "{why}; motor {} is {text} {how}: nothing was written",
+                        "{why}; motor {} is {text}, because {how}: nothing was written",
                         motor.id
                     )));
                 }
