@@ -56,7 +56,6 @@ mod rtos {
     #[cfg(feature = "dma")]
     use firmware::board::LinkOutput;
     use firmware::board::{BoardLines, Incoming, LinkInput, Nonces, Parts, Ticker};
-    use firmware::code_check;
     use firmware::joint_io::{JointIo, run_tick};
     use firmware::serve::{self as service, Served};
     use link::{Access, BoardChannel, Frame, Pacing, Received};
@@ -97,7 +96,7 @@ mod rtos {
         lines: <ThisBoard as Board<{ arm::N }>>::Lines,
     }
 
-    /// Static memory for values that are too large for the stack. `tick.x` finds it by its name, and puts it into memory that the start-up
+    /// Static memory for values that are too large for the stack. `coupled.x` finds it by its name, and puts it into memory that the start-up
     /// code does not clear; `set_up` writes it.
     #[allow(unreachable_pub, reason = "the application hands it to its tasks in types that are public")]
     pub struct Places {
@@ -140,6 +139,8 @@ mod rtos {
                 )
             })
         }
+        // Not before the start, which has set the lines.
+        crate::tick_code::check();
         let meter = Meter::new(counter);
         defmt::info!("{} on {}: {} joints, {} Hz", arm::NAME, BOARD, arm::N, arm::RATE_HZ);
         if !meter.is_exact() {
@@ -229,12 +230,7 @@ mod rtos {
     )]
     fn serve(mut cx: serve::Context) {
         let serve::LocalResources { incoming, channel, nonces, announced, compared, .. } = cx.local;
-        let (copy, original) = crate::tick_code::both();
-        if code_check::differs(compared, copy, original) {
-            <ThisBoard as Board<{ arm::N }>>::halt(|| {
-                defmt::error!("the tick's code in RAM is not that in flash, near word {=usize}", *compared)
-            })
-        }
+        crate::tick_code::check_some(compared);
         let output = cx.shared.output;
         if !core::mem::replace(announced, true) {
             greet(channel, output);
@@ -288,6 +284,7 @@ mod rtos {
         }
         let outcome = control.lock(|control| control.session.take(&message));
         let Outcome::Hello(theirs) = &outcome else { return outcome };
+        crate::tick_code::check();
         // In parts, each under a separate lock: a tick in between finds no session and performs the safe action.
         control.lock(|control| control.session.forget_controller());
         control.lock(|control| control.session.forget_arm());

@@ -1,6 +1,10 @@
 //! The code of the tick: its copy in RAM, which runs, and its original in flash (`tick.x`).
 #![allow(unsafe_code, reason = "memory at addresses from the linker script")]
 
+use crate::app::ThisBoard;
+use firmware::board::Board;
+use firmware::code_check;
+
 // SAFETY: `tick.x` defines the symbols: begin and end of the copy, and begin of the original, all at addresses of words.
 unsafe extern "C" {
     #[link_name = "__tick_start"]
@@ -11,8 +15,28 @@ unsafe extern "C" {
     static ORIGINAL: u32;
 }
 
+/// Compares all of it; ends the program if there is a difference.
+pub(crate) fn check() {
+    let (copy, original) = both();
+    if !code_check::are_equal(copy, original) {
+        halt();
+    }
+}
+
+/// Compares a few words from `place` on; ends the program if there is a difference.
+pub(crate) fn check_some(place: &mut usize) {
+    let (copy, original) = both();
+    if code_check::differs(place, copy, original) {
+        halt();
+    }
+}
+
+fn halt() -> ! {
+    <ThisBoard as Board<{ arm::N }>>::halt(|| defmt::error!("the tick's code in RAM is not that in flash"))
+}
+
 /// The copy in RAM, and the original.
-pub(crate) fn both() -> (&'static [u32], &'static [u32]) {
+fn both() -> (&'static [u32], &'static [u32]) {
     let (start, end, original) = (&raw const START, &raw const END, &raw const ORIGINAL);
     let words = (end.addr() - start.addr()) / size_of::<u32>();
     // SAFETY: readable memory of this length. The start-up code has written the copy, and nothing writes to either while the program runs. Should

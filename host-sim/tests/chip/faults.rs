@@ -72,6 +72,14 @@ fn a_stack_that_runs_over_turns_the_drives_off_and_ends() {
     assert!(ended_by_itself(first_tick("faults_stack.elf", &[0xb4ff, 0xe7fd])));
 }
 
+#[test]
+fn an_exception_that_no_task_handles_turns_the_drives_off_and_ends() {
+    // ldr r0, [pc, #8]; movs r1, #1; lsls r1, r1, #31; str r1, [r0]; bx lr; nop; and the address of ICSR, whose highest bit sets the non-maskable
+    // interrupt pending.
+    let halfwords = [0x4802, 0x2101, 0x07c9, 0x6001, 0x4770, 0xbf00, 0xed04, 0xe000];
+    assert!(ended_by_itself(first_tick("faults_unhandled.elf", &halfwords)));
+}
+
 /// Starts a tick with these instructions, and then sends bytes that are no packet, so that the lowest task runs for each. Returns the end of it.
 fn tick_and_bytes(name: &str, halfwords: &[u16]) -> Result<(), ChipError> {
     let mut chip = waiting(name, halfwords);

@@ -199,7 +199,10 @@ fn a_model_that_the_joint_exceeds_and_a_person_insists_on_ends_the_setup() {
     at_model.is_not_taken("RS06", "The same model again ends the setup");
     at_model.session.line("RS06");
     let (code, error) = at_model.end();
-    assert!(code == 2 && error.contains("motor 1 is RS06, because it was entered again: nothing was written"), "{error}");
+    assert!(
+        code == 2 && error.contains("motor 1 is RS06, because it was entered again: nothing was written"),
+        "{error}"
+    );
 }
 
 #[test]

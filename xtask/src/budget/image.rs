@@ -24,6 +24,14 @@ impl Image {
         if !stack.unknown.is_empty() {
             bail!("{}: the stack of {} cannot be bounded", elf.display(), stack.unknown.join(", "));
         }
+        let room = program.stack_room()?.len() as u64;
+        if stack.bytes() > room {
+            bail!(
+                "{}: the stack needs up to {} bytes, and has {room} (`firmware/memory`)",
+                elf.display(),
+                stack.bytes()
+            );
+        }
         Ok(Self { flash: program.flash_bytes(), ram: program.ram_bytes(), stack_bound: stack.bytes() })
     }
 }
