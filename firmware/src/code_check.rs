@@ -6,10 +6,10 @@
 //!
 //! Until the changed word is compared, wrong code may run: this check limits for how long.
 
-/// Words compared per run: at 1 kHz the 10 to 17 thousand words of a tick take 3 to 4 s.
+/// Words compared per run: at 1 kHz the 6 to 18 thousand words of a tick take 2 to 5 s.
 pub const WORDS: usize = 4;
 
-/// True if two copies are equal. Cost: 6 instructions per word.
+/// True if two copies are equal. Cost: 12 instructions per word.
 #[inline(never)]
 #[must_use]
 pub fn are_equal(copy: &[u32], original: &[u32]) -> bool {
@@ -18,7 +18,7 @@ pub fn are_equal(copy: &[u32], original: &[u32]) -> bool {
 
 /// Compares a few words of two copies, from the place where the last call ended. Returns true if they differ, or if the copies are not of one length.
 ///
-/// Cost: 12 instructions per word.
+/// Cost: 14 instructions per word.
 #[inline]
 pub fn differs(place: &mut usize, copy: &[u32], original: &[u32]) -> bool {
     for _ in 0..WORDS {

@@ -1,7 +1,7 @@
 //! Handlers of a hard fault, and of every exception that no task handles: they switch the drives off first.
 //!
 //! A stack overflow also ends here, because there is no memory below the stack (`memory.x`). The old stack may then be unusable, so the handler
-//! resets the stack pointer. It also drops the float registers that the core would still store to the old stack (FPCCR.LSPACT, Arm DDI 0403, B1.5.7).
+//! resets the stack pointer. It also drops the float registers that the core would still store to the old stack (FPCCR.LSPACT, Arm DDI 0403).
 //!
 //! The other exceptions are the non-maskable interrupt, which reports errors of clock, flash and RAM, and interrupts of peripherals that nobody uses. The
 //! start-up code would wait in them for ever, with the drives on.

@@ -10,7 +10,7 @@
 //! | an address from the previous instruction, unless that is a load | 1 more | TRM 3.3.3, checked in TI |
 //! | branch taken | 1 + P, P from 1 to 3; not taken 1 | TRM 3.3, checked in TI; P from 2 to 3 published |
 //! | load of the program counter, branch by a table | 2 + 3, 3 + 3 at least | TRM 3.3.3, checked in TI |
-//! | branch taken, target in SRAM | 0 to 2 more, probably 1 | RM0090 2.3.1 says that code is fetched faster from address 0 than over the system bus, without a number |
+//! | branch taken, target in SRAM | 0 to 2 more, probably 1 | RM0402 2.3, of a sibling chip, recommends address 0 instead of the system bus, without a number |
 //! | IT | 1, or 0 folded into a narrow instruction before it | TRM 3.3, not checked |
 //! | barrier | 1 + B, B at least 0 | TRM 3.3, for the Cortex-M3 checked |
 //! | VADD, VSUB, VMUL, VNMUL, VABS, VNEG, VCMP, VCVT, VMRS, VMSR, VMOV of floats | 1 | TRM 7.2, checked in TI |

@@ -56,9 +56,6 @@ pub struct Interrupt {
     pub instructions: u64,
     /// Its cycles, **estimated**.
     pub cycles: Cycles,
-    /// Likely cycles in which code and data in SRAM wait for their shared bus. Zero if the data are in core-coupled memory, or if SRAM is fetched
-    /// from at address 0.
-    pub shared_bus: u64,
 }
 
 /// All values of one firmware.

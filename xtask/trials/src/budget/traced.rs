@@ -129,8 +129,7 @@ impl TraceFindings {
                 return missing(format!("{} instructions that the decoder knows", longest.unknown));
             }
             let chip_image::cycles::Range { low, likely, high } = longest.cycles;
-            let shared_bus = longest.stalls.bus;
-            Ok(Interrupt { instructions: longest.instructions, cycles: Cycles { low, likely, high }, shared_bus })
+            Ok(Interrupt { instructions: longest.instructions, cycles: Cycles { low, likely, high } })
         };
         Ok(Traced {
             ticks,
@@ -248,7 +247,6 @@ fn add(sum: &mut Estimate, part: Estimate) {
     sum.cycles.low += part.cycles.low;
     sum.cycles.likely += part.cycles.likely;
     sum.cycles.high += part.cycles.high;
-    sum.stalls.bus += part.stalls.bus;
 }
 
 #[cfg(test)]
