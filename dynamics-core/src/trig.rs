@@ -108,7 +108,12 @@ impl Trig<f32> for Polynomial {
 
     #[inline]
     fn sin_cos_all<const N: usize>(&self, angles: &[f32; N]) -> [SinCos<f32>; N] {
-        single::sin_cos_all(angles)
+        // The same bits in another order. A float unit for single numbers waits for each result; vector instructions need one order for all angles.
+        if cfg!(all(target_arch = "arm", target_abi = "eabihf")) {
+            single::sin_cos_all(angles)
+        } else {
+            sin_cos::pairs(self, angles)
+        }
     }
 }
 

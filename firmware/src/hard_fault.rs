@@ -1,6 +1,6 @@
 //! Handlers of a hard fault, and of every exception that no task handles: they switch the drives off first.
 //!
-//! A stack overflow also ends here, because there is no memory below the stack (`memory.x`). The old stack may then be unusable, so the handler
+//! A write to the tick's code in RAM ends here too (`tick_code.rs`). A stack overflow also ends here, because there is no memory below the stack (`memory.x`). The old stack may then be unusable, so the handler
 //! resets the stack pointer. It also drops the float registers that the core would still store to the old stack (FPCCR.LSPACT, Arm DDI 0403).
 //!
 //! The other exceptions are the non-maskable interrupt, which reports errors of clock, flash and RAM, and interrupts of peripherals that nobody uses. The
@@ -32,7 +32,7 @@ core::arch::global_asm!(
 #[unsafe(no_mangle)]
 extern "C" fn newtau_hard_fault() -> ! {
     <ThisBoard as Board<{ arm::N }>>::halt(|| {
-        defmt::error!("hard fault: an address that is not there, or a stack that ran over")
+        defmt::error!("hard fault: an address that is not there, a write to the tick's code, or a stack that ran over")
     })
 }
 

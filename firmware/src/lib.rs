@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`board`] | the interface of a board; the boards themselves are part of the program |
 //! | [`code_check`] | comparison of the tick's code in RAM with its original in flash |
+//! | [`memory_protection`] | regions of the memory protection unit that make this code read-only |
 //! | [`serve`] | the task between link and session |
 //! | [`joint_io`] | drivers of the joints: CAN actuators, PWM drives with magnetic encoders; a separate package |
 //!
@@ -15,5 +16,6 @@
 
 pub mod board;
 pub mod code_check;
+pub mod memory_protection;
 pub mod serve;
 pub use joint_io;

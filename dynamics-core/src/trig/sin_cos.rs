@@ -20,9 +20,7 @@ pub trait Trig<S: Copy>: Copy {
     /// Sine and cosine of each angle, rad: the same bits as [`Trig::sin_cos`].
     #[inline]
     fn sin_cos_all<const N: usize>(&self, angles: &[S; N]) -> [SinCos<S>; N] {
-        let (mut sin, mut cos) = (*angles, *angles);
-        self.sin_cos_lists(angles, &mut sin, &mut cos);
-        core::array::from_fn(|i| SinCos { sin: sin[i], cos: cos[i] })
+        pairs(self, angles)
     }
 
     /// Sine and cosine of each angle, rad, as two lists: the same bits as [`Trig::sin_cos`]. Fills as many as the shortest list has.
@@ -33,6 +31,14 @@ pub trait Trig<S: Copy>: Copy {
             (*sin, *cos) = (both.sin, both.cos);
         }
     }
+}
+
+/// Sine and cosine of each angle, computed in lists: this compilers turn into vector instructions.
+#[inline]
+pub(super) fn pairs<S: Copy, const N: usize>(trig: &impl Trig<S>, angles: &[S; N]) -> [SinCos<S>; N] {
+    let (mut sin, mut cos) = (*angles, *angles);
+    trig.sin_cos_lists(angles, &mut sin, &mut cos);
+    core::array::from_fn(|i| SinCos { sin: sin[i], cos: cos[i] })
 }
 
 /// Operations of `f32` and `f64` that reduce an angle.

@@ -1,7 +1,8 @@
-//! Three programs that count the instructions of calls in the emulated chip.
+//! Programs for the emulated chip: three count the instructions of calls, one checks functions of the firmware.
 //!
-//! | program, and its feature | counts |
+//! | program, and its feature | counts, or checks |
 //! |---|---|
+//! | `probe-copy`, `copy` | the firmware's own `memcpy`, `memmove` and zeroing, for a test |
 //! | `probe-kernels`, `kernels` | kernels and the recursion, for `cargo xtask bench` and `cargo xtask cycles` |
 //! | `probe-cost`, `cost` | the control tick of a scene, for `cargo xtask firmware cost` |
 //! | `probe-micro`, `micro` | instructions of one class each, for `cargo xtask cycles`; on a board, cycles |

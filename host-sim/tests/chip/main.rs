@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 mod closed_loop;
+mod copy;
 mod cost;
 mod dry_run;
 mod faults;

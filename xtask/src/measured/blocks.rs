@@ -54,6 +54,9 @@ const CHIP: Artefact = Files(
         "link/session/src",
         "link/joint-io/src",
         "firmware/src",
+        "firmware/tick.x",
+        "firmware/coupled.x",
+        "firmware/memory",
     ],
 );
 const ESTIMATOR: Artefact =
@@ -71,8 +74,19 @@ const SHARDS: Artefact = Files(
 
 const ARMS: &[Artefact] = &[Log("yam_move"), Log("rebot_move"), Log("yam_split")];
 const BUDGET: &[Artefact] = &[Programs(&[]), CHIP, ESTIMATOR];
-const CORES: &[Artefact] =
-    &[Kernels, Files("sources of the program for every core", &["xtask/cores/src", "xtask/src/cores/table.rs"])];
+const CORES: &[Artefact] = &[
+    Kernels,
+    Files(
+        "sources of the program for every core",
+        &[
+            "xtask/cores/src",
+            "xtask/src/cores/table.rs",
+            "dynamics-core/src/control",
+            "dynamics-core/src/trig.rs",
+            "dynamics-core/src/trig",
+        ],
+    ),
+];
 const CYCLES: &[Artefact] = &[Kernels, ESTIMATOR];
 const SIMULATED: &[Artefact] = &[Log("puma560_pick"), MUJOCO];
 
