@@ -46,6 +46,8 @@ pub struct ArmCrate {
 ///
 /// # Errors
 /// An impossible arm, a motion that is not possible, a scene for the bench alone, or collision detection in double precision.
+// `inline`: compiled by the packages that use it, for six joint counts. The first command does not.
+#[inline]
 pub fn arm_crate(
     file: &SceneFile,
     scalar: ScalarChoice,

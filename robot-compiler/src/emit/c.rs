@@ -49,6 +49,8 @@ pub struct CLibrary {
 ///
 /// # Errors
 /// An impossible arm, a motion that is not possible, or a sine and cosine that is not written in C (`table` and `libm`).
+// `inline`: compiled by the packages that use it, for six joint counts. The first command does not.
+#[inline]
 pub fn c_library(file: &SceneFile, scalar: ScalarChoice) -> Result<CLibrary, Box<dyn std::error::Error>> {
     if matches!(file.control.trig, Method::Table | Method::Libm) {
         let (path, name) = (file.path.display(), crate::names::name(file.control.trig));
