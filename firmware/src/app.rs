@@ -126,8 +126,7 @@ mod rtos {
     /// Starts the board and initialises all static memory. Not inlined, so that its stack frame is gone when interrupts begin at the end of
     /// `init`.
     #[inline(never)]
-    fn set_up(places: &'static mut Places, mut chip: boards::Chip) -> (Shared, Local) {
-        let is_protected = crate::tick_code::protect(&mut chip.core.MPU);
+    fn set_up(places: &'static mut Places, chip: boards::Chip) -> (Shared, Local) {
         let rounds_as_the_desk = chip.rounds_as_the_desk();
         let Places { buffers, session, joints: joints_place, channel } = places;
         let Parts { input, incoming, output, ticker, counter, lines, joints, nonces } =
@@ -141,10 +140,7 @@ mod rtos {
             })
         }
         // Not before the start, which has set the lines.
-        if !is_protected {
-            <ThisBoard as Board<{ arm::N }>>::halt(|| defmt::error!("the tick's code in RAM can be overwritten"))
-        }
-        crate::tick_code::check();
+        crate::tick_code::protect();
         let meter = Meter::new(counter);
         defmt::info!("{} on {}: {} joints, {} Hz", arm::NAME, BOARD, arm::N, arm::RATE_HZ);
         if !meter.is_exact() {

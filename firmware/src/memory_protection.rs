@@ -1,5 +1,8 @@
 //! Regions of the memory protection unit that make the tick's code read-only.
 //!
+//! The processor can also write to single bits of SRAM, at other addresses ([`BIT_ALIAS`]). The unit checks those addresses as they are, so a further
+//! region forbids them.
+//!
 //! A region has a size of a power of two and begins at a multiple of it. Its eight parts can be switched off one by one (Arm DDI 0403, B3.5). So one
 //! region covers the middle of the code, in eighths of the smallest block that holds all of it. Smaller regions cover what is left at both ends.
 
@@ -10,6 +13,12 @@ pub const GRAIN: u32 = 256;
 
 /// Number of regions that a Cortex-M4 has.
 pub const MAX_REGIONS: usize = 8;
+
+/// Address of 32 MiB in which each word stands for a bit of SRAM (Arm DDI 0403, B3.1 and ST PM0214, 2.2.5).
+pub const BIT_ALIAS: u32 = 0x2200_0000;
+
+/// No access, no execution, 32 MiB.
+const FORBIDDEN: u32 = 1 << 28 | 24 << 1 | 1;
 
 /// Values of the registers RBAR and RASR for one region. RBAR selects the region too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,8 +32,8 @@ pub struct Region {
 /// Read-only for all code, and executable; memory on the chip, cached as write-through (ST PM0214, table 42).
 const READ_ONLY: u32 = 0b110 << 24 | 1 << 18 | 1 << 17;
 
-/// Returns regions that make `start..end` read-only and nothing else. Both are multiples of [`GRAIN`], at most 128 KiB apart and in one block of this
-/// size; otherwise `None`.
+/// Returns regions that make `start..end` read-only and forbid [`BIT_ALIAS`], and change no other access. `None` if the range is empty, if an end is no
+/// multiple of [`GRAIN`], or if more regions are needed than there are; 128 KiB that begin at a multiple of their size need no more than there are.
 #[must_use]
 pub fn read_only(start: u32, end: u32) -> Option<Vec<Region, MAX_REGIONS>> {
     let mut regions = Vec::new();
@@ -43,6 +52,8 @@ pub fn read_only(start: u32, end: u32) -> Option<Vec<Region, MAX_REGIONS>> {
         add(&mut regions, block, to, after)?;
         (from, to, block) = (before, after, part);
     }
+    let base = BIT_ALIAS | 1 << 4 | u32::try_from(regions.len()).ok()?;
+    regions.push(Region { base, attributes: FORBIDDEN }).ok()?;
     Some(regions)
 }
 

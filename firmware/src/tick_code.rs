@@ -6,8 +6,11 @@
 
 use crate::app::ThisBoard;
 use cortex_m::peripheral::MPU;
+use cortex_m::peripheral::mpu::RegisterBlock;
 use firmware::board::Board;
-use firmware::{code_check, memory_protection};
+use firmware::code_check;
+use firmware::memory_protection::{self, Region};
+use heapless::Vec;
 
 // SAFETY: `tick.x` defines the symbols: begin and end of the copy, and begin of the original, all at addresses of words.
 unsafe extern "C" {
@@ -19,42 +22,77 @@ unsafe extern "C" {
     static ORIGINAL: u32;
 }
 
-/// Makes the copy read-only: a write to it is a hard fault, which switches the drives off. Returns false if the chip has no such protection.
-///
-/// In the handlers of the hard fault and of the non-maskable interrupt the protection is off.
-#[must_use]
-pub(crate) fn protect(unit: &mut MPU) -> bool {
-    let (start, end) = ((&raw const START).addr() as u32, (&raw const END).addr() as u32);
-    let Some(regions) = memory_protection::read_only(start, end) else { return false };
+/// The memory protection unit. No register of it has another owner.
+fn unit() -> &'static RegisterBlock {
+    // SAFETY: the registers of the core, at their address.
+    unsafe { &*MPU::PTR }
+}
+
+/// The unit is on, also for privileged code; memory without a region has its default access; in the handlers of the hard fault and of the
+/// non-maskable interrupt the unit is off.
+const ON: u32 = 1 << 2 | 1;
+
+/// Makes the copy read-only: a write to it is a hard fault, which switches the drives off. Ends the program if that does not succeed. Then compares
+/// all of the code, as [`check`] does.
+pub(crate) fn protect() {
+    let Some(regions) = regions() else { unprotected() };
+    let unit = unit();
+    cortex_m::asm::dmb();
+    // SAFETY: the unit is off while its regions change. A program before this one may have left regions, and a higher number would win.
+    unsafe {
+        unit.ctrl.write(0);
+        for number in 0..memory_protection::MAX_REGIONS as u32 {
+            unit.rnr.write(number);
+            unit.rasr.write(0);
+        }
+    }
     for region in &regions {
-        // SAFETY: the regions hold code, which nothing writes any more. All other memory keeps its default access.
+        // SAFETY: the regions hold code, which nothing writes any more, and addresses that nothing uses.
         unsafe {
             unit.rbar.write(region.base);
             unit.rasr.write(region.attributes);
         }
     }
-    // SAFETY: as above. PRIVDEFENA: memory without a region has the default access.
-    unsafe { unit.ctrl.write(1 << 2 | 1) };
+    // SAFETY: as above.
+    unsafe { unit.ctrl.write(ON) };
     cortex_m::asm::dsb();
     cortex_m::asm::isb();
-    // Registers that are not there read as zero.
-    regions.iter().all(|region| {
-        // SAFETY: selects the region that is read.
-        unsafe { unit.rnr.write(region.base & 0xF) };
-        unit.rasr.read() == region.attributes
-    })
+    check();
 }
 
-/// Compares all of it; ends the program if there is a difference.
+/// The regions of the copy.
+fn regions() -> Option<Vec<Region, { memory_protection::MAX_REGIONS }>> {
+    memory_protection::read_only((&raw const START).addr() as u32, (&raw const END).addr() as u32)
+}
+
+/// True if the unit's registers are those of these regions. Registers that are not there read as zero.
+fn protects(regions: &[Region]) -> bool {
+    let unit = unit();
+    let holds = |region: &Region| {
+        // SAFETY: selects the region that is read.
+        unsafe { unit.rnr.write(region.base & 0xF) };
+        // The bit that makes the number valid reads as zero.
+        unit.rbar.read() == region.base & !(1 << 4) && unit.rasr.read() == region.attributes
+    };
+    unit.ctrl.read() == ON && regions.iter().all(holds)
+}
+
+/// Compares all of the code, and the registers that protect it; ends the program if there is a difference.
 pub(crate) fn check() {
+    if !regions().is_some_and(|regions| protects(&regions)) {
+        unprotected();
+    }
     let (copy, original) = both();
     if !code_check::are_equal(copy, original) {
         halt();
     }
 }
 
-/// Compares a few words from `place` on; ends the program if there is a difference.
+/// Compares a few words from `place` on, and that the memory protection unit is on; ends the program if there is a difference.
 pub(crate) fn check_some(place: &mut usize) {
+    if unit().ctrl.read() != ON {
+        unprotected();
+    }
     let (copy, original) = both();
     if code_check::differs(place, copy, original) {
         halt();
@@ -63,6 +101,10 @@ pub(crate) fn check_some(place: &mut usize) {
 
 fn halt() -> ! {
     <ThisBoard as Board<{ arm::N }>>::halt(|| defmt::error!("the tick's code in RAM is not that in flash"))
+}
+
+fn unprotected() -> ! {
+    <ThisBoard as Board<{ arm::N }>>::halt(|| defmt::error!("the tick's code in RAM is not protected from writes"))
 }
 
 /// The copy in RAM, and the original.

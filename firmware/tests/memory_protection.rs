@@ -1,6 +1,6 @@
 //! Regions of the memory protection unit, decoded as the processor does (Arm DDI 0403, B3.5): they cover the code and nothing else.
 
-use firmware::memory_protection::{GRAIN, MAX_REGIONS, Region, read_only};
+use firmware::memory_protection::{BIT_ALIAS, GRAIN, MAX_REGIONS, Region, read_only};
 use std::ops::Range;
 
 /// Memory in which the code can be.
@@ -25,12 +25,16 @@ fn regions_cover_the_code_and_nothing_else() {
     for (start, end) in places(RAM.start).flat_map(|start| places(start + GRAIN).map(move |end| (start, end))) {
         let regions = read_only(start, end).unwrap();
         assert!(regions.len() <= MAX_REGIONS);
-        let mut covered: Vec<_> = regions.iter().flat_map(|&region| parts(region)).collect();
+        let (alias, code) = regions.split_last().unwrap();
+        let mut covered: Vec<_> = code.iter().flat_map(|&region| parts(region)).collect();
         covered.sort_by_key(|part| part.start);
         assert_eq!((covered[0].start, covered.last().unwrap().end), (start, end), "{start:x}..{end:x}");
         assert!(covered.windows(2).all(|pair| pair[0].end == pair[1].start), "{start:x}..{end:x}: {covered:x?}");
+        assert_eq!((alias.base & !0x1F, alias.attributes), (BIT_ALIAS, 0x1000_0031), "no access to 32 MiB of aliases");
         for (number, region) in (0..).zip(&regions) {
             assert_eq!((region.base >> 4 & 1, region.base & 0xF), (1, number), "each region has a number of its own");
+        }
+        for region in code {
             assert_eq!(region.attributes >> 24 & 7, 0b110, "read-only");
             assert_eq!(region.attributes >> 28 & 1, 0, "executable");
         }

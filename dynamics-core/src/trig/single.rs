@@ -117,7 +117,9 @@ mod tests {
     #[test]
     fn all_angles_at_once_have_the_bits_of_each_alone() {
         // Which NaN results is not specified.
-        let bits = |pair: super::SinCos<f32>| (!pair.sin.is_nan()).then(|| (pair.sin.to_bits(), pair.cos.to_bits()));
+        let bits = |pair: super::SinCos<f32>| {
+            [pair.sin, pair.cos].map(|x| if x.is_nan() { f32::NAN.to_bits() } else { x.to_bits() })
+        };
         // A stride that is no power of two meets all exponents, both signs, infinities and numbers that are none.
         for first in (0..u32::MAX - 6 * 104_729).step_by(10_007) {
             let angles = core::array::from_fn::<_, 6, _>(|i| f32::from_bits(first + 104_729 * i as u32));

@@ -107,9 +107,24 @@ fn a_tick_that_overwrites_its_own_code_turns_the_drives_off_and_ends() {
 }
 
 #[test]
+fn a_tick_that_overwrites_its_own_code_bit_by_bit_turns_the_drives_off_and_ends() {
+    // mov r0, pc; ubfx r0, r0, #0, #20; lsls r0, r0, #5; orr r0, r0, #0x22000000; movs r1, #1; str r1, [r0, #64]; bx lr: the bit's own address.
+    let halfwords = [0x4678, 0xf3c0, 0x0013, 0x0140, 0xf040, 0x5008, 0x2101, 0x6401, 0x4770];
+    assert!(ended_by_itself(first_tick("faults_bits.elf", &halfwords)));
+}
+
+#[test]
+fn a_memory_protection_unit_that_is_switched_off_turns_the_drives_off_and_ends() {
+    // movw r1, #0xed94; movt r1, #0xe000; movs r2, #0; str r2, [r1]; dsb; bx lr. The lowest task runs after the tick.
+    let halfwords = [0xf64e, 0x5194, 0xf2ce, 0x0100, 0x2200, 0x600a, 0xf3bf, 0x8f4f, 0x4770];
+    assert!(ended_by_itself(tick_and_bytes("faults_unprotected.elf", &halfwords, 10)));
+}
+
+#[test]
 fn code_that_changes_in_ram_turns_the_drives_off_and_ends() {
-    // movw r1, #0xed94; movt r1, #0xe000; movs r2, #0; str r2, [r1]; dsb: the memory protection unit is off, as if a bit had flipped by itself.
-    let unprotected = [0xf64e, 0x5194, 0xf2ce, 0x0100, 0x2200, 0x600a, 0xf3bf, 0x8f4f];
+    // movw r1, #0xed98; movt r1, #0xe000; movs r0, #7; movs r2, #0; 1: str r0, [r1]; str r2, [r1, #8]; subs r0, #1; bpl 1b; dsb: all regions of the
+    // memory protection unit are off, so that the store below changes the code as if a bit had flipped by itself.
+    let unprotected = [0xf64e, 0x5198, 0xf2ce, 0x0100, 0x2007, 0x2200, 0x6008, 0x608a, 0x3801, 0xd5fb, 0xf3bf, 0x8f4f];
     let and = |halfwords: [u16; 3]| [unprotected.as_slice(), &halfwords].concat();
     // As above. On a busy machine bytes may come together: then more of them are needed.
     assert!(ended_by_itself(tick_and_bytes("faults_changed.elf", &and([0x4678, 0x6080, 0x4770]), 30_000)));

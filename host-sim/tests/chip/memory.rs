@@ -76,6 +76,12 @@ fn on_a_chip_with_coupled_memory_stack_and_data_are_in_it_and_buffers_of_a_dma_a
         assert!(COUPLED.contains(&coupled.start) && coupled.end <= COUPLED.end, "{name}: {coupled:x?}");
         assert!(program.named("_stack_end")[0] == COUPLED.start, "{name}: nothing lies below the stack");
         assert!(SRAM.contains(&program.sections[".tick"].start), "{name}");
+        // Unlike the emulated chip's, this program has initialised data before the code, and the code begins at a multiple of 256 bytes.
+        let [start, end, original] =
+            ["__tick_start", "__tick_end", "__tick_original"].map(|name| program.named(name)[0]);
+        let (data, flash) = (program.named("__sdata")[0], program.named("__sidata")[0]);
+        assert!(start > data && start % 256 == 0 && end % 256 == 0, "{name}: {data:x} {start:x}..{end:x}");
+        assert_eq!(original - flash, start - data, "{name}: the start-up code copies the code from elsewhere");
         for buffer in ["RECEIVED", "TO_SEND"] {
             assert!(program.named(buffer).iter().all(|at| SRAM.contains(at)), "{name}: {buffer}");
         }
