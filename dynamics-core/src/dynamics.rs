@@ -1,6 +1,5 @@
 //! The recursions that a controller and a simulation of an arm call. The crate re-exports every module under its own name.
 
-pub mod articulated_body;
 pub mod energy;
 pub mod forward_dynamics;
 pub mod kinematics;

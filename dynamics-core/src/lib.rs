@@ -20,7 +20,7 @@
 //! | [`regressor`] | the matrix that carries inertial parameters to joint torques |
 //! | [`mass_matrix`] | the joint-space inertia matrix |
 //! | [`momentum`] | generalised momentum and its rate, for observers of external torques |
-//! | [`forward_dynamics`], [`articulated_body`] | accelerations from torques, by factoring the inertia matrix and without it |
+//! | [`forward_dynamics`] | accelerations from torques, by factoring the inertia matrix |
 //! | [`kinematics`] | the poses of the links and the tip, and the tip's Jacobian |
 //! | [`energy`] | kinetic and potential energy |
 //! | [`linkage`] | planar closed loops: four-bar and slider-crank |
@@ -90,9 +90,7 @@ pub mod trig;
 pub use nalgebra;
 
 pub use control::{Command, Controller, ControllerConfig, Fault, Measurement, Reference, Sensed};
-pub use dynamics::{
-    articulated_body, energy, forward_dynamics, kinematics, mass_matrix, momentum, newton_euler, regressor,
-};
+pub use dynamics::{energy, forward_dynamics, kinematics, mass_matrix, momentum, newton_euler, regressor};
 pub use forward_dynamics::Singular;
 pub use inertia::{Inertia, InertiaBounds, Wrench};
 pub use joint::{Body, Dh, Frame, JointKind, JointSpec, Limits, Rotor, Tool};

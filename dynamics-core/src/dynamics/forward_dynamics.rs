@@ -2,8 +2,8 @@
 //!
 //! The factorisation goes from the tip to the base, `D = L^T P L` with a unit lower `L` and a diagonal `P`. That
 //! order keeps the zeros of the matrix (a wrist is not coupled to some of the joints before it). Its pivots also have a meaning:
-//! `P_i` is the inertia that joint `i` feels when the joints beyond it are free. It is also the pivot of the
-//! articulated-body recursion ([`crate::articulated_body`]). The index of a pivot that is not above zero names a joint that moves nothing.
+//! `P_i` is the inertia that joint `i` feels when the joints beyond it are free. The index of a pivot that
+//! is not above zero names a joint that moves nothing.
 //!
 //! [`acceleration`] and [`factored`] only compute. They are written on [`Field`] without a branch on data, so they can be
 //! traced. [`forward_dynamics`] and [`solve`] also check the pivots, which needs an order.
@@ -62,7 +62,7 @@ impl<S: Real, const N: usize> Acceleration<S, N> {
 /// | `tau` | actuator torque or force | N m, N | N |
 /// | return | joint acceleration | rad/s^2, m/s^2 | N |
 ///
-/// O(N^3), with N divisions. [`crate::articulated_body::forward_dynamics`] is O(N).
+/// O(N^3), with N divisions. At six joints this still needs fewer operations than the articulated-body algorithm, which is O(N).
 ///
 /// # Errors
 /// [`Singular`]: the inertia matrix is not positive definite.

@@ -104,7 +104,7 @@ fn slid<S: Scalar>(q: S, body: &Inertia<S>) -> (Vector3<S>, Matrix3<S>) {
 }
 
 /// A symmetric tensor of this link's frame in the parent's frame: `R Rz(q) J Rz(q)^T R^T`; the upper triangle is read.
-pub(crate) fn tensor_out_of_link<S: Scalar>(link: &Link<S>, turn: SinCos<S>, j: &Matrix3<S>) -> Matrix3<S> {
+fn tensor_out_of_link<S: Scalar>(link: &Link<S>, turn: SinCos<S>, j: &Matrix3<S>) -> Matrix3<S> {
     let j = match link.kind {
         // With u = s (Jxx - Jyy) + 2 c Jxy the turned entries are Jxx - s u, Jyy + s u and c u - Jxy.
         JointKind::Revolute => {
@@ -129,7 +129,7 @@ pub(crate) fn tensor_out_of_link<S: Scalar>(link: &Link<S>, turn: SinCos<S>, j: 
 }
 
 /// From the upper triangle, row by row.
-pub(crate) fn symmetric<S: Scalar>(xx: S, xy: S, xz: S, yy: S, yz: S, zz: S) -> Matrix3<S> {
+fn symmetric<S: Scalar>(xx: S, xy: S, xz: S, yy: S, yz: S, zz: S) -> Matrix3<S> {
     Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
 }
 
