@@ -59,21 +59,6 @@ impl Word {
     }
 }
 
-/// Errors of an encoder; every count wraps.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct EncoderCounts {
-    /// Words with odd parity.
-    pub parity: u32,
-    /// Words with the error flag.
-    pub flagged: u32,
-    /// All bits of the error register that were read so far: 0 framing, 1 invalid command, 2 parity.
-    pub errors_seen: u16,
-    /// Diagnostics that made the angle unreliable.
-    pub doubted: u32,
-    /// Failed SPI transfers.
-    pub bus: u32,
-}
-
 /// An encoder on an SPI device, which must raise the chip select between words.
 #[derive(Debug)]
 pub struct As5047p<D> {
@@ -83,29 +68,22 @@ pub struct As5047p<D> {
     /// True if a word was flagged and the error register has not been requested since.
     flagged: bool,
     doubtful: bool,
-    counts: EncoderCounts,
 }
 
 impl<D: SpiDevice> As5047p<D> {
     /// Creates an encoder to which nothing has been sent. Its first diagnostics arrive in the second tick; until then its angles count as
     /// unreliable.
     pub const fn new(device: D) -> Self {
-        let counts = EncoderCounts { parity: 0, flagged: 0, errors_seen: 0, doubted: 0, bus: 0 };
-        Self { device, asked: NOP, flagged: false, doubtful: true, counts }
+        Self { device, asked: NOP, flagged: false, doubtful: true }
     }
 
     /// Reads the present angle, counts from 0 to 16383; `None` if the wire or the encoder has an error.
     pub fn angle(&mut self) -> Option<u16> {
         let last = self.asked;
-        if let Some(word) = self.ask(ANGLECOM) {
-            match last {
-                DIAAGC if !word.flagged => {
-                    self.doubtful = word.value & DOUBTS != 0 || word.value & READY == 0;
-                    self.counts.doubted = self.counts.doubted.wrapping_add(u32::from(self.doubtful));
-                }
-                ERRFL => self.counts.errors_seen |= word.value,
-                _ => {}
-            }
+        if let Some(Word { value, flagged: false }) = self.ask(ANGLECOM)
+            && last == DIAAGC
+        {
+            self.doubtful = value & DOUBTS != 0 || value & READY == 0;
         }
         // After a flag the error register is read, because only that clears the flag.
         let second = if core::mem::take(&mut self.flagged) { ERRFL } else { DIAAGC };
@@ -119,29 +97,16 @@ impl<D: SpiDevice> As5047p<D> {
         self.doubtful
     }
 
-    /// Returns the errors so far.
-    pub const fn counts(&self) -> EncoderCounts {
-        self.counts
-    }
-
     /// Sends the word that reads a register and returns the reply to the previous word; `None` if the transfer failed or the parity is odd.
     fn ask(&mut self, address: u16) -> Option<Word> {
         let mut bytes = read_word(address).to_be_bytes();
         if self.device.transfer_in_place(&mut bytes).is_err() {
-            self.counts.bus = self.counts.bus.wrapping_add(1);
             self.asked = NOP;
             return None;
         }
         self.asked = address;
         let word = Word::new(u16::from_be_bytes(bytes));
-        match word {
-            Some(Word { flagged: true, .. }) => {
-                self.flagged = true;
-                self.counts.flagged = self.counts.flagged.wrapping_add(1);
-            }
-            None => self.counts.parity = self.counts.parity.wrapping_add(1),
-            Some(_) => {}
-        }
+        self.flagged |= word.is_some_and(|word| word.flagged);
         word
     }
 }
@@ -156,7 +121,6 @@ pub struct Turns {
     step: i32,
     jump_max: i32,
     age_ticks: u32,
-    jumps: u32,
 }
 
 impl Turns {
@@ -164,7 +128,7 @@ impl Turns {
     #[must_use]
     pub fn new(jump_max: u16) -> Self {
         let jump_max = i32::from(jump_max).min(COUNTS / 2 - 1);
-        Self { position: None, lost: false, step: 0, jump_max, age_ticks: 0, jumps: 0 }
+        Self { position: None, lost: false, step: 0, jump_max, age_ticks: 0 }
     }
 
     /// Takes this tick's angle, counts above `zero`, modulo a turn; `None` without a valid angle.
@@ -190,7 +154,6 @@ impl Turns {
         let Some(angle) = angle else { return };
         let step = shortest(i32::from(angle).wrapping_sub(position));
         if step.abs() > reach {
-            self.jumps = self.jumps.wrapping_add(1);
             return;
         }
         match position.checked_add(step) {
@@ -223,12 +186,6 @@ impl Turns {
     #[must_use]
     pub const fn is_lost(&self) -> bool {
         self.lost
-    }
-
-    /// Returns the number of angles that were further away than the shaft can move; wraps.
-    #[must_use]
-    pub const fn jumps(&self) -> u32 {
-        self.jumps
     }
 }
 

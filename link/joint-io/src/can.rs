@@ -17,11 +17,11 @@
 //! | reply | what happens |
 //! |---|---|
 //! | from an actuator with an outstanding reply | accepted; its joint's measurement is fresh |
-//! | two in one tick, after a tick without | both are accepted; one is counted as late |
-//! | none | counted as missing; the measurement ages by a tick; a fault after more than [`MISSING_MAX`](crate::MISSING_MAX) ticks |
-//! | from one without an outstanding reply | counted as a duplicate and ignored |
-//! | with an unknown identifier or another length, or remote | counted for the bus and ignored |
-//! | about a setting that was not requested | counted for the bus and ignored |
+//! | two in one tick, after a tick without | both are accepted; the first one is late |
+//! | none | the measurement ages by a tick; a fault after more than [`MISSING_MAX`](crate::MISSING_MAX) ticks |
+//! | from one without an outstanding reply | ignored |
+//! | with an unknown identifier or another length, or remote | ignored |
+//! | about a setting that was not requested | ignored |
 //! | a notice with an error, requested or not | the joint is at fault until a status without an error |
 //!
 //! ## On
@@ -50,7 +50,7 @@
 //! A drive that sends notices is switched off by [`Frames::exit`] until it confirms it. Then it gets commands without torque and gains, because only
 //! a command gets a reply with its position.
 //!
-//! Frames are not numbered, so an actuator that always answers one tick late looks punctual after its first missing reply, which is counted. The
+//! Frames are not numbered, so an actuator that always answers one tick late looks punctual after its first missing reply. The
 //! bus bounds its delay: its reply must arrive before its next one.
 
 mod bus;
@@ -70,7 +70,7 @@ use dynamics_core::drive::MitDrive;
 use embedded_hal::digital::OutputPin;
 use joint::CanJoint;
 
-pub use limits::{BUSES, BusCounts, JointCounts, TIMEOUT_TRIES, WEAK_MAX};
+pub use limits::{BUSES, TIMEOUT_TRIES, WEAK_MAX};
 
 /// The joints on up to three buses, with drives that use the frames `F`. [`NoBus`](crate::can_bus::NoBus) stands for a bus that does not exist.
 #[derive(Clone)]
@@ -84,7 +84,6 @@ pub struct CanJoints<F, A, B, C, P, const N: usize> {
     /// Joints in the order in which their commands are queued: highest identifier first.
     order: [u8; N],
     joints: [CanJoint; N],
-    buses: [BusCounts; BUSES],
     brake_failed: bool,
     /// True if the last command to the brakes was to open.
     released: bool,
@@ -106,7 +105,6 @@ impl<F, A: Debug, B: Debug, C: Debug, P: Debug, const N: usize> Debug for CanJoi
             drives: _,
             order: _,
             joints,
-            buses,
             brake_failed,
             released,
             clearing,
@@ -118,7 +116,6 @@ impl<F, A: Debug, B: Debug, C: Debug, P: Debug, const N: usize> Debug for CanJoi
             .field("third", third)
             .field("brake", brake)
             .field("joints", joints)
-            .field("buses", buses)
             .field("brake_failed", brake_failed)
             .field("released", released)
             .field("clearing", clearing)
@@ -139,7 +136,6 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> C
             drives,
             order: sending_order(&drives),
             joints: [CanJoint::NEW; N],
-            buses: [BusCounts::default(); BUSES],
             brake_failed: false,
             released: false,
             clearing: 0,
@@ -157,16 +153,6 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> C
     /// Returns the line to the brakes.
     pub fn brake(&self) -> &P {
         &self.brake
-    }
-
-    /// Returns the error counts of each joint's frames.
-    pub fn joint_counts(&self) -> [JointCounts; N] {
-        self.joints.map(|joint| joint.counts)
-    }
-
-    /// Returns the error counts of each bus.
-    pub fn bus_counts(&self) -> [BusCounts; BUSES] {
-        self.buses
     }
 
     fn engage_brakes(&mut self) {

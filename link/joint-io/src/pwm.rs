@@ -11,7 +11,7 @@
 //! Inductance is neglected: its time constant is far below a tick. Without a current sensor the current is estimated from the last duty,
 //! `(duty supply - k w) / R`.
 
-use crate::as5047p::{As5047p, EncoderCounts, Turns};
+use crate::as5047p::{As5047p, Turns};
 use crate::{JointIo, MISSING_MAX};
 use dynamics_core::control::{Sensed, Spring};
 use dynamics_core::drive::PwmDrive;
@@ -121,7 +121,6 @@ struct PwmJoint<W, D, E, S, C> {
     forwards: Option<bool>,
     given: Drive,
     faults: JointFaults,
-    refused: u32,
 }
 
 /// The joints with H-bridges.
@@ -159,22 +158,11 @@ where
                 forwards: None,
                 given: Drive::NONE,
                 faults: JointFaults::NONE,
-                refused: 0,
             }
         });
         let mut joints = Self { joints, drives, brake, brake_failed: false };
         joints.safe(SafeAction::Brake);
         joints
-    }
-
-    /// Returns the errors of each encoder, and the number of its angles that were further away than the joint can move.
-    pub fn encoder_counts(&self) -> [(EncoderCounts, u32); N] {
-        core::array::from_fn(|i| self.joints.get(i).map(|j| (j.encoder.counts(), j.turns.jumps())).unwrap_or_default())
-    }
-
-    /// Returns the number of torques per joint that were NaN or infinite and were not applied; wraps.
-    pub fn refused(&self) -> [u32; N] {
-        core::array::from_fn(|i| self.joints.get(i).map_or(0, |joint| joint.refused))
     }
 
     /// Returns the last duty and current of each joint.
@@ -207,7 +195,6 @@ impl<W: SetDutyCycle, D: OutputPin, E: OutputPin, S: SpiDevice, C: CurrentSensor
     fn torque(&mut self, torque: f32, drive: &PwmDrive) {
         let wanted = Drive::torque(torque, self.speed(drive), drive);
         self.faults = JointFaults::NON_FINITE.when(wanted.is_none());
-        self.refused = self.refused.wrapping_add(u32::from(wanted.is_none()));
         self.give(wanted.unwrap_or(Drive::NONE));
         self.check(|joint| joint.enable.set_high().is_ok());
     }

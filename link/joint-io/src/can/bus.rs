@@ -1,7 +1,7 @@
 //! Frames to and from the buses.
 
 use super::joint::CanJoint;
-use super::limits::{BusCounts, RECEIVED_MAX, TRANSMIT_POLLS};
+use super::limits::{RECEIVED_MAX, TRANSMIT_POLLS};
 use crate::can_bus::CanBus;
 use crate::frames::{Frames, Packet};
 use crate::queued::OUT;
@@ -50,7 +50,7 @@ pub(super) enum Sent {
 }
 
 /// Queues one command.
-pub(super) fn transmit<B: CanBus>(bus: &mut B, packet: &Packet, counts: &mut BusCounts) -> Sent {
+pub(super) fn transmit<B: CanBus>(bus: &mut B, packet: &Packet) -> Sent {
     // Eight bytes always fit into a frame.
     let Some(frame) = B::Frame::new(packet.id, &packet.data) else { return Sent::Refused };
     for _ in 0..TRANSMIT_POLLS {
@@ -58,10 +58,7 @@ pub(super) fn transmit<B: CanBus>(bus: &mut B, packet: &Packet, counts: &mut Bus
             Ok(None) => return Sent::Queued,
             Ok(Some(other)) => return Sent::InPlaceOf(other.id()),
             Err(nb::Error::WouldBlock) => {}
-            Err(nb::Error::Other(_)) => {
-                counts.transmit_errors = counts.transmit_errors.wrapping_add(1);
-                return Sent::Refused;
-            }
+            Err(nb::Error::Other(_)) => return Sent::Refused,
         }
     }
     Sent::Refused
@@ -88,55 +85,45 @@ pub(super) fn collect<F: Frames, B: CanBus, const N: usize>(
     index: u8,
     drives: &[MitDrive; N],
     joints: &mut [CanJoint; N],
-    counts: &mut BusCounts,
 ) -> bool {
     for _ in 0..RECEIVED_MAX {
         match bus.receive() {
-            Ok(frame) => {
-                if let Some(count) = take_frame::<F, B::Frame, N>(&frame, index, drives, joints, counts) {
-                    *count = count.wrapping_add(1);
-                }
-            }
+            Ok(frame) => take_frame::<F, B::Frame, N>(&frame, index, drives, joints),
             Err(nb::Error::WouldBlock) => break,
-            Err(nb::Error::Other(_)) => counts.receive_errors = counts.receive_errors.wrapping_add(1),
+            Err(nb::Error::Other(_)) => {}
         }
     }
     for _ in 0..OUT {
         let Some(id) = bus.dropped() else { break };
         drop_frame::<F, N>(id, index, drives, joints);
     }
-    let off = bus.is_off();
-    counts.off = counts.off.wrapping_add(u32::from(off));
-    off
+    bus.is_off()
 }
 
-/// Passes a frame to its sender's joint. Returns the error count to increment if no joint accepts it.
-pub(super) fn take_frame<'a, F: Frames, T: Frame, const N: usize>(
+/// Passes a frame to its sender's joint. A frame that no joint accepts is ignored.
+pub(super) fn take_frame<F: Frames, T: Frame, const N: usize>(
     frame: &T,
     index: u8,
     drives: &[MitDrive; N],
     joints: &mut [CanJoint; N],
-    counts: &'a mut BusCounts,
-) -> Option<&'a mut u32> {
+) {
     let id = frame.id();
-    let mut ours = drives.iter().zip(joints).filter(|(drive, _)| drive.bus == index && F::answers(drive, id));
-    let Some(first) = ours.next() else { return Some(&mut counts.foreign) };
     let data = if frame.is_data_frame() { frame.data() } else { &[] };
-    for (drive, joint) in core::iter::once(first).chain(ours) {
+    let ours = drives.iter().zip(joints).filter(|(drive, _)| drive.bus == index && F::answers(drive, id));
+    for (drive, joint) in ours {
         if F::NOTICES
             && let Some(notice) = F::notice(drive, id, data)
         {
             joint.take_notice(notice);
-            return None;
+            return;
         }
         if let Some(setting) = F::setting(drive, id, data) {
             if joint.take_setting(setting) {
-                return None;
+                return;
             }
         } else if let Some(reply) = F::reply(drive, id, data) {
             joint.take::<F>(&reply, drive);
-            return None;
+            return;
         }
     }
-    Some(&mut counts.malformed)
 }

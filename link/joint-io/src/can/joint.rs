@@ -1,6 +1,6 @@
 //! State of one joint, and its commands.
 
-use super::limits::{ENTER_EVERY, JointCounts, OFF_NOTICES, OWED_MAX, Order, PROBE_SHARE, PROBES};
+use super::limits::{ENTER_EVERY, OFF_NOTICES, OWED_MAX, Order, PROBE_SHARE, PROBES};
 use crate::frames::{Frames, Packet};
 use crate::mit::Setpoint;
 use dynamics_core::control::Spring;
@@ -55,7 +55,6 @@ pub(super) struct CanJoint {
     pub(super) age_ticks: u32,
     /// Faults found in the last reply or command.
     pub(super) faults: JointFaults,
-    pub(super) counts: JointCounts,
 }
 
 /// Frames that switch on a drive that sends notices ([`Frames::enter`]).
@@ -121,7 +120,6 @@ impl CanJoint {
         error: 0,
         age_ticks: u32::MAX,
         faults: JointFaults::NONE,
-        counts: JointCounts { missing: 0, late: 0, duplicate: 0, refused: 0, unsent: 0 },
     };
 }
 
@@ -145,7 +143,6 @@ impl CanJoint {
                     (torque, spring)
                 } else {
                     self.faults |= JointFaults::NON_FINITE;
-                    self.counts.refused = self.counts.refused.wrapping_add(1);
                     (0.0, None)
                 };
                 match spring {

@@ -17,9 +17,9 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> J
 {
     fn measure(&mut self) -> Option<Readings<N>> {
         let off = [
-            collect::<F, A, N>(&mut self.first, 0, &self.drives, &mut self.joints, &mut self.buses[0]),
-            collect::<F, B, N>(&mut self.second, 1, &self.drives, &mut self.joints, &mut self.buses[1]),
-            collect::<F, C, N>(&mut self.third, 2, &self.drives, &mut self.joints, &mut self.buses[2]),
+            collect::<F, A, N>(&mut self.first, 0, &self.drives, &mut self.joints),
+            collect::<F, B, N>(&mut self.second, 1, &self.drives, &mut self.joints),
+            collect::<F, C, N>(&mut self.third, 2, &self.drives, &mut self.joints),
         ];
         let (mut faults, mut zero_lost) = ([JointFaults::NONE; N], false);
         for ((joint, drive), faults) in self.joints.iter_mut().zip(&self.drives).zip(&mut faults) {

@@ -1,4 +1,4 @@
-//! Limits of the driver, its error counts, and the orders to a drive.
+//! Limits of the driver, and the orders to a drive.
 
 use dynamics_core::control::Spring;
 
@@ -42,36 +42,6 @@ pub const TIMEOUT_TRIES: u8 = 12;
 
 /// Number of ticks in which errors of drives are cleared after [`JointIo::clear`](crate::JointIo::clear).
 pub(super) const CLEARING: u8 = 8;
-
-/// Errors of a joint's frames; every count wraps.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct JointCounts {
-    /// Ticks in which a reply was outstanding and none arrived.
-    pub missing: u16,
-    /// Replies that arrived a tick late.
-    pub late: u16,
-    /// Replies without a command.
-    pub duplicate: u16,
-    /// Torques that were NaN or infinite; zero torque was sent instead.
-    pub refused: u16,
-    /// Commands that did not fit into the transmitter, or were displaced from it.
-    pub unsent: u16,
-}
-
-/// Errors of a bus; every count wraps.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct BusCounts {
-    /// Frames of identifiers that belong to no reply.
-    pub foreign: u32,
-    /// Replies with an expected identifier but another length or content, and remote requests.
-    pub malformed: u32,
-    /// Errors of the receiver, such as an overrun.
-    pub receive_errors: u32,
-    /// Errors of the transmitter.
-    pub transmit_errors: u32,
-    /// Ticks in which the bus was off.
-    pub off: u32,
-}
 
 /// Order to a drive in a tick.
 #[derive(Clone, Copy)]

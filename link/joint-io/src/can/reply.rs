@@ -8,28 +8,19 @@ use dynamics_core::drive::{MitDrive, Range};
 use session::readings::JointFaults;
 
 impl CanJoint {
-    pub(super) fn sent(&mut self, sent: bool) {
-        if sent {
-            self.owed = (self.owed + 1).min(OWED_MAX);
-        } else {
-            self.counts.unsent = self.counts.unsent.wrapping_add(1);
-        }
+    /// Records that a frame was sent: a reply to it is outstanding.
+    pub(super) fn sent(&mut self) {
+        self.owed = (self.owed + 1).min(OWED_MAX);
     }
 
     /// Records that a frame counted as sent was not sent: no reply to it is outstanding.
     pub(super) fn dropped(&mut self) {
         self.owed = self.owed.saturating_sub(1);
-        self.counts.unsent = self.counts.unsent.wrapping_add(1);
     }
 
     pub(super) fn take<F: Frames>(&mut self, reply: &Reply, drive: &MitDrive) {
         if self.owed == 0 {
-            self.counts.duplicate = self.counts.duplicate.wrapping_add(1);
             return;
-        }
-        if self.came > 0 {
-            // This is the second reply of this tick: the first one answers the previous tick's command.
-            self.counts.late = self.counts.late.wrapping_add(1);
         }
         self.owed -= 1;
         let first = self.came == 0;
@@ -147,9 +138,6 @@ impl CanJoint {
             }
         } else {
             self.age_ticks = self.age_ticks.saturating_add(1);
-            if self.owed > 0 {
-                self.counts.missing = self.counts.missing.wrapping_add(1);
-            }
             if self.heard && self.age_ticks == drive.restart_ticks.saturating_add(1) {
                 self.restarted(drive);
             }

@@ -89,11 +89,13 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> C
             return;
         };
         let sent = match drive.bus {
-            0 => transmit(&mut self.first, packet, &mut self.buses[0]),
-            1 => transmit(&mut self.second, packet, &mut self.buses[1]),
-            _ => transmit(&mut self.third, packet, &mut self.buses[2]),
+            0 => transmit(&mut self.first, packet),
+            1 => transmit(&mut self.second, packet),
+            _ => transmit(&mut self.third, packet),
         };
-        joint.sent(sent != Sent::Refused);
+        if sent != Sent::Refused {
+            joint.sent();
+        }
         if let Sent::InPlaceOf(id) = sent {
             let bus = drive.bus;
             drop_frame::<F, N>(id, bus, &self.drives, &mut self.joints);

@@ -13,7 +13,6 @@ use link::Request;
 #[test]
 fn a_damiaos_answer_about_a_register_is_no_position() {
     let mut rig = Rig::<Damiao>::new(Language::Damiao, SafeAction::Brake).armed();
-    let before = rig.joints.inner.bus_counts()[0].malformed;
     let Sensed::State { q: at, .. } = rig.readings().sensed else { panic!("a state") };
     // A reply is outstanding, and this answer arrives instead: register 21 has the value 12.5.
     rig.wire.bus.borrow_mut().fates.push((1, actuator_model::bus::Fate::Lost));
@@ -23,7 +22,6 @@ fn a_damiaos_answer_about_a_register_is_no_position() {
     let Sensed::State { q, .. } = rig.readings().sensed else { panic!("a state") };
     assert!((q[0] - at[0]).abs() < 1e-3, "{} rad", q[0]);
     assert_eq!(rig.readings().age_ticks, [1], "nothing has come");
-    assert_eq!(rig.joints.inner.bus_counts()[0].malformed, before + 1);
     assert_eq!(rig.fault(), None);
 }
 

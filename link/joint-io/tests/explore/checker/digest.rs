@@ -13,7 +13,7 @@ use std::cell::RefCell;
 ///
 /// | fields | reason |
 /// |---|---|
-/// | `tick`, `taken`, `foreign`, `counts`, `buses` | counters for telemetry: they are sent to the host, and nothing else reads them |
+/// | `tick`, `taken`, `foreign` | counters for telemetry: they are sent to the host, and nothing else reads them |
 /// | `left_live` | read by the firmware's loop around the session, which is not explored |
 /// | `number` | numbers of requests: the host counts up, so only their order matters, and which one is the host's last (see its `arrived`) |
 /// | `ring`, `next`, `waiting` | the board's memory of requests is written round and round. The host sends none again but its last: that one, the requests of this period and their verdicts are part of the judge, and the request that waits is part of the machine's inputs |
@@ -21,7 +21,7 @@ use std::cell::RefCell;
 ///
 /// The `Debug` text does not have constants, the black box, and the controller's own memory, which is empty without integral action, hand guiding
 /// and collision detection.
-const LEFT_OUT: [(&str, &str); 12] = [
+const LEFT_OUT: [(&str, &str); 10] = [
     ("Session", "tick"),
     ("Session", "taken"),
     ("Session", "foreign"),
@@ -31,8 +31,6 @@ const LEFT_OUT: [(&str, &str); 12] = [
     ("Requests", "waiting"),
     ("NumberedRequest", "number"),
     ("Host", "number"),
-    ("CanJoints", "buses"),
-    ("CanJoint", "counts"),
     ("Electronics", "ranges"),
 ];
 
