@@ -235,7 +235,7 @@ mod rtos {
         if !core::mem::replace(announced, true) {
             greet(channel, output);
         }
-        if incoming.has_lost() {
+        if Incoming::has_lost(incoming) {
             defmt::warn!("bytes lost: the link is faster than they are read");
         }
         let mut served = ServedSession(&mut cx.shared.control);

@@ -1,7 +1,7 @@
 //! Interface of a board. Each board has one file that implements it; only files in `boards/` use the chip's registers.
 
 use crate::joint_io::JointIo;
-use link::{Nonce, NonceSource};
+use link::{Circular, Filling, Nonce, NonceSource, Outgoing, Sending};
 use session::meter::Counter;
 use session::readings::Lines;
 
@@ -24,6 +24,16 @@ pub trait Incoming {
     fn has_lost(&mut self) -> bool;
 }
 
+impl<F: Filling, const SIZE: usize> Incoming for Circular<F, SIZE> {
+    fn next(&mut self) -> Option<u8> {
+        self.next_byte()
+    }
+
+    fn has_lost(&mut self) -> bool {
+        Self::has_lost(self)
+    }
+}
+
 /// Sending half of the link. Called at a lower priority than the tick's.
 pub trait LinkOutput {
     /// Sends all bytes. Waits for the line if the queue is full.
@@ -34,6 +44,20 @@ pub trait LinkOutput {
 
     /// Handles the interrupt of the DMA that sends the bytes, at the end of each piece.
     fn sent(&mut self) {}
+}
+
+impl<S: Sending, const SIZE: usize> LinkOutput for Outgoing<S, SIZE> {
+    fn write(&mut self, bytes: &[u8]) {
+        Self::write(self, bytes);
+    }
+
+    fn room(&mut self) -> usize {
+        Self::room(self)
+    }
+
+    fn sent(&mut self) {
+        self.advance();
+    }
 }
 
 /// The control timer. Its interrupt runs the tick.

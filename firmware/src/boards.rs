@@ -28,6 +28,8 @@ mod byte_link;
 #[cfg(feature = "f405-can")]
 mod can_bus;
 #[cfg(any(feature = "f405-can", feature = "g474-fdcan"))]
+mod can_drives;
+#[cfg(any(feature = "f405-can", feature = "g474-fdcan"))]
 mod can_frame;
 #[cfg(not(feature = "netduinoplus2"))]
 mod cortex;

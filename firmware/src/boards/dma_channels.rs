@@ -13,7 +13,7 @@
 use super::g474::CLOCK_HZ;
 use super::pac::{DMA1, DMAMUX, USART2};
 use core::sync::atomic::{AtomicU8, Ordering, fence};
-use firmware::board::{INCOMING, LinkInput, LinkOutput, OUTGOING};
+use firmware::board::{INCOMING, LinkInput, OUTGOING};
 use link::{Circular, Filling, Halves, Outgoing, Sending};
 
 /// Size of the receive buffer. One byte more than can be read, because the hardware may be overwriting it, and another one so that the size is
@@ -37,16 +37,16 @@ const BAUD: u32 = 1_000_000;
 pub struct Input(USART2);
 
 /// Reader of the received bytes.
-pub struct Incoming(Circular<Position, BUFFER>);
+pub type Incoming = Circular<Position, BUFFER>;
 
 /// Position in the buffer at which the receiving channel stores.
-struct Position;
+pub struct Position;
 
 /// The transmit queue.
-pub struct Output(Outgoing<Transmitter, OUTGOING>);
+pub type Output = Outgoing<Transmitter, OUTGOING>;
 
 /// The sending channel. It owns the DMA; the other channel's registers are accessed through [`dma`].
-struct Transmitter(DMA1);
+pub struct Transmitter(DMA1);
 
 /// Starts the link. Pins and clocks must be set up.
 pub fn start(usart: USART2, dma: DMA1, requests: &DMAMUX) -> (Input, Incoming, Output) {
@@ -73,7 +73,7 @@ pub fn start(usart: USART2, dma: DMA1, requests: &DMAMUX) -> (Input, Incoming, O
     // An overrun damages a packet, but does not stop the receiver.
     usart.cr3().write(|w| w.dmat().enabled().dmar().enabled().ovrdis().set_bit());
     usart.cr1().write(|w| w.ue().enabled().re().enabled().te().enabled().idleie().enabled());
-    (Input(usart), Incoming(Circular::new(&RECEIVED, Position)), Output(Outgoing::new(&TO_SEND, Transmitter(dma))))
+    (Input(usart), Circular::new(&RECEIVED, Position), Outgoing::new(&TO_SEND, Transmitter(dma)))
 }
 
 /// The DMA's registers, for the receiving channel.
@@ -100,16 +100,6 @@ impl LinkInput for Input {
     }
 }
 
-impl firmware::board::Incoming for Incoming {
-    fn next(&mut self) -> Option<u8> {
-        self.0.next_byte()
-    }
-
-    fn has_lost(&mut self) -> bool {
-        self.0.has_lost()
-    }
-}
-
 impl Filling for Position {
     fn position(&self) -> usize {
         let left = dma().ch(STORING).ndtr().read().ndt().bits();
@@ -118,20 +108,6 @@ impl Filling for Position {
 
     fn halves(&self) -> u32 {
         HALVES.so_far()
-    }
-}
-
-impl LinkOutput for Output {
-    fn write(&mut self, bytes: &[u8]) {
-        self.0.write(bytes);
-    }
-
-    fn room(&mut self) -> usize {
-        self.0.room()
-    }
-
-    fn sent(&mut self) {
-        self.0.advance();
     }
 }
 

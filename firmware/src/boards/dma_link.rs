@@ -12,7 +12,7 @@
 
 use super::pac::{DMA1, USART2};
 use core::sync::atomic::{AtomicU8, Ordering, fence};
-use firmware::board::{INCOMING, LinkInput, LinkOutput, OUTGOING};
+use firmware::board::{INCOMING, LinkInput, OUTGOING};
 use link::{Circular, Filling, Halves, Outgoing, Sending};
 use stm32f4xx_hal::dma::traits::{DMASet, DmaFlagExt as _, PeriAddress as _, Stream as _};
 use stm32f4xx_hal::dma::{
@@ -39,16 +39,16 @@ pub struct Input {
 }
 
 /// Reader of the received bytes.
-pub struct Incoming(Circular<Position, BUFFER>);
+pub type Incoming = Circular<Position, BUFFER>;
 
 /// Position in the buffer at which the receiving stream stores.
-struct Position;
+pub struct Position;
 
 /// The transmit queue.
-pub struct Output(Outgoing<Transmitter, OUTGOING>);
+pub type Output = Outgoing<Transmitter, OUTGOING>;
 
 /// The transmitter and its DMA stream.
-struct Transmitter {
+pub struct Transmitter {
     _line: Tx<USART2>,
     stream: Stream6<DMA1>,
 }
@@ -84,11 +84,7 @@ pub fn start(usart: USART2, dma: DMA1, pins: (PA2, PA3), rcc: &mut Rcc) -> Optio
     // After an error the stream is idle too, and the next piece can be sent.
     sending.listen(DmaEvent::TransferComplete | DmaEvent::TransferError);
     let transmitter = Transmitter { _line: transmitter, stream: sending };
-    Some((
-        Input { line, stream: storing },
-        Incoming(Circular::new(&RECEIVED, Position)),
-        Output(Outgoing::new(&TO_SEND, transmitter)),
-    ))
+    Some((Input { line, stream: storing }, Circular::new(&RECEIVED, Position), Outgoing::new(&TO_SEND, transmitter)))
 }
 
 /// Checks at compile time that this stream and this channel serve this half of the link, by the manual's table.
@@ -109,16 +105,6 @@ impl LinkInput for Input {
     }
 }
 
-impl firmware::board::Incoming for Incoming {
-    fn next(&mut self) -> Option<u8> {
-        self.0.next_byte()
-    }
-
-    fn has_lost(&mut self) -> bool {
-        self.0.has_lost()
-    }
-}
-
 impl Filling for Position {
     fn position(&self) -> usize {
         #[allow(unsafe_code, reason = "the stream's owner neither reads this register nor writes to it any more")]
@@ -129,20 +115,6 @@ impl Filling for Position {
 
     fn halves(&self) -> u32 {
         HALVES.so_far()
-    }
-}
-
-impl LinkOutput for Output {
-    fn write(&mut self, bytes: &[u8]) {
-        self.0.write(bytes);
-    }
-
-    fn room(&mut self) -> usize {
-        self.0.room()
-    }
-
-    fn sent(&mut self) {
-        self.0.advance();
     }
 }
 

@@ -11,7 +11,7 @@
 
 use super::pac::{Interrupt, USART2};
 use core::sync::atomic::{AtomicU8, AtomicUsize, Ordering, fence};
-use firmware::board::{INCOMING, LinkInput, LinkOutput, OUTGOING};
+use firmware::board::{INCOMING, LinkInput, OUTGOING};
 use link::{Circular, Filling, Halves, Outgoing, Sending};
 
 const BUFFER: usize = INCOMING + 2;
@@ -25,22 +25,22 @@ static TO_SEND: [AtomicU8; OUTGOING] = [const { AtomicU8::new(0) }; OUTGOING];
 pub struct Input;
 
 /// Reader of the received bytes.
-pub struct Incoming(Circular<Position, BUFFER>);
+pub type Incoming = Circular<Position, BUFFER>;
 
 /// Position in the buffer at which the next byte is stored.
-struct Position;
+pub struct Position;
 
 /// The transmit queue.
-pub struct Output(Outgoing<Transmitter, OUTGOING>);
+pub type Output = Outgoing<Transmitter, OUTGOING>;
 
 /// The transmitter and its stand-in for a DMA stream.
-struct Transmitter(USART2);
+pub struct Transmitter(USART2);
 
 /// Starts the link on a USART that is set up. Never `None`; on a board it may be.
 #[allow(clippy::unnecessary_wraps, reason = "as on a board")]
 pub fn start(usart: USART2) -> Option<(Input, Incoming, Output)> {
     let outgoing = Outgoing::new(&TO_SEND, Transmitter(usart));
-    Some((Input, Incoming(Circular::new(&RECEIVED, Position)), Output(outgoing)))
+    Some((Input, Circular::new(&RECEIVED, Position), outgoing))
 }
 
 impl LinkInput for Input {
@@ -66,16 +66,6 @@ impl LinkInput for Input {
     }
 }
 
-impl firmware::board::Incoming for Incoming {
-    fn next(&mut self) -> Option<u8> {
-        self.0.next_byte()
-    }
-
-    fn has_lost(&mut self) -> bool {
-        self.0.has_lost()
-    }
-}
-
 impl Filling for Position {
     fn position(&self) -> usize {
         POSITION.load(Ordering::Relaxed)
@@ -83,20 +73,6 @@ impl Filling for Position {
 
     fn halves(&self) -> u32 {
         HALVES.so_far()
-    }
-}
-
-impl LinkOutput for Output {
-    fn write(&mut self, bytes: &[u8]) {
-        self.0.write(bytes);
-    }
-
-    fn room(&mut self) -> usize {
-        self.0.room()
-    }
-
-    fn sent(&mut self) {
-        self.0.advance();
     }
 }
 

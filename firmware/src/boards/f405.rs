@@ -1,13 +1,11 @@
-//! Shared parts of boards with an STM32F405 and an 8 MHz crystal: clocks, the control timer, the watchdog. Their link is in
-//! `dma_link`.
+//! Shared parts of boards with an STM32F405 and an 8 MHz crystal: clocks, the control timer, the lines. Their link is in `dma_link`.
 //!
 //! Written from the reference manual (RM0090) and compiled; **not yet run on silicon**.
 
-use super::cortex::nonce;
-pub use super::cortex::{CycleCounter, cycle_counter, halt};
+use super::cortex::Watchdog;
+pub use super::cortex::{CycleCounter, Generator, cycle_counter, halt, port_c};
 use super::pac;
-use firmware::board::{BoardLines, Nonces, Ticker};
-use link::{Nonce, NonceSource};
+use firmware::board::{BoardLines, Ticker};
 use session::readings::Lines;
 use stm32f4xx_hal::gpio::{ErasedPin, Input as InputPin};
 use stm32f4xx_hal::prelude::*;
@@ -22,22 +20,12 @@ pub struct ControlTimer {
     rate: Hertz,
 }
 
-/// The chip's random number generator.
-pub struct Generator(pac::RNG);
-
 /// The emergency stop, if the board has a pin for it, and the independent watchdog.
 pub struct Guards {
     /// Pin of the emergency stop, with a pull-up and a normally closed contact to ground: high if pressed or if the wire is broken.
     stop: Option<ErasedPin<InputPin>>,
-    watchdog: pac::IWDG,
-    /// Start value of the watchdog's down-counter, in units of 0.125 ms.
-    reload: u16,
-    running: bool,
+    watchdog: Watchdog,
 }
-
-/// Nominal number of ticks without feeding before the watchdog resets the chip. Its oscillator has 17 to 47 kHz instead of 32 kHz: in fact 2.7 to
-/// 7.5 ticks.
-const TICKS_UNFED: f32 = 4.0;
 
 /// Clock configuration: 168 MHz from the crystal; 42 MHz for APB1, with the link and the CAN controllers; 48 MHz for the random number generator.
 pub fn clocks() -> Config {
@@ -59,9 +47,7 @@ pub fn control_timer(timer: pac::TIM3, rate_hz: f32, rcc: &mut Rcc) -> ControlTi
 
 /// Sets up the watchdog, not running, and the emergency stop's pin; `rate_hz` is the control rate, Hz.
 pub fn guards(stop: Option<ErasedPin<InputPin>>, watchdog: pac::IWDG, rate_hz: f32) -> Guards {
-    // 32 kHz divided by 4; a count of at least a millisecond, at most the register's maximum. The cast saturates.
-    let reload = ((8_000.0 * TICKS_UNFED / rate_hz) as u16).clamp(8, 0xfff);
-    Guards { stop, watchdog, reload, running: false }
+    Guards { stop, watchdog: Watchdog::new(watchdog, rate_hz) }
 }
 
 impl BoardLines for Guards {
@@ -70,39 +56,7 @@ impl BoardLines for Guards {
     }
 
     fn feed(&mut self) {
-        if !self.running {
-            self.running = true;
-            // The watchdog is started first, with its default of half a second. The settings take effect some cycles of its oscillator after they
-            // are written, and the next tick loads them, so there is no need to wait.
-            self.watchdog.kr().write(|w| w.key().start());
-            self.watchdog.kr().write(|w| w.key().unlock());
-            self.watchdog.pr().write(|w| w.pr().divide_by4());
-            self.watchdog.rlr().write(|w| w.rl().set(self.reload));
-        }
-        self.watchdog.kr().write(|w| w.key().feed());
-    }
-}
-
-impl Nonces for Generator {
-    fn next(&mut self) -> Option<(Nonce, NonceSource)> {
-        nonce(|| self.word())
-    }
-}
-
-impl Generator {
-    /// Returns the next random word; `None` if the generator's self-test reports an error, or if there is no word after far more than the 40
-    /// periods of 48 MHz that one takes.
-    fn word(&self) -> Option<u32> {
-        for _ in 0..10_000 {
-            let status = self.0.sr().read();
-            if status.cecs().bit() || status.secs().bit() {
-                return None;
-            }
-            if status.drdy().bit() {
-                return Some(self.0.dr().read().rndata().bits());
-            }
-        }
-        None
+        self.watchdog.feed();
     }
 }
 
@@ -128,14 +82,5 @@ impl Ticker for ControlTimer {
 
     fn trigger(&mut self) {
         rtic::pend(pac::Interrupt::TIM3);
-    }
-}
-
-/// Sets pins of port C low, without owning them. Only for the end of the program, when no owner runs any more.
-pub fn set_port_c_low(pins: u16) {
-    #[allow(unsafe_code, reason = "the program is over; whoever owned the pins does not run again")]
-    // SAFETY: a write to the set-reset register changes only the pins that it names: its upper half resets.
-    unsafe {
-        (*pac::GPIOC::ptr()).bsrr().write(|w| w.bits(u32::from(pins) << 16));
     }
 }

@@ -11,28 +11,18 @@
 //! | PC5 | emergency stop: a normally closed contact to ground; an open contact or a broken wire counts as pressed |
 
 use super::can_bus::{self, BIT_TIMING_1_MBIT, Bus};
+use super::can_drives::{DRIVES, exits};
 use super::dma_link;
 use super::f405::{self, ControlTimer, CycleCounter, Guards};
 use super::pac;
 use bxcan::Fifo;
 use bxcan::filter::Mask32;
-use dynamics_core::drive::{DriveKind, Drives, MitDrive};
 use firmware::board::{Board, Parts};
-use firmware::joint_io::bus_time::{BusLoad, LEAD_US};
 use firmware::joint_io::can::CanJoints;
 use firmware::joint_io::can_bus::NoBus;
-use firmware::joint_io::frames::Frames as _;
 use stm32f4xx_hal::can::{Can, CanExt as _};
 use stm32f4xx_hal::gpio::{Output as OutputPin, PC4, PinState};
 use stm32f4xx_hal::prelude::*;
-
-/// The arm's drives. Drives of another kind cause a compile error.
-const DRIVES: [MitDrive; arm::N] = match arm::drives() {
-    Drives::Mit(drives) => drives,
-    Drives::Link | Drives::Pwm(_) => {
-        panic!("this board drives MIT actuators: build it with a scene whose robot has drives of the kind mit")
-    }
-};
 
 /// Checks at compile time that a bxCAN can reach all drives.
 const _: () = {
@@ -41,17 +31,6 @@ const _: () = {
         assert!(DRIVES[i].bus < 2, "the board has buses 1 and 2");
         assert!(DRIVES[i].data_rate.is_none(), "the board's controllers have classic frames alone");
         i += 1;
-    }
-};
-
-/// Checks at compile time that every reply arrives before the next tick.
-const _: () = {
-    let mut bus = 0;
-    while bus < 2 {
-        let load = BusLoad::of(&DRIVES, bus, <arm::Frames as DriveKind>::FACTS.identifier);
-        let fits = load.actuators == 0 || arm::RATE_HZ <= load.max_rate_hz(LEAD_US) as f32;
-        assert!(fits, "the scene's rate is faster than its CAN buses");
-        bus += 1;
     }
 };
 
@@ -109,10 +88,9 @@ impl Board<{ arm::N }> for F405Can {
         f405::halt(
             || {
                 // PC4.
-                f405::set_port_c_low(1 << 4);
-                let on_bus = |bus| DRIVES.iter().filter(move |drive| drive.bus == bus).map(arm::Frames::exit);
-                can_bus::send_last::<Can<pac::CAN1>>(on_bus(0));
-                can_bus::send_last::<Can<pac::CAN2>>(on_bus(1));
+                f405::port_c(1 << (16 + 4));
+                can_bus::send_last::<Can<pac::CAN1>>(exits(0));
+                can_bus::send_last::<Can<pac::CAN2>>(exits(1));
             },
             write_log,
         )

@@ -144,7 +144,7 @@ impl Board<{ arm::N }> for F405Pwm {
         f405::halt(
             || {
                 // Enable pins and brake line; bridges that are off ignore the PWM.
-                f405::set_port_c_low(0b1_1111);
+                f405::port_c(0b1_1111 << 16);
             },
             write_log,
         )

@@ -1,14 +1,13 @@
-//! Shared parts of boards with an STM32G474 and a 24 MHz crystal: clocks, the control timer, the watchdog. Their link is in `dma_channels`,
+//! Shared parts of boards with an STM32G474 and a 24 MHz crystal: clocks, the control timer, the lines. Their link is in `dma_channels`,
 //! their CAN controllers in `fdcan_bus`.
 //!
 //! Written from the reference manual (RM0440) and compiled; **not yet run on silicon**.
 
-use super::cortex::nonce;
-pub use super::cortex::{CycleCounter, cycle_counter, halt};
+pub use super::cortex::{CycleCounter, Generator, cycle_counter, halt};
+use super::cortex::{Watchdog, port_c};
 use core::convert::Infallible;
 use embedded_hal::digital::{ErrorType, OutputPin};
-use firmware::board::{BoardLines, Nonces, Ticker};
-use link::{Nonce, NonceSource};
+use firmware::board::{BoardLines, Ticker};
 use pac::{FLASH, GPIOC, IWDG, PWR, RCC, RNG, TIM3};
 use session::readings::Lines;
 
@@ -48,22 +47,12 @@ pub const CLOCK_HZ: u32 = 170_000_000;
 /// TIM3.
 pub struct ControlTimer(TIM3);
 
-/// The chip's random number generator.
-pub struct Generator(RNG);
-
 /// The emergency stop at PC5, and the independent watchdog.
 pub struct Guards {
     /// Port of the emergency stop's pin, which has a pull-up and a normally closed contact to ground: high if pressed or if the wire is broken.
     port: GPIOC,
-    watchdog: IWDG,
-    /// Start value of the watchdog's down-counter, in units of 0.125 ms.
-    reload: u16,
-    running: bool,
+    watchdog: Watchdog,
 }
-
-/// Nominal number of ticks without feeding before the watchdog resets the chip. Its oscillator has 29.5 to 34 kHz instead of 32 kHz: in fact 3.8 to
-/// 4.3 ticks.
-const TICKS_UNFED: f32 = 4.0;
 
 /// Starts the clocks: 170 MHz from the crystal, for everything except the random number generator, which uses the chip's 48 MHz oscillator.
 pub fn start_clocks(rcc: &RCC, power: &PWR, flash: &FLASH) {
@@ -118,9 +107,7 @@ pub fn control_timer(timer: TIM3, rate_hz: f32) -> ControlTimer {
 pub fn guards(port: GPIOC, watchdog: IWDG, rate_hz: f32) -> Guards {
     port.pupdr().modify(|_, w| w.pupdr(5).pull_up());
     port.moder().modify(|_, w| w.moder(5).input());
-    // 32 kHz divided by 4; a count of at least a millisecond, at most the register's maximum. The cast saturates.
-    let reload = ((8_000.0 * TICKS_UNFED / rate_hz) as u16).clamp(8, 0xfff);
-    Guards { port, watchdog, reload, running: false }
+    Guards { port, watchdog: Watchdog::new(watchdog, rate_hz) }
 }
 
 impl BoardLines for Guards {
@@ -129,39 +116,7 @@ impl BoardLines for Guards {
     }
 
     fn feed(&mut self) {
-        if !self.running {
-            self.running = true;
-            // The watchdog is started first, with its default of half a second. The settings take effect some cycles of its oscillator after they
-            // are written, and the next tick loads them, so there is no need to wait.
-            self.watchdog.kr().write(|w| w.key().start());
-            self.watchdog.kr().write(|w| w.key().unlock());
-            self.watchdog.pr().write(|w| w.pr().divide_by4());
-            self.watchdog.rlr().write(|w| w.rl().set(self.reload));
-        }
-        self.watchdog.kr().write(|w| w.key().feed());
-    }
-}
-
-impl Nonces for Generator {
-    fn next(&mut self) -> Option<(Nonce, NonceSource)> {
-        nonce(|| self.word())
-    }
-}
-
-impl Generator {
-    /// Returns the next random word; `None` if the generator's self-test reports an error, or if there is no word after far more than the about 400
-    /// periods of 48 MHz that four words take.
-    fn word(&self) -> Option<u32> {
-        for _ in 0..10_000 {
-            let status = self.0.sr().read();
-            if status.cecs().bit() || status.secs().bit() {
-                return None;
-            }
-            if status.drdy().bit() {
-                return Some(self.0.dr().read().rndata().bits());
-            }
-        }
-        None
+        self.watchdog.feed();
     }
 }
 
@@ -207,15 +162,6 @@ pub fn brake_line(rcc: &RCC, port: &GPIOC) -> BrakeLine {
 /// Sets the brake line low, without owning it. Used by its owner, and at the end of the program, when no owner runs any more.
 pub fn engage_brakes() {
     port_c(1 << (16 + 4));
-}
-
-/// Sets the pins of port C in the lower half of `pins`, and resets those in the upper half.
-fn port_c(pins: u32) {
-    #[allow(unsafe_code, reason = "one port's pins have several owners")]
-    // SAFETY: a write to the set-reset register changes only the pins that it names; PC4 is the brake line's.
-    unsafe {
-        (*GPIOC::ptr()).bsrr().write(|w| w.bits(pins));
-    }
 }
 
 impl ErrorType for BrakeLine {

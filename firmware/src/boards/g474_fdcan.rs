@@ -14,40 +14,15 @@
 //!
 //! The other pins of FDCAN1 are not used: one of them selects the boot loader at reset, and an idle bus would select it.
 
+use super::can_drives::{DRIVES, LOADS, exits};
 use super::dma_channels;
 use super::fdcan_bus::{self, Bus, FIRST, SECOND, THIRD};
 use super::g474::{self, BrakeLine, ControlTimer, CycleCounter, Guards};
 use super::pac::{GPIOA, GPIOB};
-use dynamics_core::drive::{DataRate, DriveKind, Drives, MitDrive};
+use dynamics_core::drive::DataRate;
 use firmware::board::{Board, Parts};
-use firmware::joint_io::bus_time::{BusLoad, LEAD_US};
 use firmware::joint_io::can::{BUSES, CanJoints};
-use firmware::joint_io::frames::Frames as _;
 use firmware::joint_io::queued::Queued;
-
-/// The arm's drives. Drives of another kind cause a compile error.
-const DRIVES: [MitDrive; arm::N] = match arm::drives() {
-    Drives::Mit(drives) => drives,
-    Drives::Link | Drives::Pwm(_) => {
-        panic!("this board drives MIT actuators: build it with a scene whose robot has drives of the kind mit")
-    }
-};
-
-/// Load of each bus.
-const LOADS: [BusLoad; BUSES] = {
-    let identifier = <arm::Frames as DriveKind>::FACTS.identifier;
-    [BusLoad::of(&DRIVES, 0, identifier), BusLoad::of(&DRIVES, 1, identifier), BusLoad::of(&DRIVES, 2, identifier)]
-};
-
-/// Checks at compile time that every reply arrives before the next tick.
-const _: () = {
-    let mut bus = 0;
-    while bus < BUSES {
-        let fits = LOADS[bus].actuators == 0 || arm::RATE_HZ <= LOADS[bus].max_rate_hz(LEAD_US) as f32;
-        assert!(fits, "the scene's rate is faster than its CAN buses");
-        bus += 1;
-    }
-};
 
 /// Data rate of each bus; `None` for classic frames.
 const RATES: [Option<DataRate>; BUSES] = {
@@ -106,11 +81,10 @@ impl Board<{ arm::N }> for G474Fdcan {
         g474::halt(
             || {
                 g474::engage_brakes();
-                let on_bus = |bus| DRIVES.iter().filter(move |drive| drive.bus == bus).map(arm::Frames::exit);
                 let [one, two, three] = RATES.map(|rate| rate.is_some());
-                fdcan_bus::send_last::<FIRST>(one, on_bus(0));
-                fdcan_bus::send_last::<SECOND>(two, on_bus(1));
-                fdcan_bus::send_last::<THIRD>(three, on_bus(2));
+                fdcan_bus::send_last::<FIRST>(one, exits(0));
+                fdcan_bus::send_last::<SECOND>(two, exits(1));
+                fdcan_bus::send_last::<THIRD>(three, exits(2));
             },
             write_log,
         )

@@ -70,7 +70,7 @@ impl Board<{ arm::N }> for OdriveV3 {
 
     fn halt(write_log: impl FnOnce()) -> ! {
         // PC4.
-        f405::halt(|| f405::set_port_c_low(1 << 4), write_log)
+        f405::halt(|| f405::port_c(1 << (16 + 4)), write_log)
     }
 }
 
