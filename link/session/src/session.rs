@@ -28,9 +28,9 @@ use dynamics_core::safety::{self, SafeAction};
 use dynamics_core::scene::Live;
 use dynamics_core::trig::Trig;
 use heapless::Deque;
-use link::{DriveFaultReport, Frame, Hello, Pacing, Parts, Refusal, Watch};
+use link::{DriveFaultReport, Frame, Hello, Pacing, Parts, Refusal, Value, Watch};
 use requests::Requests;
-use waiting::{Change, Changed};
+use waiting::Change;
 
 /// State of the session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,7 +99,7 @@ pub struct Session<const N: usize, A: ArmBuild<f32, N>, B = Buffers<N>> {
     /// A change that waits for the next tick, while torque acts.
     change: Option<Change<N>>,
     /// Answers to changes that ticks have made or refused, until they are sent.
-    changed: Deque<Changed, CHANGED_MAX>,
+    changed: Deque<Result<Value, Refusal>, CHANGED_MAX>,
     /// Requests of the next tick, and the last verdicts.
     requests: Requests,
     /// Number of measurements that a host has sent since the hello, although the board uses its own sensors.

@@ -1,7 +1,7 @@
 //! Changes of live inputs and parameters. While no torque acts, they are made between ticks; otherwise by the tick that has computed their
 //! effect.
 
-use super::waiting::{Change, Changed};
+use super::waiting::Change;
 use super::{Buffers, Outcome, Session};
 use crate::parameters;
 use core::borrow::BorrowMut;
@@ -81,12 +81,12 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
     #[cold]
     pub(super) fn settle(&mut self, change: &Change<N>, jumps: Option<u8>) {
         let changed = match jumps {
-            Some(joint) => Some(Changed::Refusal(Refusal::WouldJump { joint })),
+            Some(joint) => Some(Err(Refusal::WouldJump { joint })),
             None => {
                 self.make(change);
                 match change {
                     Change::Live(_) => None,
-                    Change::Parameter(setting) => self.value(setting.index).ok().map(Changed::Value),
+                    Change::Parameter(setting) => self.value(setting.index).ok().map(Ok),
                 }
             }
         };

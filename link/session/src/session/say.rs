@@ -19,7 +19,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
             return Some(Report::Answer(Frame::Answer(answer)));
         }
         if let Some(changed) = self.changed.pop_front() {
-            return Some(Report::Answer(changed.frame()));
+            return Some(Report::Answer(changed.map_or_else(Frame::Refusal, Frame::Value)));
         }
         if core::mem::take(&mut self.unsaid)
             && let Some(parts) = self.is_due()

@@ -1,31 +1,15 @@
-//! Changes of live inputs and parameters that wait for a tick, and the answers to them.
+//! Changes of live inputs and parameters that wait for a tick.
 
 use crate::parameters;
 use dynamics_core::control::{ArmBuild, Controller};
 use dynamics_core::scene::Live;
-use link::{Frame, Refusal, Setting, Value};
+use link::Setting;
 
 /// A change that waits for its tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Change<const N: usize> {
     Live(Live<f32, N>),
     Parameter(Setting),
-}
-
-/// Answer of a tick that has made or refused a change.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Changed {
-    Value(Value),
-    Refusal(Refusal),
-}
-
-impl Changed {
-    pub(super) const fn frame(self) -> Frame {
-        match self {
-            Self::Value(value) => Frame::Value(value),
-            Self::Refusal(refusal) => Frame::Refusal(refusal),
-        }
-    }
 }
 
 impl<const N: usize> Change<N> {
