@@ -9,7 +9,7 @@ use crc::{CRC_32_ISO_HDLC, Crc, Table};
 
 /// CRC-32: finds every error of up to 3 bits, and every burst of up to 32, in a packet of this length. (Koopman, *32-bit
 /// cyclic redundancy codes for Internet applications*, DSN 2002: Hamming distance 4 up to 91607 bits.)
-const CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
+pub(crate) const CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 
 /// A frame that does not fit a packet; no frame of up to [`crate::JOINTS_MAX`] joints is that long.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

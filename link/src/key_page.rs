@@ -7,8 +7,8 @@
 //! | 40 to 55 | a random number, for nonces on a board without a random number generator |
 //! | 56 to 59 | CRC-32 of all before, least significant byte first |
 
+use crate::codec::CRC;
 use crate::seal::{KEY_BYTES, Key, Nonce};
-use crc::{CRC_32_ISO_HDLC, Crc, Table};
 
 /// Address of the page on the STM32F405: its last sector. `memory.x` has the addresses for the other chips.
 pub const ADDRESS: u32 = 0x080e_0000;
@@ -17,7 +17,6 @@ pub const ADDRESS: u32 = 0x080e_0000;
 pub const LENGTH: usize = 60;
 
 const MAGIC: &[u8; 8] = b"linkkey1";
-const CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 
 /// A page's contents. Does not implement `Debug`, which would show the key.
 #[derive(Clone, Copy)]

@@ -13,6 +13,7 @@
 
 use crate::as5047p::{As5047p, Turns};
 use crate::{JointIo, MISSING_MAX};
+use dynamics_core::Real;
 use dynamics_core::control::{Sensed, Spring};
 use dynamics_core::drive::PwmDrive;
 use dynamics_core::safety::SafeAction;
@@ -62,29 +63,11 @@ impl Drive {
         if !(wanted.is_finite() && back_emf.is_finite()) {
             return None;
         }
-        let held = wanted.clamp_to(drive.current_max);
+        let held = wanted.clamp_symmetric(drive.current_max);
         let share = (drive.resistance * held + back_emf) * drive.per_supply;
-        let duty = share.clamp_to(1.0);
+        let duty = share.clamp_symmetric(1.0);
         let current = (duty * drive.supply - back_emf) * drive.per_resistance;
         Some(Self { duty, current, saturated: held.abs() < wanted.abs() || duty.abs() < share.abs() })
-    }
-}
-
-/// Clamping to `-max..=max`. Unlike `f32::clamp` it does not panic on invalid bounds; NaN stays NaN.
-trait ClampTo {
-    fn clamp_to(self, max: f32) -> f32;
-}
-
-impl ClampTo for f32 {
-    #[inline]
-    fn clamp_to(self, max: f32) -> f32 {
-        if self > max {
-            max
-        } else if self < -max {
-            -max
-        } else {
-            self
-        }
     }
 }
 
