@@ -47,7 +47,7 @@ pub(super) fn sin_cos(angle: f64) -> SinCos<f64> {
         let (k, quarter_turns) = nearest(x, TWO_OVER_PI);
         let (r, tail) = reduce(x, k);
         let (sine, cosine) = near_zero(r, tail);
-        turned(sine, cosine, quarter_turns)
+        f64::turned(sine, cosine, quarter_turns)
     })
 }
 
@@ -58,16 +58,6 @@ fn nearest(x: f64, per_unit: f64) -> (f64, u64) {
     let within = x * OVERFLOW * 0.0;
     let shifted = x * per_unit + (ROUND + within);
     (shifted - ROUND, shifted.to_bits())
-}
-
-/// A quarter turn takes (sin, cos) to (cos, -sin), a half turn changes both signs.
-#[inline]
-fn turned(sine: f64, cosine: f64, quarter_turns: u64) -> SinCos<f64> {
-    let (sine, cosine) = (sine.to_bits(), cosine.to_bits());
-    let odd = (quarter_turns & 1).wrapping_neg();
-    let half_turn_sign = (quarter_turns & 2) << 62;
-    let change = ((sine ^ cosine) & odd) ^ half_turn_sign;
-    SinCos { sin: f64::from_bits(sine ^ change), cos: f64::from_bits(cosine ^ change ^ (quarter_turns << 63)) }
 }
 
 /// x - k pi/2 as a sum of two floats.
@@ -135,9 +125,14 @@ impl Binary for f64 {
         (self - k * HALF_PI_SHORT[0] - k * HALF_PI_SHORT[1], quarter_turns)
     }
 
+    /// A quarter turn takes (sin, cos) to (cos, -sin), a half turn changes both signs.
     #[inline]
     fn turned(sine: Self, cosine: Self, quarter_turns: u64) -> SinCos<Self> {
-        turned(sine, cosine, quarter_turns)
+        let (sine, cosine) = (sine.to_bits(), cosine.to_bits());
+        let odd = (quarter_turns & 1).wrapping_neg();
+        let half_turn_sign = (quarter_turns & 2) << 62;
+        let change = ((sine ^ cosine) & odd) ^ half_turn_sign;
+        SinCos { sin: Self::from_bits(sine ^ change), cos: Self::from_bits(cosine ^ change ^ (quarter_turns << 63)) }
     }
 
     #[inline]

@@ -33,7 +33,7 @@ pub(super) fn sin_cos(x: f32) -> SinCos<f32> {
     // The last step multiplies: r + r z S would turn the sine of -0 into +0.
     let sine = r * (1.0 + z * (SINE[0] + z * (SINE[1] + z * SINE[2])));
     let cosine = 1.0 - (0.5 * z - z * z * (COSINE[0] + z * (COSINE[1] + z * COSINE[2])));
-    turned(sine, cosine, quarter_turns)
+    f32::turned(sine, cosine, quarter_turns)
 }
 
 /// [`sin_cos`] of each angle, the same bits. Each step is done for all of them, so that no instruction waits for the result of the one before it, which
@@ -50,7 +50,7 @@ pub(super) fn sin_cos_all<const N: usize>(x: &[f32; N]) -> [SinCos<f32>; N] {
     let sine: [f32; N] = core::array::from_fn(|i| reduced[i].0 * sine[i]);
     let fourth: [f32; N] = core::array::from_fn(|i| square[i] * cosine[i]);
     let rest: [f32; N] = core::array::from_fn(|i| half[i] - fourth[i]);
-    core::array::from_fn(|i| turned(sine[i], 1.0 - rest[i], reduced[i].1))
+    core::array::from_fn(|i| f32::turned(sine[i], 1.0 - rest[i], reduced[i].1))
 }
 
 /// Zero within the limit; NaN beyond it, for an infinity and for NaN.
@@ -73,16 +73,6 @@ fn reduce<const P: usize>(x: f32, half_pi: &[f32; P]) -> (f32, u32) {
     (half_pi.iter().fold(x, |r, part| r - k * *part), quarter_turns)
 }
 
-/// A quarter turn takes (sin, cos) to (cos, -sin), a half turn changes both signs.
-#[inline]
-fn turned(sine: f32, cosine: f32, quarter_turns: u32) -> SinCos<f32> {
-    let (sine, cosine) = (sine.to_bits(), cosine.to_bits());
-    let odd = (quarter_turns & 1).wrapping_neg();
-    let half_turn_sign = (quarter_turns & 2) << 30;
-    let change = ((sine ^ cosine) & odd) ^ half_turn_sign;
-    SinCos { sin: f32::from_bits(sine ^ change), cos: f32::from_bits(cosine ^ change ^ (quarter_turns << 31)) }
-}
-
 impl Binary for f32 {
     type Turns = u32;
 
@@ -97,9 +87,14 @@ impl Binary for f32 {
         reduce(self, &HALF_PI_SHORT)
     }
 
+    /// A quarter turn takes (sin, cos) to (cos, -sin), a half turn changes both signs.
     #[inline]
     fn turned(sine: Self, cosine: Self, quarter_turns: u32) -> SinCos<Self> {
-        turned(sine, cosine, quarter_turns)
+        let (sine, cosine) = (sine.to_bits(), cosine.to_bits());
+        let odd = (quarter_turns & 1).wrapping_neg();
+        let half_turn_sign = (quarter_turns & 2) << 30;
+        let change = ((sine ^ cosine) & odd) ^ half_turn_sign;
+        SinCos { sin: Self::from_bits(sine ^ change), cos: Self::from_bits(cosine ^ change ^ (quarter_turns << 31)) }
     }
 
     #[inline]
