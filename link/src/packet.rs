@@ -1,7 +1,6 @@
 //! Packets on the wire: their parts and sizes, and decoding errors.
 
 use crate::PROTOCOL_VERSION;
-use crate::seal::SEAL;
 use core::fmt;
 use serde::{Deserialize, Serialize};
 
@@ -19,9 +18,6 @@ pub(crate) const RAW_MAX: usize = 250;
 
 /// Longest packet on the wire, bytes: COBS adds one byte to a packet of up to 254, and a zero ends it.
 pub const PACKET_MAX: usize = RAW_MAX + 2;
-
-/// Longest frame in a packet, bytes.
-pub const FRAME_MAX: usize = RAW_MAX - HEADER - SEAL;
 
 /// A packet ready for the wire, its final zero included.
 pub type Packet = heapless::Vec<u8, PACKET_MAX>;

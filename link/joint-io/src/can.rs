@@ -163,11 +163,6 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> C
         (self.brake_failed, self.released) = (self.brake.set_high().is_err(), true);
     }
 
-    /// Returns the drives' error codes from their last replies; 0 without an error. [`Frames::error_text`] returns their text.
-    pub fn drive_errors(&self) -> [u8; N] {
-        self.joints.map(|joint| joint.error)
-    }
-
     /// Returns the communication timeouts that the drives reported, in units of [`dynamics_core::drive::TIMEOUT_UNIT_US`]; 0 if a drive has no
     /// timeout, `None` if it has not reported one.
     pub fn timeouts(&self) -> [Option<u32>; N] {

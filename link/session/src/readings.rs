@@ -122,7 +122,7 @@ pub struct Readings<const N: usize> {
     pub age_ticks: [u32; N],
     /// Faults of each joint.
     pub faults: [JointFaults; N],
-    /// Error code that each drive reports; 0 for none.
+    /// Error code that each drive reports; 0 for none. `joint_io::frames::Frames::error_text` returns its text.
     pub errors: [u8; N],
     /// True for each drive that has confirmed, in answer to its enable frame, that it is on.
     pub on: [bool; N],

@@ -43,7 +43,7 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> J
             torque: self.joints.map(|joint| joint.torque),
             age_ticks: self.joints.map(|joint| joint.age(self.released)),
             faults,
-            errors: self.drive_errors(),
+            errors: self.joints.map(|joint| joint.error),
             on: self.joints.map(|joint| joint.on),
             zero_lost,
         })

@@ -300,8 +300,8 @@ fn an_error_stops_the_joint_and_is_cleared_before_torque_is_given_again() {
     tape.sent();
     // The winding of the second motor becomes too hot.
     reply(&tape, [1, 0xc]);
-    assert_eq!(faults(&mut joints), [JointFaults::NONE, JointFaults::DRIVE]);
-    assert_eq!(joints.drive_errors(), [0, 0xc]);
+    let readings = joints.measure().unwrap();
+    assert_eq!((readings.faults, readings.errors), ([JointFaults::NONE, JointFaults::DRIVE], [0, 0xc]));
     joints.safe(SafeAction::Off);
     assert_eq!(kinds(&tape), [0xfd, 0xfd]);
     reply(&tape, [0, 0xc]);
