@@ -255,7 +255,7 @@ mod rtos {
 
         fn say(&mut self) -> Option<(Frame, bool)> {
             let report = self.0.lock(|control| control.session.say())?;
-            let past = matches!(report, Report::Past(_));
+            let past = matches!(report, Report::Past(_) | Report::End);
             let frame = report.frame();
             if let Frame::Fault(fault) = &frame {
                 defmt::warn!("fault {} in tick {}", fault.code, fault.tick);
@@ -281,6 +281,9 @@ mod rtos {
         let mut message = Message::new(Ok(received));
         if message.goes_on() {
             message.find_way(control.lock(|control| control.session.way_from()));
+        }
+        if message.is_live() {
+            message.check(&control.lock(|control| control.session.live_bounds()));
         }
         let outcome = control.lock(|control| control.session.take(&message));
         let Outcome::Hello(theirs) = &outcome else { return outcome };

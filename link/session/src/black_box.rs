@@ -145,14 +145,18 @@ impl<const N: usize> LiveContext<N> {
 
 /// A report to be sent. Copied from the session while the tick is locked out; [`Report::frame`] then makes the frame without the lock.
 #[derive(Clone, Debug, PartialEq)]
+// The tag is a word, and no record is optional: with a byte of the record as tag, the rest would be copied from an odd address.
+#[repr(u32)]
 #[allow(clippy::large_enum_variant, reason = "made and taken apart at once, where there is nothing to allocate from")]
 pub enum Report<const N: usize> {
     /// A frame that is ready to be sent: the answer of a bench tick, a verdict, or the answer to a change.
     Answer(Frame),
     /// A tick, the parts of it to send, and the fields that are not recorded.
     Tick(Record<N>, Parts, LiveContext<N>),
-    /// A tick of the black box; `None` after the last.
-    Past(Option<Record<N>>),
+    /// A tick of the black box.
+    Past(Record<N>),
+    /// The end of the black box.
+    End,
 }
 
 impl<const N: usize> Report<N> {
@@ -163,7 +167,8 @@ impl<const N: usize> Report<N> {
         match self {
             Self::Answer(frame) => frame,
             Self::Tick(record, parts, beside) => Frame::Status(record.status(parts, &beside)),
-            Self::Past(record) => Frame::Past(record.map(|record| record.status(Parts::ALL, &LiveContext::NONE))),
+            Self::Past(record) => Frame::Past(Some(record.status(Parts::ALL, &LiveContext::NONE))),
+            Self::End => Frame::Past(None),
         }
     }
 }

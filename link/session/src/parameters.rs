@@ -199,17 +199,32 @@ fn is_built_in<const N: usize>(law: ControlLaw, built_in: &ControllerConfig<f32,
     (!law.is_hand_guided() || built_in.teach.is_some()) && (!of_drive(law) || of_drive(built_in.law))
 }
 
+/// Bounds of the live inputs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LiveBounds<const N: usize> {
+    payload: InertiaBounds<f32>,
+    /// Largest reflected rotor inertia of each joint, kg m^2 or kg.
+    rotor_max: [f32; N],
+}
+
+impl<const N: usize> LiveBounds<N> {
+    /// Bounds of these rules.
+    pub fn new(rules: &Rules<f32, N>) -> Self {
+        Self { payload: rules.payload, rotor_max: rules.joints.map(|joint| joint.rotor_max) }
+    }
+}
+
 /// Checks that live inputs, which must be finite, are within bounds.
 ///
 /// # Errors
 /// [`Refusal::OutOfBounds`].
-pub fn check_live<const N: usize>(live: &Live<f32, N>, rules: &Rules<f32, N>) -> Result<(), Refusal> {
+pub fn check_live<const N: usize>(live: &Live<f32, N>, bounds: &LiveBounds<N>) -> Result<(), Refusal> {
     let pull = live.gravity.dot(&live.gravity) <= GRAVITY_MAX * GRAVITY_MAX;
     let mut turn = true;
-    for (rotor, joint) in live.rotor.iter().zip(&rules.joints) {
-        turn &= *rotor >= 0.0 && *rotor <= joint.rotor_max;
+    for (rotor, rotor_max) in live.rotor.iter().zip(&bounds.rotor_max) {
+        turn &= *rotor >= 0.0 && rotor <= rotor_max;
     }
-    if pull && turn && live.payload.is_within(&rules.payload) { Ok(()) } else { Err(Refusal::OutOfBounds) }
+    if pull && turn && live.payload.is_within(&bounds.payload) { Ok(()) } else { Err(Refusal::OutOfBounds) }
 }
 
 /// Makes a setting that [`check`] has accepted.

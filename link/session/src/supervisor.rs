@@ -149,16 +149,25 @@ impl<const N: usize, K: SafetyConfiguration<f32, N>> Supervisor<N, K> {
         self.period
     }
 
-    /// Takes a point that starts a trajectory.
+    /// Takes a point that starts a trajectory. `is_finite`: result of [`crate::trajectory::is_finite`].
     ///
     /// # Errors
     /// [`NotTaken`]; nothing is changed.
-    pub fn start(&mut self, trajectory: &mut Trajectory<N>, point: &Reference<f32, N>) -> Result<(), NotTaken> {
+    pub fn start(
+        &mut self,
+        trajectory: &mut Trajectory<N>,
+        point: &Reference<f32, N>,
+        is_finite: bool,
+    ) -> Result<(), NotTaken> {
         match self.state() {
             State::Running => Err(NotTaken::Running),
             // The path is still needed.
             _ if self.safety.stops_along() => Err(NotTaken::Running),
-            _ => trajectory.start(point, &mut self.inputs.reference),
+            _ if !is_finite => Err(NotTaken::NonFinite),
+            _ => {
+                trajectory.begin(point, &mut self.inputs.reference);
+                Ok(())
+            }
         }
     }
 

@@ -50,6 +50,12 @@ pub struct Segment<const N: usize> {
     ticks: u16,
 }
 
+/// True if every number of a point is finite.
+pub(crate) fn is_finite<const N: usize>(point: &Reference<f32, N>) -> bool {
+    let all = point.q.iter().chain(&point.qd).chain(&point.qdd);
+    all.copied().all(f32::is_finite)
+}
+
 /// Factor from the acceleration at the start to the coefficient of `s^2`, for a segment of this duration in s.
 fn square(duration: f32) -> f32 {
     0.5 * duration * duration
@@ -158,13 +164,17 @@ impl<const N: usize> Trajectory<N> {
         point: &Reference<f32, N>,
         reference: &mut Option<Reference<f32, N>>,
     ) -> Result<(), NotTaken> {
-        let all = point.q.iter().chain(&point.qd).chain(&point.qdd);
-        if !all.copied().all(f32::is_finite) {
+        if !is_finite(point) {
             return Err(NotTaken::NonFinite);
         }
+        self.begin(point, reference);
+        Ok(())
+    }
+
+    /// Takes the start of a new trajectory, which must be finite.
+    pub(crate) fn begin(&mut self, point: &Reference<f32, N>, reference: &mut Option<Reference<f32, N>>) {
         self.clear();
         (self.last, *reference) = (Some(*point), Some(*point));
-        Ok(())
     }
 
     /// Takes the next point, `ticks` control periods after the previous one (0 counts as 1). `period` is the control period, s.

@@ -5,11 +5,12 @@
 use super::outcome::{Outcome, Reaction};
 use super::requests::{Arrived, Requests};
 use super::{Buffers, QUIET, Session};
+use crate::parameters::{self, LiveBounds};
 use crate::readings::Lines;
-use crate::trajectory::{NotTaken, Segment};
+use crate::trajectory::{self, NotTaken, Segment};
 use core::borrow::BorrowMut;
 use dynamics_core::control::{ArmBuild, Measurement, Reference};
-use dynamics_core::safety;
+use dynamics_core::safety::{self, SafetyConfiguration as _};
 use dynamics_core::scene::Live;
 use link::codec::Received;
 use link::{DecodeError, Frame, Hello, NumberedRequest, Pacing, Refusal, Request, Verdict};
@@ -27,10 +28,14 @@ pub struct Message<const N: usize> {
 enum FrameContent<const N: usize> {
     Undecodable(DecodeError),
     Measurement(u32, Result<Measurement<f32, N>, Refusal>),
-    Live(Result<Live<f32, N>, Refusal>),
+    /// Live inputs within their bounds. Out of bounds until [`Message::check`].
+    Live(Result<Live<f32, N>, Refusal>, Result<(), Refusal>),
     Reference(Result<Reference<f32, N>, Refusal>),
+    /// The start of a trajectory, and true if it is finite.
+    Start(Result<Reference<f32, N>, Refusal>, bool),
     /// Ticks since the previous point, the point, and the segment to it.
     Point(u16, Result<Reference<f32, N>, Refusal>, Option<Segment<N>>),
+    Request(NumberedRequest),
     Other(Frame),
 }
 
@@ -50,11 +55,19 @@ impl<const N: usize> Message<N> {
                 live.to_core()
                     .map_err(Refusal::from)
                     .and_then(|values| if live.is_finite() { Ok(values) } else { Err(Refusal::NonFiniteLive) }),
+                Err(Refusal::OutOfBounds),
             ),
             Frame::Reference(reference) => FrameContent::Reference(reference.to_core().map_err(Refusal::from)),
             Frame::Point(point) => {
-                FrameContent::Point(point.ticks, point.reference.to_core().map_err(Refusal::from), None)
+                let (ticks, point) = (point.ticks, point.reference.to_core().map_err(Refusal::from));
+                if ticks == 0 {
+                    let is_finite = point.as_ref().is_ok_and(trajectory::is_finite);
+                    FrameContent::Start(point, is_finite)
+                } else {
+                    FrameContent::Point(ticks, point, None)
+                }
             }
+            Frame::Request(request) => FrameContent::Request(request),
             frame => FrameContent::Other(frame),
         };
         Self { missed, said }
@@ -64,6 +77,19 @@ impl<const N: usize> Message<N> {
     #[must_use]
     pub fn goes_on(&self) -> bool {
         matches!(self.said, FrameContent::Point(1.., Ok(_), _))
+    }
+
+    /// True for live inputs: they need a check against their bounds ([`Message::check`]).
+    #[must_use]
+    pub fn is_live(&self) -> bool {
+        matches!(self.said, FrameContent::Live(Ok(_), _))
+    }
+
+    /// Checks live inputs against the bounds that [`Session::live_bounds`] returned.
+    pub fn check(&mut self, bounds: &LiveBounds<N>) {
+        if let FrameContent::Live(Ok(live), checked) = &mut self.said {
+            *checked = parameters::check_live(live, bounds);
+        }
     }
 
     /// Computes the segment to a point from the start that [`Session::way_from`] returned.
@@ -81,6 +107,9 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         if message.goes_on() {
             message.find_way(self.way_from());
         }
+        if message.is_live() {
+            message.check(&self.live_bounds());
+        }
         let outcome = match self.take(&message) {
             Outcome::Hello(theirs) => {
                 self.forget_controller();
@@ -97,6 +126,11 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         self.buffers.borrow().trajectory.last().map(|last| (*last, self.supervisor.period()))
     }
 
+    /// Returns the bounds of the live inputs, which never change.
+    pub fn live_bounds(&self) -> LiveBounds<N> {
+        LiveBounds::new(self.safety.rules())
+    }
+
     /// Takes a message. If a tick has ended the trajectory since [`Session::way_from`], the point is refused; a tick can change nothing else that
     /// matters to the segment.
     pub fn take(&mut self, message: &Message<N>) -> Outcome {
@@ -107,10 +141,8 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         // Lost packets count too: the host has sent them.
         self.taken = self.taken.wrapping_add(1).wrapping_add(*missed as u16);
         // A stop is accepted even after lost packets: it must not wait until the host notices the loss.
-        let stops = matches!(
-            said,
-            FrameContent::Other(Frame::Request(NumberedRequest { request: Request::Hold | Request::Stop, .. }))
-        );
+        let stops =
+            matches!(said, FrameContent::Request(NumberedRequest { request: Request::Hold | Request::Stop, .. }));
         if *missed > 0 && !stops {
             return Outcome::Refused(Refusal::Lost { missed: u8::try_from(*missed).unwrap_or(u8::MAX) });
         }
@@ -126,9 +158,15 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
             FrameContent::Measurement(tick, measurement) => {
                 measurement.as_ref().map_err(Refusal::clone).and_then(|values| self.measured(pacing, *tick, values))
             }
-            FrameContent::Live(live) => live.as_ref().map_err(Refusal::clone).and_then(|live| self.live(pacing, live)),
-            FrameContent::Point(ticks, point, way) if pacing.is_supervised() => {
-                point.as_ref().map_err(Refusal::clone).and_then(|point| self.point(*ticks, point, way.as_ref()))
+            FrameContent::Live(live, checked) => live
+                .as_ref()
+                .map_err(Refusal::clone)
+                .and_then(|live| checked.clone().and_then(|()| self.live(pacing, live))),
+            FrameContent::Start(point, is_finite) if pacing.is_supervised() => {
+                point.as_ref().map_err(Refusal::clone).and_then(|point| self.start(point, *is_finite))
+            }
+            FrameContent::Point(_, point, way) if pacing.is_supervised() => {
+                point.as_ref().map_err(Refusal::clone).and_then(|point| self.point(point, way.as_ref()))
             }
             FrameContent::Reference(reference) if !pacing.is_supervised() => {
                 reference.as_ref().map_err(Refusal::clone).map(|reference| {
@@ -136,6 +174,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
                     Outcome::None
                 })
             }
+            FrameContent::Request(request) if pacing.is_supervised() => Ok(self.request(*request)),
             FrameContent::Other(frame) if pacing.is_supervised() => self.supervised(pacing, frame),
             _ => Err(Refusal::Unexpected),
         };
@@ -170,12 +209,13 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         self.supervisor.change_host(&mut self.buffers.borrow_mut().trajectory);
     }
 
-    fn point(&mut self, ticks: u16, point: &Reference<f32, N>, way: Option<&Segment<N>>) -> Result<Outcome, Refusal> {
-        let Buffers { trajectory, .. } = self.buffers.borrow_mut();
-        match ticks {
-            0 => self.supervisor.start(trajectory, point)?,
-            _ => trajectory.add(way, point)?,
-        }
+    fn start(&mut self, point: &Reference<f32, N>, is_finite: bool) -> Result<Outcome, Refusal> {
+        self.supervisor.start(&mut self.buffers.borrow_mut().trajectory, point, is_finite)?;
+        Ok(Outcome::None)
+    }
+
+    fn point(&mut self, point: &Reference<f32, N>, way: Option<&Segment<N>>) -> Result<Outcome, Refusal> {
+        self.buffers.borrow_mut().trajectory.add(way, point)?;
         Ok(Outcome::None)
     }
 
@@ -183,7 +223,6 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
     fn supervised(&mut self, pacing: Pacing, frame: &Frame) -> Result<Outcome, Refusal> {
         match frame {
             Frame::Alive => {}
-            Frame::Request(request) => return Ok(self.request(*request)),
             Frame::Watch(watch) => (self.watch, self.until) = (*watch, 0),
             Frame::Dump => self.past = Some(0),
             Frame::Get(index) => return self.value(*index).map(Outcome::Value),

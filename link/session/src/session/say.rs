@@ -10,7 +10,9 @@ use link::{Frame, Parts};
 impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A, B> {
     /// Returns the next report to be sent; `None` if there are no more. It only copies: the frame is made outside the lock.
     ///
-    /// The ticks of the black box are sent after all other reports.
+    /// The ticks of the black box are sent after all other reports. Not inlined: the caller would take the record apart, and copy it in pieces from
+    /// odd addresses.
+    #[inline(never)]
     pub fn say(&mut self) -> Option<Report<N>> {
         if let Some(answer) = self.answer.take() {
             return Some(Report::Answer(answer));
@@ -29,10 +31,10 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         }
         let place = self.past?;
         let black_box = &mut self.buffers.borrow_mut().black_box;
-        let past = black_box.get(place).copied();
-        black_box.read(place, past.is_none());
-        self.past = past.is_some().then_some(place + 1);
-        Some(Report::Past(past))
+        let is_last = black_box.get(place).is_none();
+        black_box.read(place, is_last);
+        self.past = (!is_last).then_some(place + 1);
+        Some(black_box.get(place).map_or(Report::End, |record| Report::Past(*record)))
     }
 
     /// True if the black box is being sent: [`Session::say`] has more reports without another tick.
