@@ -11,6 +11,7 @@
 //! | [`desk`] | times on the desk, and the kernel compiler's |
 //! | [`baseline`] | the gate: counts compared with `bench/baseline.toml` |
 //! | [`simulators`] | the simulator's speed for one run and for many runs, compared with MuJoCo's |
+//! | [`growth`] | the growth of the simulator's computing time with joints, steps, runs and threads |
 //! | [`report`] | the tables of `docs/measured/kernels.md` |
 
 mod arms;
@@ -20,6 +21,7 @@ mod counts;
 pub(crate) mod cycles;
 mod desk;
 mod disassembly;
+mod growth;
 mod json;
 pub(crate) mod kernels;
 pub(crate) mod micro;
@@ -30,7 +32,7 @@ use crate::toolchain::rustc_version;
 use anyhow::Result;
 
 /// Options of `bench`.
-#[derive(Clone, Debug, clap::Args)]
+#[derive(Clone, Debug, Default, clap::Args)]
 pub(crate) struct BenchOptions {
     /// Make the present instruction counts the baseline
     #[arg(long)]
@@ -47,6 +49,22 @@ pub(crate) struct BenchOptions {
     /// Compare the simulator's speed with MuJoCo's instead, and write docs/measured/simulators.md
     #[arg(long, conflicts_with_all = ["bless", "gate", "peers", "arms"])]
     simulators: bool,
+    /// Measure the growth of the simulator's computing time with joints, steps, runs and threads instead
+    #[arg(long, conflicts_with_all = ["bless", "gate", "peers", "arms", "simulators"])]
+    growth: bool,
+    #[command(flatten)]
+    growth_options: GrowthOptions,
+}
+
+/// Options of `bench --growth`.
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
+pub(crate) struct GrowthOptions {
+    /// With --growth: also time a sweep of 100,000 runs
+    #[arg(long, requires = "growth")]
+    all: bool,
+    /// With --growth: write docs/measured/growth.md and docs/figures/growth.svg
+    #[arg(long, requires = "growth")]
+    write: bool,
 }
 
 /// Counts, compares with the baseline, measures, and writes the tables.
@@ -59,6 +77,9 @@ pub(crate) fn run(options: BenchOptions) -> Result<()> {
     }
     if options.simulators {
         return simulators::run();
+    }
+    if options.growth {
+        return growth::run(options.growth_options);
     }
     let chip = chip::count()?;
     let desk = counts::count()?;
@@ -76,5 +97,5 @@ pub(crate) fn run(options: BenchOptions) -> Result<()> {
 
 /// The gate of `cargo xtask test`: counts only.
 pub(crate) fn gate() -> Result<()> {
-    run(BenchOptions { bless: false, gate: true, peers: false, arms: false, simulators: false })
+    run(BenchOptions { gate: true, ..BenchOptions::default() })
 }

@@ -17,6 +17,8 @@ mod tokens;
 
 use crate::process::{root, run as run_command};
 use anyhow::{Context as _, Result, bail};
+#[cfg(test)]
+pub(crate) use artefact::program;
 use artefact::{Artefact, Hashes};
 use blocks::{BLOCKS, MeasuredBlock};
 use firmware_image::BadInput;

@@ -1,7 +1,10 @@
-//! Figures as inline SVG: points, lines, steps and bars.
+//! Figures as inline SVG: points, lines, steps and bars. [`sheet`] draws several in one SVG file.
+
+mod sheet;
 
 pub use crate::axis::Scale;
 pub use crate::series::{Point, Series};
+pub use sheet::sheet;
 
 use crate::axis::Axis;
 use crate::escape::html;

@@ -31,6 +31,6 @@ pub mod page;
 mod series;
 pub mod table;
 
-pub use figure::{Figure, Point, Scale, Series};
+pub use figure::{Figure, Point, Scale, Series, sheet};
 pub use page::{Block, Page};
 pub use table::{Cell, Table, Tone};

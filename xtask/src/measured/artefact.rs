@@ -168,8 +168,8 @@ fn output_of(name: &str, arguments: &[&str]) -> Result<String> {
     Ok(String::from_utf8(done.stdout)?)
 }
 
-/// Command for a program. A test uses the program that was built together with it, because `cargo run` for one package would build it again.
-fn program(name: &str) -> Result<Command> {
+/// Command for a program, without arguments. A test uses the program that was built together with it, because `cargo run` for one package would build it again.
+pub(crate) fn program(name: &str) -> Result<Command> {
     let built = target_directory().join("debug").join(name);
     let made = built.metadata().and_then(|data| data.modified()).ok();
     let newer = |folder: &str| newest(&root().join(folder)).map(|time| made.is_none_or(|made| made < time));

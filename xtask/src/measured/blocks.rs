@@ -88,12 +88,14 @@ const CORES: &[Artefact] = &[
     ),
 ];
 const CYCLES: &[Artefact] = &[Kernels, ESTIMATOR];
+const GROWN: &[Artefact] = &[Log("ur5_wave"), Files("sources of the growth", &["xtask/src/bench/growth/case.rs"])];
 const SIMULATED: &[Artefact] = &[Log("puma560_pick"), MUJOCO];
 
 const BENCH: &str = "cargo xtask bench";
 const BUDGET_COMMAND: &str = "cargo xtask budget --flood --write";
 const CYCLE_COMMAND: &str = "cargo xtask cycles --write";
 const ARM_COMMAND: &str = "cargo xtask bench --arms";
+const GROWTH: &str = "cargo xtask bench --growth --all --write";
 const SIMULATORS: &str = "cargo xtask bench --simulators";
 
 const fn block(
@@ -127,6 +129,8 @@ pub(super) const BLOCKS: &[MeasuredBlock] = &[
     block("cores", "C", "cargo xtask cores --write", CORES),
     block("cycles", "cycles", CYCLE_COMMAND, CYCLES),
     block("cycles", "cycles by class", CYCLE_COMMAND, CYCLES),
+    block("growth", "growth", GROWTH, GROWN),
+    block("growth", "growth, values", GROWTH, GROWN),
     block("kernels", "machine", BENCH, &[Kernels]),
     block("kernels", "chip", BENCH, &[Kernels]),
     block("kernels", "spills", BENCH, &[Kernels]),
