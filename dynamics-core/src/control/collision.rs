@@ -251,17 +251,22 @@ impl<S: Real, const N: usize, M, K: CollisionConfiguration<S, N>> CollisionWatch
 
     #[inline]
     fn decide(&mut self, q: &[S; N]) -> Verdict<S, N> {
-        let config = self.config.get();
-        let residual = self.observer.residual();
-        let hit = above(residual, &config.threshold);
-        // Nearly every tick takes this path.
-        if let (WatchState::Free, None) = (self.state, hit) {
+        // Nearly every tick takes this path: comparisons that all succeed.
+        if self.state == WatchState::Free && within(self.observer.residual(), &self.config.get().threshold) {
             self.count = 0;
             return Verdict::Free;
         }
+        self.react(q)
+    }
+
+    #[cold]
+    fn react(&mut self, q: &[S; N]) -> Verdict<S, N> {
+        let config = self.config.get();
+        let residual = self.observer.residual();
+        let hit = above(residual, &config.threshold);
         let (speaks, needed) = match self.state {
             WatchState::Free | WatchState::Holding { .. } => (hit.is_some(), config.ticks),
-            WatchState::Complying { .. } => (above(residual, &config.released).is_none(), config.release_ticks),
+            WatchState::Complying { .. } => (within(residual, &config.released), config.release_ticks),
             WatchState::Stopped { .. } => (false, 0),
         };
         self.count = if speaks { self.count.saturating_add(1) } else { 0 };
@@ -287,8 +292,19 @@ impl<S: Real, const N: usize, M, K: CollisionConfiguration<S, N>> CollisionWatch
     }
 }
 
-/// The first joint whose residual is not within the bound.
+/// True if every joint's residual is within the bound. False for NaN.
 #[inline]
+fn within<S: Real, const N: usize>(residual: &[S; N], bound: &[S; N]) -> bool {
+    for i in 0..N {
+        let within = residual[i].abs() <= bound[i];
+        if !within {
+            return false;
+        }
+    }
+    true
+}
+
+/// The first joint whose residual is not within the bound.
 fn above<S: Real, const N: usize>(residual: &[S; N], bound: &[S; N]) -> Option<u8> {
     let within = |i: usize| residual[i].abs() <= bound[i];
     (0..N).find(|&i| !within(i)).map(|joint| joint as u8)

@@ -4,7 +4,7 @@
 //! readings until new ones arrive. A stored reading ages by one tick in each tick.
 
 use crate::readings::{JointFaults, Lines, Readings};
-use crate::trajectory::{NotTaken, Trajectory};
+use crate::trajectory::{FinitePoint, NotTaken, Trajectory};
 use dynamics_core::control::{Fault, LimitFlags, Measurement, Reference, Sensed};
 use dynamics_core::safety::{Inputs, Output, Request, Safety, SafetyConfiguration, State, TorqueRequest};
 
@@ -149,23 +149,17 @@ impl<const N: usize, K: SafetyConfiguration<f32, N>> Supervisor<N, K> {
         self.period
     }
 
-    /// Takes a point that starts a trajectory. `is_finite`: result of [`crate::trajectory::is_finite`].
+    /// Takes a point that starts a trajectory.
     ///
     /// # Errors
     /// [`NotTaken`]; nothing is changed.
-    pub fn start(
-        &mut self,
-        trajectory: &mut Trajectory<N>,
-        point: &Reference<f32, N>,
-        is_finite: bool,
-    ) -> Result<(), NotTaken> {
+    pub fn start(&mut self, trajectory: &mut Trajectory<N>, point: &FinitePoint<N>) -> Result<(), NotTaken> {
         match self.state() {
             State::Running => Err(NotTaken::Running),
             // The path is still needed.
             _ if self.safety.stops_along() => Err(NotTaken::Running),
-            _ if !is_finite => Err(NotTaken::NonFinite),
             _ => {
-                trajectory.begin(point, &mut self.inputs.reference);
+                trajectory.start(point, &mut self.inputs.reference);
                 Ok(())
             }
         }

@@ -50,10 +50,19 @@ pub struct Segment<const N: usize> {
     ticks: u16,
 }
 
-/// True if every number of a point is finite.
-pub(crate) fn is_finite<const N: usize>(point: &Reference<f32, N>) -> bool {
-    let all = point.q.iter().chain(&point.qd).chain(&point.qdd);
-    all.copied().all(f32::is_finite)
+/// A point whose numbers are all finite. Checked before a tick is locked out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FinitePoint<const N: usize>(Reference<f32, N>);
+
+impl<const N: usize> FinitePoint<N> {
+    /// Checks a point.
+    ///
+    /// # Errors
+    /// [`NotTaken::NonFinite`].
+    pub fn new(point: Reference<f32, N>) -> Result<Self, NotTaken> {
+        let all = point.q.iter().chain(&point.qd).chain(&point.qdd);
+        if all.copied().all(f32::is_finite) { Ok(Self(point)) } else { Err(NotTaken::NonFinite) }
+    }
 }
 
 /// Factor from the acceleration at the start to the coefficient of `s^2`, for a segment of this duration in s.
@@ -156,23 +165,7 @@ impl<const N: usize> Trajectory<N> {
     }
 
     /// Takes the start of a new trajectory.
-    ///
-    /// # Errors
-    /// [`NotTaken::NonFinite`]; nothing is changed.
-    pub fn start(
-        &mut self,
-        point: &Reference<f32, N>,
-        reference: &mut Option<Reference<f32, N>>,
-    ) -> Result<(), NotTaken> {
-        if !is_finite(point) {
-            return Err(NotTaken::NonFinite);
-        }
-        self.begin(point, reference);
-        Ok(())
-    }
-
-    /// Takes the start of a new trajectory, which must be finite.
-    pub(crate) fn begin(&mut self, point: &Reference<f32, N>, reference: &mut Option<Reference<f32, N>>) {
+    pub fn start(&mut self, FinitePoint(point): &FinitePoint<N>, reference: &mut Option<Reference<f32, N>>) {
         self.clear();
         (self.last, *reference) = (Some(*point), Some(*point));
     }

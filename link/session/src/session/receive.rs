@@ -7,7 +7,7 @@ use super::requests::{Arrived, Requests};
 use super::{Buffers, QUIET, Session};
 use crate::parameters::{self, LiveBounds};
 use crate::readings::Lines;
-use crate::trajectory::{self, NotTaken, Segment};
+use crate::trajectory::{FinitePoint, NotTaken, Segment};
 use core::borrow::BorrowMut;
 use dynamics_core::control::{ArmBuild, Measurement, Reference};
 use dynamics_core::safety::{self, SafetyConfiguration as _};
@@ -31,8 +31,8 @@ enum FrameContent<const N: usize> {
     /// Live inputs within their bounds. Out of bounds until [`Message::check`].
     Live(Result<Live<f32, N>, Refusal>, Result<(), Refusal>),
     Reference(Result<Reference<f32, N>, Refusal>),
-    /// The start of a trajectory, and true if it is finite.
-    Start(Result<Reference<f32, N>, Refusal>, bool),
+    /// The start of a trajectory.
+    Start(Result<FinitePoint<N>, Refusal>),
     /// Ticks since the previous point, the point, and the segment to it.
     Point(u16, Result<Reference<f32, N>, Refusal>, Option<Segment<N>>),
     Request(NumberedRequest),
@@ -61,8 +61,7 @@ impl<const N: usize> Message<N> {
             Frame::Point(point) => {
                 let (ticks, point) = (point.ticks, point.reference.to_core().map_err(Refusal::from));
                 if ticks == 0 {
-                    let is_finite = point.as_ref().is_ok_and(trajectory::is_finite);
-                    FrameContent::Start(point, is_finite)
+                    FrameContent::Start(point.and_then(|point| Ok(FinitePoint::new(point)?)))
                 } else {
                     FrameContent::Point(ticks, point, None)
                 }
@@ -162,8 +161,8 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
                 .as_ref()
                 .map_err(Refusal::clone)
                 .and_then(|live| checked.clone().and_then(|()| self.live(pacing, live))),
-            FrameContent::Start(point, is_finite) if pacing.is_supervised() => {
-                point.as_ref().map_err(Refusal::clone).and_then(|point| self.start(point, *is_finite))
+            FrameContent::Start(point) if pacing.is_supervised() => {
+                point.as_ref().map_err(Refusal::clone).and_then(|point| self.start(point))
             }
             FrameContent::Point(_, point, way) if pacing.is_supervised() => {
                 point.as_ref().map_err(Refusal::clone).and_then(|point| self.point(point, way.as_ref()))
@@ -209,8 +208,8 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         self.supervisor.change_host(&mut self.buffers.borrow_mut().trajectory);
     }
 
-    fn start(&mut self, point: &Reference<f32, N>, is_finite: bool) -> Result<Outcome, Refusal> {
-        self.supervisor.start(&mut self.buffers.borrow_mut().trajectory, point, is_finite)?;
+    fn start(&mut self, point: &FinitePoint<N>) -> Result<Outcome, Refusal> {
+        self.supervisor.start(&mut self.buffers.borrow_mut().trajectory, point)?;
         Ok(Outcome::None)
     }
 

@@ -9,7 +9,7 @@ use link::codec::Received;
 use link::{Cost, DecodeError, Frame, Hello, Pacing, Refusal};
 use newtau_session::black_box::Report;
 use newtau_session::meter::Meter;
-use newtau_session::{Drives, Reaction, Session, State};
+use newtau_session::{Drives, Message, Outcome, Reaction, Session, State};
 use std::cell::Cell;
 
 struct Bench {
@@ -195,5 +195,18 @@ fn live_inputs_that_cannot_be_used_are_refused_and_the_ones_before_hold_on() {
     let wrong_count = refused(Refusal::JointCount { expected: 2, found: 3 });
     assert_eq!(bench.receive(Frame::Live(other)), wrong_count);
     assert_eq!(bench.receive(live([5.0, f32::NAN])), refused(Refusal::NonFiniteLive));
+    assert_eq!(torques(&mut bench), [2.0, 3.0]);
+}
+
+#[test]
+fn live_inputs_that_nobody_has_checked_are_out_of_bounds() {
+    let mut bench = Bench::running(Pacing::LockStep);
+    let received = || Ok(Received { frame: live([1.0, 2.0]), missed: 0 });
+    let mut message = Message::new(received());
+    assert!(message.is_live());
+    assert_eq!(bench.session.take(&message), Outcome::Refused(Refusal::OutOfBounds));
+    assert_eq!(torques(&mut bench), [1.0, 1.0]);
+    message.check(&bench.session.live_bounds());
+    assert_eq!(bench.session.take(&message), Outcome::None);
     assert_eq!(torques(&mut bench), [2.0, 3.0]);
 }

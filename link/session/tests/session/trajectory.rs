@@ -2,7 +2,7 @@
 #![allow(clippy::disallowed_types, reason = "what is expected is computed in double precision, on the desk")]
 
 use dynamics_core::control::Reference;
-use newtau_session::trajectory::{NotTaken, Trajectory, WAYS};
+use newtau_session::trajectory::{FinitePoint, NotTaken, Trajectory, WAYS};
 use proptest::prelude::*;
 
 const PERIOD: f32 = 0.001;
@@ -27,7 +27,9 @@ impl Followed {
     }
 
     fn start(&mut self, point: &Reference<f32, 1>) -> Result<(), NotTaken> {
-        self.trajectory.start(point, &mut self.now)
+        let point = FinitePoint::new(*point)?;
+        self.trajectory.start(&point, &mut self.now);
+        Ok(())
     }
 
     fn push(&mut self, ticks: u16, point: &Reference<f32, 1>) -> Result<(), NotTaken> {
