@@ -51,6 +51,7 @@ fn hello() -> Hello {
 #[rtic::app(device = crate::boards::pac, peripherals = true)]
 mod rtos {
     use super::{Board, ThisBoard, boards};
+    use crate::tick_code::Guard;
     use boards::pac::Interrupt;
     use core::mem::MaybeUninit;
     #[cfg(feature = "dma")]
@@ -61,10 +62,12 @@ mod rtos {
     use link::{Access, BoardChannel, Frame, Pacing, Received};
     use session::black_box::Report;
     use session::meter::Meter;
+    use session::parameters::LiveBounds;
     use session::{Buffers, Message, Outcome, Reaction, Session};
 
     const BOARD: &str = <ThisBoard as Board<{ arm::N }>>::NAME;
 
+    type ArmBounds = LiveBounds<{ arm::N }>;
     type ArmBuffers = Buffers<{ arm::N }>;
     type ArmOutput = <ThisBoard as Board<{ arm::N }>>::Output;
     type ArmJoints = <ThisBoard as Board<{ arm::N }>>::Joints;
@@ -94,6 +97,8 @@ mod rtos {
         nonces: <ThisBoard as Board<{ arm::N }>>::Nonces,
         meter: Meter<<ThisBoard as Board<{ arm::N }>>::Counter>,
         lines: <ThisBoard as Board<{ arm::N }>>::Lines,
+        guard: Guard,
+        live_bounds: ArmBounds,
     }
 
     /// Static memory for values that are too large for the stack. `coupled.x` finds it by its name, and puts it into memory that the start-up
@@ -140,7 +145,7 @@ mod rtos {
             })
         }
         // Not before the start, which has set the lines.
-        crate::tick_code::protect();
+        let guard = Guard::start();
         let meter = Meter::new(counter);
         defmt::info!("{} on {}: {} joints, {} Hz", arm::NAME, BOARD, arm::N, arm::RATE_HZ);
         if !meter.is_exact() {
@@ -159,9 +164,10 @@ mod rtos {
         let joints = joints_place.write(joints);
         // A reset may have left drives on. The first frame to them waits in the CAN controllers until these have joined their buses.
         joints.safe(session.safe_action());
+        let live_bounds = session.live_bounds();
         let control = Control { session, ticker, joints };
         let channel = channel.write(BoardChannel::new(access));
-        (Shared { control, input, output }, Local { incoming, channel, nonces, meter, lines })
+        (Shared { control, input, output }, Local { incoming, channel, nonces, meter, lines, guard, live_bounds })
     }
 
     /// Handles a byte from the link, or the idle line after a packet that a DMA has stored.
@@ -226,11 +232,11 @@ mod rtos {
     /// Reads the received frames and sends the reports: [`firmware::serve`].
     #[task(
         binds = EXTI0, priority = 1, shared = [control, output],
-        local = [incoming, channel, nonces, announced: bool = false, compared: usize = 0]
+        local = [incoming, channel, nonces, announced: bool = false, guard, live_bounds]
     )]
     fn serve(mut cx: serve::Context) {
-        let serve::LocalResources { incoming, channel, nonces, announced, compared, .. } = cx.local;
-        crate::tick_code::check_some(compared);
+        let serve::LocalResources { incoming, channel, nonces, announced, guard, live_bounds, .. } = cx.local;
+        guard.check_some();
         let output = cx.shared.output;
         if !core::mem::replace(announced, true) {
             greet(channel, output);
@@ -238,23 +244,27 @@ mod rtos {
         if Incoming::has_lost(incoming) {
             defmt::warn!("bytes lost: the link is faster than they are read");
         }
-        let mut served = ServedSession(&mut cx.shared.control);
+        let mut served = ServedSession { control: &mut cx.shared.control, guard, live_bounds };
         if service::run(incoming, channel, output, &super::hello(), &mut || nonces.next(), &mut served) {
             rtic::pend(Interrupt::EXTI0);
         }
     }
 
     /// Locked access to the session.
-    struct ServedSession<'a, M>(&'a mut M);
+    struct ServedSession<'a, M> {
+        control: &'a mut M,
+        guard: &'a Guard,
+        live_bounds: &'a ArmBounds,
+    }
 
     impl<M: rtic::Mutex<T = Control>> Served<ArmOutput> for ServedSession<'_, M> {
         fn take(&mut self, received: Received, channel: &mut BoardChannel, output: &mut ArmOutput) {
-            let outcome = take(self.0, received);
-            react(self.0, outcome, channel, output);
+            let outcome = take(self, received);
+            react(self.control, outcome, channel, output);
         }
 
         fn say(&mut self) -> Option<(Frame, bool)> {
-            let report = self.0.lock(|control| control.session.say())?;
+            let report = self.control.lock(|control| control.session.say())?;
             let past = matches!(report, Report::Past(_) | Report::End);
             let frame = report.frame();
             if let Frame::Fault(fault) = &frame {
@@ -264,7 +274,7 @@ mod rtos {
         }
 
         fn dumps(&mut self) -> bool {
-            self.0.lock(|control| control.session.dumps())
+            self.control.lock(|control| control.session.dumps())
         }
     }
 
@@ -276,18 +286,17 @@ mod rtos {
 
     /// Passes a frame to the session.
     #[inline(never)]
-    fn take(control: &mut impl rtic::Mutex<T = Control>, received: Received) -> Outcome {
+    fn take(served: &mut ServedSession<'_, impl rtic::Mutex<T = Control>>, received: Received) -> Outcome {
+        let ServedSession { control, guard, live_bounds } = served;
         // All work that does not need the session is done before the lock, because a tick waits for the lock.
         let mut message = Message::new(Ok(received));
         if message.goes_on() {
             message.find_way(control.lock(|control| control.session.way_from()));
         }
-        if message.is_live() {
-            message.check(&control.lock(|control| control.session.live_bounds()));
-        }
+        message.check(live_bounds);
         let outcome = control.lock(|control| control.session.take(&message));
         let Outcome::Hello(theirs) = &outcome else { return outcome };
-        crate::tick_code::check();
+        guard.check();
         // In parts, each under a separate lock: a tick in between finds no session and performs the safe action.
         control.lock(|control| control.session.forget_controller());
         control.lock(|control| control.session.forget_arm());

@@ -32,10 +32,10 @@ pub struct Region {
 /// Read-only for all code, and executable; memory on the chip, cached as write-through (ST PM0214, table 42).
 const READ_ONLY: u32 = 0b110 << 24 | 1 << 18 | 1 << 17;
 
-/// Returns regions that make `start..end` read-only and forbid [`BIT_ALIAS`], and change no other access. `None` if the range is empty, if an end is no
-/// multiple of [`GRAIN`], or if more regions are needed than there are; 128 KiB that begin at a multiple of their size need no more than there are.
+/// Returns all regions of the unit: they make `start..end` read-only and forbid [`BIT_ALIAS`]; the others are off. `None` if the range is empty, if an end
+/// is no multiple of [`GRAIN`], or if more regions are needed than there are; 128 KiB that begin at a multiple of their size need no more than there are.
 #[must_use]
-pub fn read_only(start: u32, end: u32) -> Option<Vec<Region, MAX_REGIONS>> {
+pub fn read_only(start: u32, end: u32) -> Option<[Region; MAX_REGIONS]> {
     let mut regions = Vec::new();
     if start >= end || start % GRAIN != 0 || end % GRAIN != 0 {
         return None;
@@ -52,9 +52,17 @@ pub fn read_only(start: u32, end: u32) -> Option<Vec<Region, MAX_REGIONS>> {
         add(&mut regions, block, to, after)?;
         (from, to, block) = (before, after, part);
     }
-    let base = BIT_ALIAS | 1 << 4 | u32::try_from(regions.len()).ok()?;
-    regions.push(Region { base, attributes: FORBIDDEN }).ok()?;
-    Some(regions)
+    push(&mut regions, BIT_ALIAS, FORBIDDEN)?;
+    while !regions.is_full() {
+        push(&mut regions, 0, 0)?;
+    }
+    regions.into_array().ok()
+}
+
+/// Adds a region with the next number.
+fn push(regions: &mut Vec<Region, MAX_REGIONS>, address: u32, attributes: u32) -> Option<()> {
+    let number = u32::try_from(regions.len()).ok()?;
+    regions.push(Region { base: address | 1 << 4 | number, attributes }).ok()
 }
 
 /// Adds the region that covers `from..to` in its block, unless that is nothing.
@@ -65,9 +73,5 @@ fn add(regions: &mut Vec<Region, MAX_REGIONS>, block: u32, from: u32, to: u32) -
     let base = from / block * block;
     let part = |address: u32| (address - base) / (block / 8);
     let on = (part(from)..part(to)).fold(0, |on, part| on | 1 << part);
-    let region = Region {
-        base: base | 1 << 4 | u32::try_from(regions.len()).ok()?,
-        attributes: READ_ONLY | (!on & 0xFF) << 8 | (block.trailing_zeros() - 1) << 1 | 1,
-    };
-    regions.push(region).ok()
+    push(regions, base, READ_ONLY | (!on & 0xFF) << 8 | (block.trailing_zeros() - 1) << 1 | 1)
 }

@@ -9,8 +9,7 @@ use cortex_m::peripheral::MPU;
 use cortex_m::peripheral::mpu::RegisterBlock;
 use firmware::board::Board;
 use firmware::code_check;
-use firmware::memory_protection::{self, Region};
-use heapless::Vec;
+use firmware::memory_protection::{self, MAX_REGIONS, Region};
 
 // SAFETY: `tick.x` defines the symbols: begin and end of the copy, and begin of the original, all at addresses of words.
 unsafe extern "C" {
@@ -32,71 +31,74 @@ fn unit() -> &'static RegisterBlock {
 /// non-maskable interrupt the unit is off.
 const ON: u32 = 1 << 2 | 1;
 
-/// Makes the copy read-only: a write to it is a hard fault, which switches the drives off. Ends the program if that does not succeed. Then compares
-/// all of the code, as [`check`] does.
-pub(crate) fn protect() {
-    let Some(regions) = regions() else { unprotected() };
-    let unit = unit();
-    cortex_m::asm::dmb();
-    // SAFETY: the unit is off while its regions change. A program before this one may have left regions, and a higher number would win.
-    unsafe {
-        unit.ctrl.write(0);
-        for number in 0..memory_protection::MAX_REGIONS as u32 {
-            unit.rnr.write(number);
-            unit.rasr.write(0);
+/// The protection of the copy, and where its comparison continues.
+#[allow(unreachable_pub, reason = "the framework makes the types of resources part of public ones")]
+pub struct Guard {
+    regions: [Region; MAX_REGIONS],
+    place: usize,
+}
+
+impl Guard {
+    /// Makes the copy read-only: a write to it is a hard fault, which switches the drives off. Then compares all of it, as [`Guard::check`] does. Ends
+    /// the program if anything does not succeed.
+    pub(crate) fn start() -> Self {
+        let Some(regions) =
+            memory_protection::read_only((&raw const START).addr() as u32, (&raw const END).addr() as u32)
+        else {
+            unprotected()
+        };
+        let unit = unit();
+        cortex_m::asm::dmb();
+        // SAFETY: the unit is off while its regions change.
+        unsafe { unit.ctrl.write(0) };
+        // All of them: a program before this one may have left some, and a higher number would win.
+        for region in &regions {
+            // SAFETY: the regions hold code, which nothing writes any more, and addresses that nothing uses.
+            unsafe {
+                unit.rbar.write(region.base);
+                unit.rasr.write(region.attributes);
+            }
+        }
+        // SAFETY: as above.
+        unsafe { unit.ctrl.write(ON) };
+        cortex_m::asm::dsb();
+        cortex_m::asm::isb();
+        let guard = Self { regions, place: 0 };
+        guard.check();
+        guard
+    }
+
+    /// Compares all of the code, and the registers that protect it; ends the program if there is a difference.
+    pub(crate) fn check(&self) {
+        if !self.regions.iter().all(protects) {
+            unprotected();
+        }
+        let (copy, original) = both();
+        if !code_check::are_equal(copy, original) {
+            halt();
         }
     }
-    for region in &regions {
-        // SAFETY: the regions hold code, which nothing writes any more, and addresses that nothing uses.
-        unsafe {
-            unit.rbar.write(region.base);
-            unit.rasr.write(region.attributes);
+
+    /// Compares the next few words of the code and the registers of the next region; ends the program if there is a difference.
+    pub(crate) fn check_some(&mut self) {
+        let next = self.place / code_check::WORDS % MAX_REGIONS;
+        if !self.regions.get(next).is_some_and(protects) {
+            unprotected();
+        }
+        let (copy, original) = both();
+        if code_check::differs(&mut self.place, copy, original) {
+            halt();
         }
     }
-    // SAFETY: as above.
-    unsafe { unit.ctrl.write(ON) };
-    cortex_m::asm::dsb();
-    cortex_m::asm::isb();
-    check();
 }
 
-/// The regions of the copy.
-fn regions() -> Option<Vec<Region, { memory_protection::MAX_REGIONS }>> {
-    memory_protection::read_only((&raw const START).addr() as u32, (&raw const END).addr() as u32)
-}
-
-/// True if the unit's registers are those of these regions. Registers that are not there read as zero.
-fn protects(regions: &[Region]) -> bool {
+/// True if the unit is on, and its registers are those of this region. Registers that are not there read as zero.
+fn protects(region: &Region) -> bool {
     let unit = unit();
-    let holds = |region: &Region| {
-        // SAFETY: selects the region that is read.
-        unsafe { unit.rnr.write(region.base & 0xF) };
-        // The bit that makes the number valid reads as zero.
-        unit.rbar.read() == region.base & !(1 << 4) && unit.rasr.read() == region.attributes
-    };
-    unit.ctrl.read() == ON && regions.iter().all(holds)
-}
-
-/// Compares all of the code, and the registers that protect it; ends the program if there is a difference.
-pub(crate) fn check() {
-    if !regions().is_some_and(|regions| protects(&regions)) {
-        unprotected();
-    }
-    let (copy, original) = both();
-    if !code_check::are_equal(copy, original) {
-        halt();
-    }
-}
-
-/// Compares a few words from `place` on, and that the memory protection unit is on; ends the program if there is a difference.
-pub(crate) fn check_some(place: &mut usize) {
-    if unit().ctrl.read() != ON {
-        unprotected();
-    }
-    let (copy, original) = both();
-    if code_check::differs(place, copy, original) {
-        halt();
-    }
+    // SAFETY: selects the region that is read. Only the lowest task does, after the start.
+    unsafe { unit.rnr.write(region.base & 0xF) };
+    // The bit that makes the number valid reads as zero.
+    unit.ctrl.read() == ON && unit.rbar.read() == region.base & !(1 << 4) && unit.rasr.read() == region.attributes
 }
 
 fn halt() -> ! {

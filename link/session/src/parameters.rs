@@ -210,7 +210,7 @@ pub struct LiveBounds<const N: usize> {
 impl<const N: usize> LiveBounds<N> {
     /// Bounds of these rules.
     pub fn new(rules: &Rules<f32, N>) -> Self {
-        Self { payload: rules.payload, rotor_max: rules.joints.map(|joint| joint.rotor_max) }
+        Self { payload: rules.payload, rotor_max: rules.joints.each_ref().map(|joint| joint.rotor_max) }
     }
 }
 

@@ -5,7 +5,7 @@
 
 use crate::readings::{JointFaults, Lines, Readings};
 use crate::trajectory::{FinitePoint, NotTaken, Trajectory};
-use dynamics_core::control::{Fault, LimitFlags, Measurement, Reference, Sensed};
+use dynamics_core::control::{Fault, LimitFlags, Measurement, Sensed};
 use dynamics_core::safety::{Inputs, Output, Request, Safety, SafetyConfiguration, State, TorqueRequest};
 
 /// The safety state machine and its inputs. The caller holds the trajectory, because it is large.

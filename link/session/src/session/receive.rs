@@ -78,13 +78,8 @@ impl<const N: usize> Message<N> {
         matches!(self.said, FrameContent::Point(1.., Ok(_), _))
     }
 
-    /// True for live inputs: they need a check against their bounds ([`Message::check`]).
-    #[must_use]
-    pub fn is_live(&self) -> bool {
-        matches!(self.said, FrameContent::Live(Ok(_), _))
-    }
-
-    /// Checks live inputs against the bounds that [`Session::live_bounds`] returned.
+    /// Checks live inputs, if that is what was received, against the bounds that [`Session::live_bounds`] returned. Live inputs without this check are
+    /// refused as out of bounds.
     pub fn check(&mut self, bounds: &LiveBounds<N>) {
         if let FrameContent::Live(Ok(live), checked) = &mut self.said {
             *checked = parameters::check_live(live, bounds);
@@ -106,9 +101,7 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
         if message.goes_on() {
             message.find_way(self.way_from());
         }
-        if message.is_live() {
-            message.check(&self.live_bounds());
-        }
+        message.check(&self.live_bounds());
         let outcome = match self.take(&message) {
             Outcome::Hello(theirs) => {
                 self.forget_controller();

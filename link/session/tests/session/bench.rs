@@ -203,7 +203,6 @@ fn live_inputs_that_nobody_has_checked_are_out_of_bounds() {
     let mut bench = Bench::running(Pacing::LockStep);
     let received = || Ok(Received { frame: live([1.0, 2.0]), missed: 0 });
     let mut message = Message::new(received());
-    assert!(message.is_live());
     assert_eq!(bench.session.take(&message), Outcome::Refused(Refusal::OutOfBounds));
     assert_eq!(torques(&mut bench), [1.0, 1.0]);
     message.check(&bench.session.live_bounds());
