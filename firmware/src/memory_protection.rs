@@ -37,7 +37,7 @@ const READ_ONLY: u32 = 0b110 << 24 | 1 << 18 | 1 << 17;
 #[must_use]
 pub fn read_only(start: u32, end: u32) -> Option<[Region; MAX_REGIONS]> {
     let mut regions = Vec::new();
-    if start >= end || start % GRAIN != 0 || end % GRAIN != 0 {
+    if start >= end || !start.is_multiple_of(GRAIN) || !end.is_multiple_of(GRAIN) {
         return None;
     }
     let mut block = (start ^ (end - 1)).checked_add(1)?.checked_next_power_of_two()?.max(8 * GRAIN);

@@ -150,10 +150,9 @@ impl<const N: usize, A: ArmBuild<f32, N>, B: BorrowMut<Buffers<N>>> Session<N, A
             FrameContent::Measurement(tick, measurement) => {
                 measurement.as_ref().map_err(Refusal::clone).and_then(|values| self.measured(pacing, *tick, values))
             }
-            FrameContent::Live(live, checked) => live
-                .as_ref()
-                .map_err(Refusal::clone)
-                .and_then(|live| checked.clone().and_then(|()| self.live(pacing, live))),
+            FrameContent::Live(live, checked) => {
+                live.as_ref().map_err(Refusal::clone).and_then(|live| (*checked).and_then(|()| self.live(pacing, live)))
+            }
             FrameContent::Start(point) if pacing.is_supervised() => {
                 point.as_ref().map_err(Refusal::clone).and_then(|point| self.start(point))
             }
