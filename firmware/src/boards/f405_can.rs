@@ -85,14 +85,15 @@ impl Board<{ arm::N }> for F405Can {
     }
 
     fn halt(write_log: impl FnOnce()) -> ! {
-        f405::halt(
-            || {
-                // PC4.
-                f405::port_c(1 << (16 + 4));
-                can_bus::send_last::<Can<pac::CAN1>>(exits(0));
-                can_bus::send_last::<Can<pac::CAN2>>(exits(1));
-            },
-            write_log,
-        )
+        f405::halt(drives_off, write_log)
     }
+}
+
+/// Engages the brakes and switches all drives off. Not inlined: there is a caller for each reason to halt.
+#[inline(never)]
+fn drives_off() {
+    // PC4.
+    f405::port_c(1 << (16 + 4));
+    can_bus::send_last::<Can<pac::CAN1>>(exits(0));
+    can_bus::send_last::<Can<pac::CAN2>>(exits(1));
 }

@@ -78,17 +78,18 @@ impl Board<{ arm::N }> for G474Fdcan {
     }
 
     fn halt(write_log: impl FnOnce()) -> ! {
-        g474::halt(
-            || {
-                g474::engage_brakes();
-                let [one, two, three] = RATES.map(|rate| rate.is_some());
-                fdcan_bus::send_last::<FIRST>(one, exits(0));
-                fdcan_bus::send_last::<SECOND>(two, exits(1));
-                fdcan_bus::send_last::<THIRD>(three, exits(2));
-            },
-            write_log,
-        )
+        g474::halt(drives_off, write_log)
     }
+}
+
+/// Engages the brakes and switches all drives off. Not inlined: there is a caller for each reason to halt.
+#[inline(never)]
+fn drives_off() {
+    g474::engage_brakes();
+    let [one, two, three] = RATES.map(|rate| rate.is_some());
+    fdcan_bus::send_last::<FIRST>(one, exits(0));
+    fdcan_bus::send_last::<SECOND>(two, exits(1));
+    fdcan_bus::send_last::<THIRD>(three, exits(2));
 }
 
 /// Sets up the pins of link and CAN. A pull-up keeps a receive pin idle if nothing is wired to it or its transceiver has no power.
