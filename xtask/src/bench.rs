@@ -53,18 +53,7 @@ pub(crate) struct BenchOptions {
     #[arg(long, conflicts_with_all = ["bless", "gate", "peers", "arms", "simulators"])]
     growth: bool,
     #[command(flatten)]
-    growth_options: GrowthOptions,
-}
-
-/// Options of `bench --growth`.
-#[derive(Clone, Copy, Debug, Default, clap::Args)]
-pub(crate) struct GrowthOptions {
-    /// With --growth: also time a sweep of 100,000 runs
-    #[arg(long, requires = "growth")]
-    all: bool,
-    /// With --growth: write docs/measured/growth.md and docs/figures/growth.svg
-    #[arg(long, requires = "growth")]
-    write: bool,
+    growth_options: growth::GrowthOptions,
 }
 
 /// Counts, compares with the baseline, measures, and writes the tables.

@@ -10,7 +10,6 @@
 mod case;
 mod curve;
 
-use crate::bench::GrowthOptions;
 use crate::machine::cores;
 use crate::measured::write_into;
 use crate::process::{cargo, root, run as run_command, target_directory};
@@ -25,6 +24,17 @@ use std::process::Command;
 const PAGE: &str = "docs/measured/growth.md";
 const PICTURE: &str = "docs/figures/growth.svg";
 const BLOCKS: [&str; 2] = ["growth", "growth, values"];
+
+/// Options of `bench --growth`.
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
+pub(crate) struct GrowthOptions {
+    /// With --growth: also time a sweep of 100,000 runs
+    #[arg(long, requires = "growth")]
+    all: bool,
+    /// With --growth: write docs/measured/growth.md and docs/figures/growth.svg
+    #[arg(long, requires = "growth")]
+    write: bool,
+}
 
 /// Largest number of runs, only with `--all`.
 const RUNS_MAX: u32 = 100_000;
