@@ -53,7 +53,7 @@
 //! | f32 | default tuning | `-C target-cpu=cortex-m4` |
 //! |---|---|---|
 //! | one pair | 50 | 61 |
-//! | six pairs, `sin_cos_all` | 247, 41.2 a pair | 272, 45.3 a pair |
+//! | six pairs, `sin_cos_all` | 247, 41.2 a pair | 300, 50.0 a pair |
 //!
 //! The other implementations, default tuning:
 //!
@@ -108,7 +108,7 @@ impl Trig<f32> for Polynomial {
 
     #[inline]
     fn sin_cos_all<const N: usize>(&self, angles: &[f32; N]) -> [SinCos<f32>; N] {
-        // The same bits in another order. A float unit for single numbers waits for each result; vector instructions need one order for all angles.
+        // The same bits in another order. Step by step suits a float unit for single numbers; lists suit vector instructions.
         if cfg!(all(target_arch = "arm", target_abi = "eabihf")) {
             single::sin_cos_all(angles)
         } else {

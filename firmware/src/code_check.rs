@@ -1,7 +1,7 @@
 //! Comparison of the tick's code in RAM with its original in flash.
 //!
 //! Code in RAM can change by mistake: a bit that flips, a DMA that writes to a wrong address. The memory protection unit prevents writes of the program itself
-//! ([`memory_protection`](crate::memory_protection)). All of it is compared at the start of the program and of each session.
+//! ([`memory_protection`](crate::memory_protection)). All of the code is compared at the start of the program and of each session.
 //! Meanwhile the lowest task compares a few words in each of its runs. After each tick there is a run, so that every word is compared within seconds. A
 //! difference ends the torque as a panic does.
 //!

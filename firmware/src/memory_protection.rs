@@ -1,7 +1,7 @@
 //! Regions of the memory protection unit that make the tick's code read-only.
 //!
-//! The processor can also write to single bits of SRAM, at other addresses ([`BIT_ALIAS`]). The unit checks those addresses as they are, so a further
-//! region forbids them.
+//! The processor can also write to single bits of SRAM, at other addresses ([`BIT_ALIAS`]). The unit checks the address that the program uses, in the
+//! emulator too, so a further region forbids those addresses. No chip has run this yet.
 //!
 //! A region has a size of a power of two and begins at a multiple of it. Its eight parts can be switched off one by one (Arm DDI 0403, B3.5). So one
 //! region covers the middle of the code, in eighths of the smallest block that holds all of it. Smaller regions cover what is left at both ends.

@@ -33,7 +33,7 @@ pub trait Trig<S: Copy>: Copy {
     }
 }
 
-/// Sine and cosine of each angle, computed in lists: this compilers turn into vector instructions.
+/// Sine and cosine of each angle, computed as two lists, which compilers turn into vector instructions.
 #[inline]
 pub(super) fn pairs<S: Copy, const N: usize>(trig: &impl Trig<S>, angles: &[S; N]) -> [SinCos<S>; N] {
     let (mut sin, mut cos) = (*angles, *angles);

@@ -102,7 +102,7 @@ fn tick_and_bytes(name: &str, halfwords: &[u16], bytes: usize) -> Result<(), Chi
 
 #[test]
 fn a_tick_that_overwrites_its_own_code_turns_the_drives_off_and_ends() {
-    // mov r0, pc; str r0, [r0, #8]; bx lr. Without the memory protection unit the tick would go on: the next test.
+    // mov r0, pc; str r0, [r0, #8]; bx lr. Without the memory protection unit the tick would go on.
     assert!(ended_by_itself(first_tick("faults_overwrites.elf", &[0x4678, 0x6080, 0x4770])));
 }
 

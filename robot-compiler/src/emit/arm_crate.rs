@@ -46,7 +46,7 @@ pub struct ArmCrate {
 ///
 /// # Errors
 /// An impossible arm, a motion that is not possible, a scene for the bench alone, or collision detection in double precision.
-// `inline`: compiled by the packages that use it, for six joint counts. The first command does not.
+// `inline`: compiled for six joint counts by the packages that use it. `newtau run`, which a new user compiles first, does not.
 #[inline]
 pub fn arm_crate(
     file: &SceneFile,

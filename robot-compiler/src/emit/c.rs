@@ -49,7 +49,7 @@ pub struct CLibrary {
 ///
 /// # Errors
 /// An impossible arm, a motion that is not possible, or a sine and cosine that is not written in C (`table` and `libm`).
-// `inline`: compiled by the packages that use it, for six joint counts. The first command does not.
+// `inline`: compiled for six joint counts by the packages that use it. `newtau run`, which a new user compiles first, does not.
 #[inline]
 pub fn c_library(file: &SceneFile, scalar: ScalarChoice) -> Result<CLibrary, Box<dyn std::error::Error>> {
     if matches!(file.control.trig, Method::Table | Method::Libm) {

@@ -110,7 +110,7 @@ pub fn difference(one: &SceneFile, other: &SceneFile) -> Option<&'static str> {
 /// # Errors
 /// A file that cannot be read, with its name and line; scenes that differ in arm, rate, motion, duration or sensors; a folder that cannot
 /// be written to.
-// `inline`: compiled by the packages that use it, for six joint counts. The first command does not.
+// `inline`: compiled for six joint counts by the packages that use it. `newtau run`, which a new user compiles first, does not.
 #[inline]
 pub fn write_program_of(paths: &[PathBuf], folder: &Path) -> Result<(), Box<dyn Error>> {
     let scenes: Vec<SceneFile> = paths.iter().map(|path| SceneFile::load(path)).collect::<Result<_, _>>()?;

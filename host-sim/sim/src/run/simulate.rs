@@ -75,7 +75,7 @@ pub fn on_desk_side_by_side<T>(
 }
 
 /// As [`on_desk_side_by_side`]: `each` gets the index of a scene and its run.
-// `inline`: compiled by the packages that use it, for six joint counts and all widths of vectors. The first command, a single run, does not.
+// `inline`: compiled for six joint counts and all widths of vectors by the packages that use it. `newtau run`, which a new user compiles first, does not.
 #[inline]
 fn run_side_by_side(
     kernels: &Kernels,

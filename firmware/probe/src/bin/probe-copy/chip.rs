@@ -25,12 +25,12 @@ struct Block([u8; ROOM]);
 /// Fills a block with bytes that differ from their neighbours. A loop with a fence in it is never compiled into a call of the functions under test.
 fn fill(block: &mut Block, seed: u8) {
     for (place, byte) in block.0.iter_mut().enumerate() {
-        *byte = (place as u8).wrapping_mul(167).wrapping_add(seed) | 1;
+        *byte = filled(place, seed);
         compiler_fence(Ordering::SeqCst);
     }
 }
 
-/// True if each byte is that which `expected` gives for its place.
+/// True if each byte is the expected one for its place.
 fn is(block: &Block, expected: impl Fn(usize) -> u8) -> bool {
     block.0.iter().enumerate().all(|(place, byte)| *byte == expected(place))
 }
@@ -75,7 +75,7 @@ fn clears(to: usize, bytes: usize, clear: unsafe extern "C" fn(*mut u8, usize)) 
     is(&block, |place| if inside(place) { 0 } else { filled(place, 7) })
 }
 
-/// Ends the emulator with a failure, unless a call did right.
+/// Ends the emulator with a failure unless a call was right.
 fn expect(function: &str, [to, from, bytes]: [usize; 3], did: bool) {
     if !did {
         hprintln!("{} of {} bytes from {} to {} is wrong", function, bytes, from, to);
